@@ -1,0 +1,141 @@
+"""Strict configuration: TOML files and `dotted.key=value` overrides become frozen pydantic models.
+
+Every error is one line that names the file, the field, the value and what is allowed.
+"""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.presets import find_preset
+
+
+class Config(BaseModel):
+    """Base of every configuration model: frozen, no unknown keys, finite numbers only."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+
+
+ConfigT = TypeVar("ConfigT", bound=BaseModel)
+
+
+def load_preset(model: type[ConfigT], kind: str, name: str | Path, overrides: Sequence[str] = ()) -> ConfigT:
+    """Reads a preset by name, or a user's TOML file by path, into its model.
+
+    Args:
+        model: The configuration model to validate against.
+        kind: Kind of preset, a key of `magicsim.presets.FOLDERS`.
+        name: Preset name or path of a TOML file.
+        overrides: `dotted.key=value` settings, the value in TOML or as a bare word.
+
+    Raises:
+        PresetError: No such preset or file.
+        ConfigError: The content is not acceptable.
+    """
+    path = find_preset(kind, name)
+    data = apply_overrides(read_toml(path), overrides)
+    return validate(model, data, source=path.name)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Parses a TOML file.
+
+    Raises:
+        ConfigError: Not valid TOML, or not UTF-8.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        msg = f"{path.name} is not valid TOML: {error}"
+        raise ConfigError(msg) from None
+
+
+def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
+    """Copy of nested tables with `dotted.key=value` settings put in; tables are made where they are missing.
+
+    Raises:
+        ConfigError: An override has no `=`, an empty key, or goes through something that is not a table.
+    """
+    result = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
+    for override in overrides:
+        key, separator, text = override.partition("=")
+        parts = key.strip().split(".")
+        if not separator or not all(parts):
+            msg = f"override '{override}' is not of the form dotted.key=value"
+            raise ConfigError(msg)
+        table = result
+        for part in parts[:-1]:
+            inner = table.get(part, {})
+            if not isinstance(inner, Mapping):
+                msg = f"override '{override}': '{part}' is a value, not a table"
+                raise ConfigError(msg)
+            table[part] = dict(inner)
+            table = table[part]
+        table[parts[-1]] = _parse_value(text.strip())
+    return result
+
+
+def _parse_value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> ConfigT:
+    """Checks plain data against a model.
+
+    Raises:
+        ConfigError: One line about the first problem, and how many more there are.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        msg = f"{source}: {_describe(model, problems[0])}{more}"
+        raise ConfigError(msg) from None
+
+
+def _describe(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
+    location = ".".join(str(part) for part in problem["loc"])
+    if problem["type"] == "extra_forbidden":
+        valid = _keys_at(model, problem["loc"][:-1])
+        name = str(problem["loc"][-1])
+        table = ".".join(str(part) for part in problem["loc"][:-1])
+        return unknown_choice(f"key in [{table}]" if table else "key", name, valid)
+    if problem["type"] == "missing":
+        return f"{location} is missing"
+    reason = problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    if problem["type"] == "value_error":
+        return f"{location}: {reason}" if location else reason
+    return f"{location} = {problem['input']!r} is not allowed: must be {reason}"
+
+
+def _keys_at(model: type[BaseModel], location: Sequence[str | int]) -> list[str]:
+    """Valid keys of the table at a location, found by walking the model's fields."""
+    current: Any = model
+    for part in location:
+        if isinstance(part, int):
+            continue
+        if part in getattr(current, "model_fields", {}):
+            current = current.model_fields[part].annotation
+        current = _model_in(current, str(part))
+    return list(getattr(current, "model_fields", {}))
+
+
+def _model_in(annotation: Any, tag: str) -> Any:
+    """The model inside `list[Model]`, `Model | None` or a tagged union (by its tag)."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    candidates = [_model_in(inner, tag) for inner in getattr(annotation, "__args__", ())]
+    models = [inner for inner in candidates if isinstance(inner, type) and issubclass(inner, BaseModel)]
+    for candidate in models:
+        kind = candidate.model_fields.get("kind")
+        if kind is not None and tag in getattr(kind.annotation, "__args__", ()):
+            return candidate
+    return models[0] if models else annotation

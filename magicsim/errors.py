@@ -1,0 +1,50 @@
+"""Every error that magicsim raises on purpose, each one line that names what is wrong and what is allowed."""
+
+import difflib
+from collections.abc import Iterable
+
+
+class MagicsimError(ValueError):
+    """Base of all deliberate errors; the command line prints it as one line and exits with 2."""
+
+
+class ConfigError(MagicsimError):
+    """A configuration file, an override or an option is not acceptable."""
+
+
+class PresetError(MagicsimError):
+    """A preset or file that was asked for by name does not exist."""
+
+
+class GeometryError(MagicsimError):
+    """A design or an object cannot be built; the message names the limit that failed."""
+
+
+class ConvergenceError(MagicsimError):
+    """A deformation is not valid: not converged, folded, penetrating or out of balance; figures inside."""
+
+
+class RenderError(MagicsimError):
+    """A scene cannot be rendered to a trustworthy image."""
+
+
+class FrameError(MagicsimError):
+    """An image cannot be used by the detectors: wrong shape, type or content."""
+
+
+class OutputError(MagicsimError):
+    """A result cannot be written where it was asked for."""
+
+
+def unknown_choice(what: str, value: str, choices: Iterable[str]) -> str:
+    """One line for a name that does not exist: what was asked for, the nearest name, all choices.
+
+    Args:
+        what: The kind of thing, such as `design` or `object kind`.
+        value: The name that does not exist.
+        choices: The names that do.
+    """
+    names = sorted(choices)
+    near = difflib.get_close_matches(value, names, n=1)
+    hint = f" (did you mean '{near[0]}'?)" if near else ""
+    return f"unknown {what} '{value}'{hint}; available: {', '.join(names) or 'none'}"

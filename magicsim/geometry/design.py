@@ -1,0 +1,117 @@
+"""What a printed elastomer is made of: the configuration model of `geometry/*.toml`."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from magicsim.config import Config
+
+Positive = Annotated[float, Field(gt=0)]
+HEIGHT_MM = (1.0, 25.0)
+CELL_MM = (0.3, 3.0)
+
+
+class Optics(Config):
+    """How one material refracts, scatters and absorbs."""
+
+    ior: Annotated[float, Field(ge=1.0, le=2.5)]
+    """Refractive index."""
+    sigma_s_per_mm: Annotated[float, Field(ge=0, le=100)] = 0.0
+    """Scattering coefficient [1/mm]; with `anisotropy = 0` a reduced coefficient."""
+    absorption_per_mm: Annotated[float, Field(ge=0, le=100)] = 0.0
+    """Absorption coefficient [1/mm]."""
+    anisotropy: Annotated[float, Field(gt=-1, lt=1)] = 0.0
+    """Mean cosine of the scattering angle."""
+
+
+class BodyMaterial(Optics):
+    """Skin and walls: a rubbery solid."""
+
+    youngs_modulus_mpa: Positive
+    """Long-term Young's modulus [MPa]."""
+    poisson_ratio: Annotated[float, Field(gt=-1, lt=0.5)]
+    """Poisson's ratio."""
+
+    @property
+    def shear_modulus_mpa(self) -> float:
+        """Shear modulus E / 2 (1 + nu) [MPa]."""
+        return self.youngs_modulus_mpa / (2 * (1 + self.poisson_ratio))
+
+    @property
+    def bulk_modulus_mpa(self) -> float:
+        """Bulk modulus E / 3 (1 - 2 nu) [MPa]."""
+        return self.youngs_modulus_mpa / (3 * (1 - 2 * self.poisson_ratio))
+
+
+class InfillMaterial(Optics):
+    """What fills the cells: nearly a liquid, so its stiffness is given as shear and bulk modulus."""
+
+    shear_modulus_mpa: Positive
+    """Shear modulus [MPa]."""
+    bulk_modulus_mpa: Positive
+    """Bulk modulus [MPa]."""
+
+
+class Materials(Config):
+    """The two printed materials."""
+
+    body: BodyMaterial
+    infill: InfillMaterial | None = None
+
+
+class LatticeOptions(Config):
+    """Resolution of the lattice that carries the deformation."""
+
+    spacing_mm: Annotated[float, Field(ge=0.1, le=5)] | None = None
+    """Largest node spacing [mm]; the pitch by default (1 mm without a grid)."""
+
+
+class ElastomerDesign(Config):
+    """One printed block: footprint, skin, core, grid and materials."""
+
+    schema_version: Literal[1]
+    footprint_mm: tuple[Annotated[float, Field(ge=2, le=200)], Annotated[float, Field(ge=2, le=200)]]
+    """Size along x and y [mm]."""
+    skin_mm: Annotated[float, Field(ge=0.1, le=5)]
+    """Clear layer on every side of the core [mm]."""
+    core_mm: Annotated[float, Field(gt=0, le=25)]
+    """Height of the core [mm]; total height is core plus two skins."""
+    cell_mm: Annotated[float, Field(ge=0, le=3)]
+    """Edge of one infill cube asked for [mm]; 0 means no grid."""
+    wall_mm: Annotated[float, Field(ge=0, le=3)] = 0.0
+    """Wall between neighbouring cells [mm]."""
+    materials: Materials
+    lattice: LatticeOptions = LatticeOptions()
+
+    @property
+    def height_mm(self) -> float:
+        """Total height [mm]."""
+        return 2 * self.skin_mm + self.core_mm
+
+    @property
+    def has_grid(self) -> bool:
+        """Whether cells are printed inside."""
+        return self.cell_mm > 0
+
+    @model_validator(mode="after")
+    def _check_limits(self) -> Self:
+        low, high = HEIGHT_MM
+        if not low <= self.height_mm <= high:
+            msg = f"height 2 * skin_mm + core_mm = {self.height_mm:g} mm is not allowed: must be {low:g} to {high:g} mm"
+            raise ValueError(msg)
+        if not self.has_grid:
+            return self
+        if not CELL_MM[0] <= self.cell_mm <= CELL_MM[1]:
+            msg = f"cell_mm = {self.cell_mm:g} is not allowed: must be 0 (no grid) or {CELL_MM[0]:g} to {CELL_MM[1]:g} mm"
+            raise ValueError(msg)
+        if self.wall_mm < MIN_WALL_MM:
+            msg = f"wall_mm = {self.wall_mm:g} is not allowed: must be at least {MIN_WALL_MM:g} mm"
+            raise ValueError(msg)
+        if self.materials.infill is None:
+            msg = "materials.infill is missing: a design with cells (cell_mm > 0) needs an infill material"
+            raise ValueError(msg)
+        return self
+
+
+MIN_WALL_MM = 0.05
+"""Thinnest wall: thinner ones could close below the renderer's safe gap when the grid deforms."""

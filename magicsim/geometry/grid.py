@@ -1,0 +1,119 @@
+"""Whole cells: how many fit in the core, and where their planes lie."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.errors import GeometryError
+from magicsim.geometry.design import ElastomerDesign
+
+MAX_CELL_DEVIATION = 0.15
+"""Largest relative difference between the resolved cell and the one asked for."""
+MAX_CELLS = 200_000
+"""More cells than this would not fit in memory as meshes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellGrid:
+    """The resolved grid: a whole number of cells on each axis, the skin exact."""
+
+    counts: tuple[int, int, int]
+    """Cells along x, y and z."""
+    pitch_mm: npt.NDArray[np.float64]
+    """Distance between grid planes, shape (3,) [mm]."""
+    cell_mm: npt.NDArray[np.float64]
+    """Edges of one infill cuboid, pitch - wall, shape (3,) [mm]."""
+    origin_mm: npt.NDArray[np.float64]
+    """Corner of the core at smallest x, y, z, shape (3,) [mm]."""
+
+    @property
+    def cell_count(self) -> int:
+        """Number of cells."""
+        return int(np.prod(self.counts))
+
+    @property
+    def infill_volume_mm3(self) -> float:
+        """Volume of all infill cuboids [mm3], the closed form."""
+        return float(self.cell_count * np.prod(self.cell_mm))
+
+    def planes_mm(self, axis: int) -> npt.NDArray[np.float64]:
+        """Grid planes along one axis, shape (counts[axis] + 1,) [mm]."""
+        return self.origin_mm[axis] + self.pitch_mm[axis] * np.arange(self.counts[axis] + 1)
+
+    def centres_mm(self) -> npt.NDArray[np.float64]:
+        """Cell centres in x-fastest order, shape (cells, 3) [mm]."""
+        axes = [self.planes_mm(axis)[:-1] + self.pitch_mm[axis] / 2 for axis in range(3)]
+        z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
+        return np.stack([x, y, z], -1).reshape(-1, 3)
+
+
+def resolve_grid(design: ElastomerDesign) -> CellGrid | None:
+    """Fits whole cells into the core: n = max(1, round(core / (cell + wall))), pitch = core / n, cell = pitch - wall.
+
+    Args:
+        design: The block; one without a grid gives None.
+
+    Raises:
+        GeometryError: The footprint leaves no core, a resolved cell differs by more than 15 % from the one asked
+            for, or there are too many cells.
+    """
+    if not design.has_grid:
+        return None
+    sizes = np.array([*design.footprint_mm, design.height_mm])
+    core = sizes - 2 * design.skin_mm
+    asked = design.cell_mm + design.wall_mm
+    for axis, name in enumerate("xyz"):
+        if core[axis] < asked * (1 - MAX_CELL_DEVIATION):
+            msg = (
+                f"no cell fits along {name}: the core is {core[axis]:.4g} mm (size {sizes[axis]:g} - 2 x skin "
+                f"{design.skin_mm:g}), one cell and its wall need cell_mm + wall_mm = {asked:g} mm"
+            )
+            raise GeometryError(msg)
+    counts = np.maximum(1, np.round(core / asked)).astype(int)
+    pitch = core / counts
+    cell = pitch - design.wall_mm
+    deviation = cell / design.cell_mm - 1
+    worst = int(np.argmax(np.abs(deviation)))
+    if abs(deviation[worst]) > MAX_CELL_DEVIATION:
+        msg = (
+            f"cell_mm = {design.cell_mm:g} resolves to {cell[worst]:.4g} mm along {'xyz'[worst]} "
+            f"({deviation[worst]:+.0%}): at most {MAX_CELL_DEVIATION:.0%} is allowed; change cell_mm, wall_mm or the core"
+        )
+        raise GeometryError(msg)
+    if np.prod(counts) > MAX_CELLS:
+        msg = f"{np.prod(counts)} cells are too many: at most {MAX_CELLS}; use larger cells or a smaller core"
+        raise GeometryError(msg)
+    origin = np.array([-core[0] / 2, -core[1] / 2, design.skin_mm])
+    return CellGrid(counts=tuple(int(n) for n in counts), pitch_mm=pitch, cell_mm=cell, origin_mm=origin)  # type: ignore[arg-type]
+
+
+def lattice_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[npt.NDArray[np.float64], ...]:
+    """Node planes of the deformation lattice along x, y and z: the grid planes and outer faces, refined.
+
+    Each interval is split evenly so that no spacing exceeds `lattice.spacing_mm` by more than 4 % (the pitch of whole
+    cells seldom is the round figure that was asked for).
+
+    Returns:
+        Three increasing arrays [mm], from one outer face to the other.
+    """
+    half_x, half_y = design.footprint_mm[0] / 2, design.footprint_mm[1] / 2
+    outer = ((-half_x, half_x), (-half_y, half_y), (0.0, design.height_mm))
+    planes = []
+    for axis, (low, high) in enumerate(outer):
+        inner = grid.planes_mm(axis) if grid is not None else np.empty(0)
+        coarse = np.array([low, *inner, high])
+        pitch = float(grid.pitch_mm[axis]) if grid is not None else 1.0
+        planes.append(_split(coarse, design.lattice.spacing_mm or pitch))
+    return tuple(planes)
+
+
+SPACING_SLACK = 1.04
+
+
+def _split(coarse: npt.NDArray[np.float64], spacing: float) -> npt.NDArray[np.float64]:
+    parts = [
+        np.linspace(low, high, max(1, int(np.ceil((high - low) / spacing / SPACING_SLACK))), endpoint=False)
+        for low, high in zip(coarse[:-1], coarse[1:], strict=True)
+    ]
+    return np.concatenate([*parts, coarse[-1:]])

@@ -1,0 +1,53 @@
+"""A rigid object in a pose, as contact sees it: signed distance and normal at points of the sensor's frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.objects import ObjectBase
+from magicsim.geometry.pose import Pose
+from magicsim.geometry.shapes import Shape
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Indenter:
+    """One solid in one pose."""
+
+    shape: Shape
+    pose: Pose
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        """Signed distance, shape (count,) [mm], and outward unit normal in the sensor's frame, shape (count, 3).
+
+        Args:
+            points: Positions in the sensor's frame, shape (count, 3) [mm].
+        """
+        distance, normal = self.shape.distance(self.pose.to_object(points))
+        return distance, normal @ self.pose.rotation.T
+
+    def top_mm(self) -> float:
+        """Height of the object's highest point [mm]; negative below the undeformed contact face."""
+        return float(self.pose.position_mm[2]) + self.shape.support_mm(self.pose.rotation[2])
+
+
+def place_object(
+    config: ObjectBase, *, gap_mm: float, x_mm: float = 0.0, y_mm: float = 0.0, twist_deg: float = 0.0
+) -> Indenter:
+    """Puts an object under the contact face.
+
+    Args:
+        config: Kind, size and orientation.
+        gap_mm: Distance of its highest point from the undeformed contact face [mm]; negative when pressed.
+        x_mm: Its origin along x [mm].
+        y_mm: Its origin along y [mm].
+        twist_deg: Rotation about the sensor's z axis, added to its own yaw [degrees].
+    """
+    shape: Shape = config.shape()  # type: ignore[attr-defined]
+    turned = Pose.from_degrees(
+        np.array([x_mm, y_mm, 0.0]), roll=config.roll_deg, pitch=config.pitch_deg, yaw=config.yaw_deg + twist_deg
+    )
+    z_mm = -gap_mm - shape.support_mm(turned.rotation[2])
+    return Indenter(shape=shape, pose=Pose(position_mm=np.array([x_mm, y_mm, z_mm]), rotation=turned.rotation))

@@ -1,0 +1,40 @@
+"""Where a rigid object is: rotation and position in the sensor's frame."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pose:
+    """Object frame to sensor frame: p_sensor = rotation @ p_object + position."""
+
+    position_mm: Array
+    """Origin of the object's frame, shape (3,) [mm]."""
+    rotation: Array
+    """Rotation matrix, shape (3, 3)."""
+
+    def to_sensor(self, points: Array) -> Array:
+        """Points from the object's frame to the sensor's, shape (count, 3) [mm]."""
+        return points @ self.rotation.T + self.position_mm
+
+    def to_object(self, points: Array) -> Array:
+        """Points from the sensor's frame to the object's, shape (count, 3) [mm]."""
+        return (points - self.position_mm) @ self.rotation
+
+    def key(self) -> tuple[float, ...]:
+        """The numbers that define the pose, for comparing and caching."""
+        return (*self.position_mm.tolist(), *self.rotation.ravel().tolist())
+
+    @classmethod
+    def from_degrees(cls, position_mm: Array, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Self:
+        """Rotations about the fixed axes x (roll), then y (pitch), then z (yaw) [degrees]."""
+        (sr, sp, sy), (cr, cp, cy) = np.sin(np.radians([roll, pitch, yaw])), np.cos(np.radians([roll, pitch, yaw]))
+        about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+        about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+        about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+        return cls(position_mm=np.asarray(position_mm, float), rotation=about_z @ about_y @ about_x)
