@@ -1,1 +1,52 @@
+"""Published proximity and contact detection of the MagicGripper, for simulated and real frames alike.
 
+Needs only NumPy and OpenCV, so that it runs unchanged beside a real sensor.
+"""
+
+from magicsim.detectors.calibrate import Calibration, Candidates, CandidateScore, fit_profile
+from magicsim.detectors.combined import detect, detect_all, detect_stream
+from magicsim.detectors.episode import Episode
+from magicsim.detectors.frame import Frame, check_frame
+from magicsim.detectors.fusion import BackgroundReference, References, fuse
+from magicsim.detectors.grid import GridReference
+from magicsim.detectors.offline import detect_sources
+from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.profile_file import load_profile, save_profile
+from magicsim.detectors.profile_schema import profile_schema
+from magicsim.detectors.score import DetectionScore, TaskScore, score_verdicts
+from magicsim.detectors.source import SourceFrame, read_image, read_source
+from magicsim.detectors.truth import FrameClass, classify_frame
+from magicsim.detectors.verdict import Contact, Proximity, Verdict
+
+__all__ = [
+    "BackgroundReference",
+    "Calibration",
+    "CandidateScore",
+    "Candidates",
+    "Contact",
+    "DetectionScore",
+    "DetectorProfile",
+    "Episode",
+    "Frame",
+    "FrameClass",
+    "GridReference",
+    "Proximity",
+    "References",
+    "SourceFrame",
+    "TaskScore",
+    "Verdict",
+    "check_frame",
+    "classify_frame",
+    "detect",
+    "detect_all",
+    "detect_sources",
+    "detect_stream",
+    "fit_profile",
+    "fuse",
+    "load_profile",
+    "profile_schema",
+    "read_image",
+    "read_source",
+    "save_profile",
+    "score_verdicts",
+]

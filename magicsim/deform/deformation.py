@@ -1,0 +1,79 @@
+"""The result of a solve: where the lattice is, and what the object does to it."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.face import contact_face
+from magicsim.deform.lattice import Lattice
+from magicsim.geometry.pose import Pose
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Deformation:
+    """One quasi-static equilibrium of the lattice, valid by construction."""
+
+    displacements_mm: Array
+    """Of the nodes, shape (nodes, 3) [mm]."""
+    pressure_mpa: Array
+    """Volumetric stress lambda (J - 1) of each cell, negative in compression, shape (cells,) [MPa]."""
+    multipliers_mpa: Array
+    """Contact multipliers of the next warm start, shape (points,) [MPa]."""
+    contact_points_mm: Array
+    """Deformed quadrature points of the contact face, shape (points, 3) [mm]."""
+    contact_traction_mpa: Array
+    """Contact pressure per rest area at them, zero where nothing touches, shape (points,) [MPa]."""
+    contact_gap_mm: Array
+    """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
+    pose: Pose | None
+    """The object's pose; None when it cannot touch."""
+    force_n: Array
+    """Force of the object on the sensor, shape (3,) [N]."""
+    torque_nmm: Array
+    """Its torque about the origin, shape (3,) [N mm]."""
+    contact_area_mm2: float
+    """Deformed area of the points with a positive pressure [mm2]."""
+    max_penetration_mm: float
+    """Deepest quadrature point inside the object [mm]."""
+    min_jacobian: float
+    """Smallest Jacobian at any Gauss point."""
+    force_balance: float
+    """|contact force + reaction of the bonded face| / |contact force|; 0 without contact."""
+    iterations: int
+    """Newton iterations of this solve, cut-backs included."""
+    unknowns: int
+    """Displacement unknowns."""
+    converged: bool
+    """Always true: a solve that is not valid raises."""
+
+    @property
+    def is_rest(self) -> bool:
+        """Whether nothing touches."""
+        return self.pose is None
+
+    @classmethod
+    def rest(cls, lattice: Lattice) -> Self:
+        """The undeformed lattice."""
+        points = contact_face(lattice).positions(lattice.nodes_mm)
+        return cls(
+            displacements_mm=np.zeros_like(lattice.nodes_mm),
+            pressure_mpa=np.zeros(len(lattice.cells)),
+            multipliers_mpa=np.zeros(len(points)),
+            contact_points_mm=points,
+            contact_traction_mpa=np.zeros(len(points)),
+            contact_gap_mm=np.full(len(points), np.inf),
+            pose=None,
+            force_n=np.zeros(3),
+            torque_nmm=np.zeros(3),
+            contact_area_mm2=0.0,
+            max_penetration_mm=0.0,
+            min_jacobian=1.0,
+            force_balance=0.0,
+            iterations=0,
+            unknowns=3 * lattice.free_nodes,
+            converged=True,
+        )

@@ -1,0 +1,220 @@
+"""Energy, gradient and Hessian of the lattice: numba kernels over box cells.
+
+    W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2
+
+The springs have no rest length, J is the Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the exact
+trilinear volume over V0 (the Jacobian is quadratic in each coordinate, so two points a direction integrate it). The
+pressure term is no stabiliser: a Gaussian network alone has no elastic constants and would collapse. For affine motion
+W is the compressible neo-Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood 2008, 6.4.3, with that
+volume term). Below J = 0.1 the logarithm goes on as a parabola with the same value, slope and
+curvature, so that W stays finite for trial states.
+"""
+
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.hexahedron import GAUSS_GRADIENTS
+from magicsim.deform.lattice import Lattice
+from magicsim.deform.pattern import BlockPattern
+from magicsim.deform.springs import spring_matrices
+
+Array = npt.NDArray[np.float64]
+LOG_LIMIT = 0.1
+"""Jacobian below which -ln J is continued as a parabola."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ElasticState:
+    """What the lattice's energy is at given positions."""
+
+    energy_mj: float
+    """Springs and logarithm, without the volume term, zero at rest [N mm]."""
+    gradient: Array
+    """Of the whole energy, the volume term included, shape (nodes, 3) [N]."""
+    jacobian: Array
+    """Volume over rest volume of each cell, shape (cells,)."""
+    volume_gradient: Array
+    """Of each cell's volume, shape (cells, 24) [mm2]."""
+    min_jacobian: float
+    """Smallest Jacobian at any Gauss point."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elasticity:
+    """The lattice as the kernels want it."""
+
+    lattice: Lattice
+    volumes: Array
+    """Rest volume, shape (cells,) [mm3]."""
+    springs: Array
+    """Spring Laplacian, shape (cells, 8, 8) [N/mm]."""
+
+    @classmethod
+    def of(cls, lattice: Lattice) -> "Elasticity":
+        """Prepares a lattice."""
+        springs = spring_matrices(lattice.sizes_mm, lattice.shear_modulus_mpa)
+        return cls(lattice=lattice, volumes=lattice.volumes_mm3, springs=springs)
+
+    def evaluate(self, positions: Array) -> ElasticState:
+        """Energy, gradient and Jacobians.
+
+        Args:
+            positions: Node positions, shape (nodes, 3) [mm].
+        """
+        lattice = self.lattice
+        count = len(lattice.cells)
+        energy, jacobian, volume_gradient = np.empty(count), np.empty(count), np.empty((count, 24))
+        gradient = np.zeros_like(positions)
+        smallest = _evaluate(
+            positions, lattice.cells, GAUSS_GRADIENTS, lattice.sizes_mm, self.volumes, lattice.shear_modulus_mpa,
+            lattice.lame_mpa, self.springs, energy, jacobian, volume_gradient, gradient,
+        )  # fmt: skip
+        return ElasticState(
+            energy_mj=float(energy.sum()),
+            gradient=gradient,
+            jacobian=jacobian,
+            volume_gradient=volume_gradient,
+            min_jacobian=float(smallest),
+        )
+
+    def hessian(
+        self, positions: Array, pressure: Array, volume_gradient: Array, pattern: BlockPattern, *, shift: float
+    ) -> Array:
+        """Upper triangle of the Hessian of the free nodes, with the pressure as an independent unknown condensed out.
+
+        Args:
+            positions: Node positions, shape (nodes, 3) [mm].
+            pressure: Volumetric stress of each cell, lambda (Jbar - 1) when converged, shape (cells,) [MPa].
+            volume_gradient: From `evaluate`, shape (cells, 24).
+            pattern: Where the entries go.
+            shift: Multiple of the spring Laplacian that is added.
+
+        Returns:
+            Entries in the pattern's order, shape (pattern.entries,) [N/mm].
+        """
+        lattice = self.lattice
+        values = np.zeros(pattern.entries)
+        _fill_hessian(
+            positions, lattice.cells, GAUSS_GRADIENTS, lattice.sizes_mm, self.volumes, lattice.shear_modulus_mpa,
+            lattice.lame_mpa / self.volumes, pressure, self.springs * (1 + shift), volume_gradient,
+            pattern.indptr, pattern.blocks, values,
+        )  # fmt: skip
+        return values
+
+
+@nb.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def negative_log(jacobian: float) -> tuple[float, float, float]:
+    """-ln J, twice continuously differentiable down to any J: value, first and second derivative."""
+    if jacobian > LOG_LIMIT:
+        return -np.log(jacobian), -1 / jacobian, 1 / (jacobian * jacobian)
+    if np.isnan(jacobian):
+        return np.nan, np.nan, np.nan
+    d = jacobian - LOG_LIMIT
+    slope, curvature = 1 / LOG_LIMIT, 1 / LOG_LIMIT**2
+    return -np.log(LOG_LIMIT) - slope * d + curvature / 2 * d * d, -slope + curvature * d, curvature
+
+
+@nb.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def _deformation(x, nodes, dn, size, f, cof):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Deformation gradient and its cofactor at one Gauss point, in place; returns the Jacobian."""
+    for i in range(3):
+        for k in range(3):
+            total = 0.0
+            for p in range(8):
+                total += x[nodes[p], i] * dn[p, k]
+            f[i, k] = total / size[k]
+    for i in range(3):
+        a, b = (i + 1) % 3, (i + 2) % 3
+        for k in range(3):
+            c, d = (k + 1) % 3, (k + 2) % 3
+            cof[i, k] = f[a, c] * f[b, d] - f[a, d] * f[b, c]
+    return f[0, 0] * cof[0, 0] + f[0, 1] * cof[0, 1] + f[0, 2] * cof[0, 2]
+
+
+@nb.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobian, volume_gradient, gradient):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    smallest = np.inf
+    f, cof, own = np.empty((3, 3)), np.empty((3, 3)), np.empty((8, 3))
+    for c in range(cells.shape[0]):
+        nodes, weight = cells[c], volumes[c] / 8
+        volume_gradient[c] = 0.0
+        mean, total = 0.0, -1.5 * mu[c] * volumes[c]
+        for p in range(8):
+            for i in range(3):
+                force = 0.0
+                for r in range(8):
+                    force += springs[c, p, r] * x[nodes[r], i]
+                own[p, i] = force
+                total += 0.5 * force * x[nodes[p], i]
+        for q in range(8):
+            j = _deformation(x, nodes, gauss[q], sizes[c], f, cof)
+            if not j >= smallest:
+                smallest = j
+            value, first, _ = negative_log(j)
+            mean += j / 8
+            total += mu[c] * weight * value
+            for p in range(8):
+                for i in range(3):
+                    g = 0.0
+                    for k in range(3):
+                        g += cof[i, k] * gauss[q, p, k] / sizes[c, k]
+                    own[p, i] += mu[c] * weight * first * g
+                    volume_gradient[c, 3 * p + i] += weight * g
+        energy[c], jacobian[c] = total, mean
+        pressure = lame[c] * (mean - 1)
+        for p in range(8):
+            for i in range(3):
+                gradient[nodes[p], i] += own[p, i] + pressure * volume_gradient[c, 3 * p + i]
+    return smallest
+
+
+@nb.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def _fill_hessian(x, cells, gauss, sizes, volumes, mu, stiffness, pressure, springs, volume_gradient, indptr, blocks, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202, E501, PLR0912
+    f, cof, m = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    g, own, dn = np.empty(24), np.empty((24, 24)), np.empty((8, 3))
+    for c in range(cells.shape[0]):
+        nodes, weight = cells[c], volumes[c] / 8
+        for a in range(24):
+            for b in range(24):
+                own[a, b] = stiffness[c] * volume_gradient[c, a] * volume_gradient[c, b]
+        for p in range(8):
+            for r in range(8):
+                for i in range(3):
+                    own[3 * p + i, 3 * r + i] += springs[c, p, r]
+        for q in range(8):
+            j = _deformation(x, nodes, gauss[q], sizes[c], f, cof)
+            _, first, second = negative_log(j)
+            for p in range(8):
+                for k in range(3):
+                    dn[p, k] = gauss[q, p, k] / sizes[c, k]
+                for i in range(3):
+                    g[3 * p + i] = cof[i, 0] * dn[p, 0] + cof[i, 1] * dn[p, 1] + cof[i, 2] * dn[p, 2]
+            outer, geometric = mu[c] * second * weight, (mu[c] * first + pressure[c]) * weight
+            for p in range(8):
+                for r in range(p, 8):
+                    c0 = dn[p, 1] * dn[r, 2] - dn[p, 2] * dn[r, 1]
+                    c1 = dn[p, 2] * dn[r, 0] - dn[p, 0] * dn[r, 2]
+                    c2 = dn[p, 0] * dn[r, 1] - dn[p, 1] * dn[r, 0]
+                    for i in range(3):
+                        m[i] = geometric * (f[i, 0] * c0 + f[i, 1] * c1 + f[i, 2] * c2)
+                    for i in range(3):
+                        for k in range(3):
+                            own[3 * p + i, 3 * r + k] += outer * g[3 * p + i] * g[3 * r + k]
+                    own[3 * p, 3 * r + 1] += m[2]
+                    own[3 * p + 1, 3 * r] -= m[2]
+                    own[3 * p + 1, 3 * r + 2] += m[0]
+                    own[3 * p + 2, 3 * r + 1] -= m[0]
+                    own[3 * p + 2, 3 * r] += m[1]
+                    own[3 * p, 3 * r + 2] -= m[1]
+        for p in range(8):
+            for r in range(p, 8):
+                block = blocks[c, p, r]
+                if block < 0:
+                    continue
+                for i in range(3):
+                    start = indptr[3 * nodes[p] + i] + 3 * block - i
+                    for k in range(i if p == r else 0, 3):
+                        values[start + k] += own[3 * p + i, 3 * r + k]

@@ -1,0 +1,51 @@
+"""The trilinear hexahedron on the unit cube: corner order, shape functions and Gauss points.
+
+Corners are numbered with x fastest and z slowest, so the first four lie on the low-z face and local order agrees with
+the lattice's global node order.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
+"""Corner coordinates on the unit cube, shape (8, 3)."""
+
+
+def shape_values(points: Array) -> Array:
+    """Trilinear shape functions.
+
+    Args:
+        points: Positions on the unit cube, shape (count, 3).
+
+    Returns:
+        Values, shape (count, 8); each row sums to 1.
+    """
+    factors = np.where(CORNERS[None] == 1, points[:, None], 1 - points[:, None])
+    return np.asarray(factors.prod(-1))
+
+
+def shape_gradients(points: Array) -> Array:
+    """Gradients of the shape functions with respect to the unit cube's coordinates.
+
+    Args:
+        points: Positions on the unit cube, shape (count, 3).
+
+    Returns:
+        Gradients, shape (count, 8, 3).
+    """
+    factors = np.where(CORNERS[None] == 1, points[:, None], 1 - points[:, None])
+    signs = 2.0 * CORNERS - 1
+    gradients = np.empty((len(points), 8, 3))
+    for axis in range(3):
+        others = [other for other in range(3) if other != axis]
+        gradients[:, :, axis] = signs[:, axis] * factors[:, :, others].prod(-1)
+    return gradients
+
+
+_ABSCISSAE = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
+GAUSS_POINTS = _ABSCISSAE[CORNERS]
+"""The 2 x 2 x 2 Gauss points on the unit cube, shape (8, 3); every weight is 1/8."""
+GAUSS_GRADIENTS = shape_gradients(GAUSS_POINTS)
+"""Shape function gradients at the Gauss points, shape (8 points, 8 corners, 3)."""

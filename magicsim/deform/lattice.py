@@ -1,0 +1,136 @@
+"""The deformation lattice: nodes on the printed grid planes, box cells between them, stiffness per cell.
+
+Nodes and cells are numbered with x fastest and z slowest: the contact face z = 0 comes first and the bonded plane
+z = height last.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.cell_problem import effective_stiffness
+from magicsim.deform.hexahedron import CORNERS
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lattice:
+    """Box cells at rest, in the sensor's frame."""
+
+    planes_mm: tuple[Array, Array, Array]
+    """Increasing node planes along x, y and z [mm]."""
+    nodes_mm: Array
+    """Rest positions of the nodes, shape (nodes, 3) [mm]."""
+    cells: Index
+    """Corner nodes in the order of `hexahedron.CORNERS`, shape (cells, 8)."""
+    sizes_mm: Array
+    """Edges of each cell, shape (cells, 3) [mm]."""
+    shear_modulus_mpa: Array
+    """Shear modulus mu of each cell, shape (cells,) [MPa]."""
+    lame_mpa: Array
+    """First Lame parameter lambda of each cell, shape (cells,) [MPa]."""
+    is_core: npt.NDArray[np.bool_]
+    """Whether a cell's centre lies in the printed core, shape (cells,)."""
+
+    @property
+    def height_mm(self) -> float:
+        """Height of the block; its plane z = height is bonded [mm]."""
+        return float(self.planes_mm[2][-1])
+
+    @property
+    def layer_nodes(self) -> int:
+        """Nodes in one z plane."""
+        return len(self.planes_mm[0]) * len(self.planes_mm[1])
+
+    @property
+    def layer_cells(self) -> int:
+        """Cells in one z layer; the first layer's cells carry the contact face."""
+        return (len(self.planes_mm[0]) - 1) * (len(self.planes_mm[1]) - 1)
+
+    @property
+    def free_nodes(self) -> int:
+        """Nodes that can move: all but the last plane, so the first so many."""
+        return len(self.nodes_mm) - self.layer_nodes
+
+    @property
+    def volumes_mm3(self) -> Array:
+        """Rest volume of each cell, shape (cells,) [mm3]."""
+        return np.asarray(self.sizes_mm.prod(1))
+
+
+def box_lattice(
+    planes_mm: tuple[Array, Array, Array], *, shear_modulus_mpa: float, lame_mpa: float
+) -> Lattice:
+    """A lattice of one material.
+
+    Args:
+        planes_mm: Increasing node planes along x, y and z [mm].
+        shear_modulus_mpa: Shear modulus mu [MPa].
+        lame_mpa: First Lame parameter lambda [MPa].
+    """
+    x, y, z = (np.asarray(planes, float) for planes in planes_mm)
+    nodes = np.stack(np.meshgrid(z, y, x, indexing="ij"), -1)[..., ::-1].reshape(-1, 3)
+    number = np.arange(len(nodes)).reshape(len(z), len(y), len(x))
+    k, j, i = (axis.ravel() for axis in np.indices((len(z) - 1, len(y) - 1, len(x) - 1)))
+    cells = np.stack([number[k + corner[2], j + corner[1], i + corner[0]] for corner in CORNERS], 1)
+    sizes = np.stack([np.diff(x)[i], np.diff(y)[j], np.diff(z)[k]], 1)
+    return Lattice(
+        planes_mm=(x, y, z),
+        nodes_mm=np.ascontiguousarray(nodes),
+        cells=cells.astype(np.int64),
+        sizes_mm=sizes,
+        shear_modulus_mpa=np.full(len(cells), float(shear_modulus_mpa)),
+        lame_mpa=np.full(len(cells), float(lame_mpa)),
+        is_core=np.zeros(len(cells), bool),
+    )
+
+
+def build_lattice(design: ElastomerDesign) -> Lattice:
+    """The lattice of a design: its planes, the body's stiffness in the skin, the effective stiffness in the core.
+
+    A core cell gets the stiffness of the periodic cell problem even where `lattice.spacing_mm` splits a printed cell:
+    the lattice then resolves the deformation better, not the wall.
+
+    Raises:
+        GeometryError: The grid does not fit the block.
+    """
+    grid = resolve_grid(design)
+    body = design.materials.body
+    lattice = box_lattice(
+        _as_triple(lattice_planes(design, grid)),
+        shear_modulus_mpa=body.shear_modulus_mpa,
+        lame_mpa=body.bulk_modulus_mpa - 2 / 3 * body.shear_modulus_mpa,
+    )
+    if grid is None or design.materials.infill is None:
+        return lattice
+    core = effective_stiffness(
+        body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
+        infill=(design.materials.infill.shear_modulus_mpa, design.materials.infill.bulk_modulus_mpa),
+        infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
+    )
+    is_core = _inside_core(lattice, grid)
+    return Lattice(
+        planes_mm=lattice.planes_mm,
+        nodes_mm=lattice.nodes_mm,
+        cells=lattice.cells,
+        sizes_mm=lattice.sizes_mm,
+        shear_modulus_mpa=np.where(is_core, core.shear_modulus_mpa, lattice.shear_modulus_mpa),
+        lame_mpa=np.where(is_core, core.lame_mpa, lattice.lame_mpa),
+        is_core=is_core,
+    )
+
+
+def _inside_core(lattice: Lattice, grid: CellGrid) -> npt.NDArray[np.bool_]:
+    centres = lattice.nodes_mm[lattice.cells].mean(1)
+    far = grid.origin_mm + grid.pitch_mm * np.array(grid.counts)
+    return np.asarray(((centres > grid.origin_mm) & (centres < far)).all(1))
+
+
+def _as_triple(planes: tuple[Array, ...]) -> tuple[Array, Array, Array]:
+    x, y, z = planes
+    return x, y, z

@@ -1,0 +1,126 @@
+"""Factorise a symmetric positive definite matrix: MKL PARDISO where it exists, SciPy's SuperLU elsewhere.
+
+The same numbers must come out in every process, whatever the number of cores or `OMP_NUM_THREADS`: MKL runs in its
+conditional numerical reproducibility mode and with a thread count that is fixed here.
+"""
+
+import importlib
+import logging
+from functools import lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int32]
+THREADS = 2
+"""MKL threads, fixed so that results do not depend on the machine's core count."""
+CBWR_AUTO_STRICT = 2
+"""MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""
+POSITIVE_DEFINITE = 2
+"""PARDISO's matrix type `real symmetric positive definite`."""
+LOGGER = logging.getLogger(__name__)
+
+
+class SymmetricSolver(Protocol):
+    """Refactorises matrices of one sparsity pattern."""
+
+    def factorise(self, values: Array) -> bool:
+        """Takes the upper triangle's entries; False when the matrix is not positive definite."""
+
+    def solve(self, right: Array) -> Array:
+        """Solution for one right-hand side, shape (size,), with the last factor."""
+
+
+def symmetric_solver(indptr: Indices, indices: Indices) -> SymmetricSolver:
+    """The best solver for this machine.
+
+    Args:
+        indptr: Row starts of the upper triangle, shape (size + 1,).
+        indices: Ascending columns, shape (entries,).
+    """
+    return PardisoSolver(indptr, indices) if has_pardiso() else SuperluSolver(indptr, indices)
+
+
+@lru_cache(maxsize=1)
+def has_pardiso() -> bool:
+    """Whether MKL PARDISO can be loaded; sets its reproducibility mode before anything else calls it."""
+    try:
+        solver = importlib.import_module("pypardiso").PyPardisoSolver()
+    except (ImportError, OSError):
+        LOGGER.info("pypardiso is not available: using SciPy's SuperLU, several times slower")
+        return False
+    if solver.libmkl.MKL_CBWR_Set(CBWR_AUTO_STRICT) != 0:
+        LOGGER.warning("MKL was in use before: displacements may differ in the last bits from run to run")
+    solver.libmkl.MKL_Set_Dynamic(0)
+    return True
+
+
+class PardisoSolver:
+    """MKL PARDISO through pypardiso; the symbolic analysis is done once."""
+
+    def __init__(self, indptr: Indices, indices: Indices) -> None:
+        """Takes the pattern; see `symmetric_solver`."""
+        self._module: Any = importlib.import_module("pypardiso")
+        self._solver = self._module.PyPardisoSolver(mtype=POSITIVE_DEFINITE)
+        self._size = len(indptr) - 1
+        self._matrix = sp.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(self._size,) * 2)
+        self._is_analysed = False
+        # Explicit parameters, numbered as in MKL's manual: METIS ordering, no refinement, reproducible with THREADS threads.
+        for number, value in ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0), (34, THREADS)):
+            self._solver.iparm[number - 1] = value
+
+    def factorise(self, values: Array) -> bool:
+        """See `SymmetricSolver.factorise`."""
+        self._matrix.data = np.ascontiguousarray(values, dtype=np.float64)
+        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(THREADS)
+        try:
+            self._solver.set_phase(22 if self._is_analysed else 12)
+            self._solver._call_pardiso(self._matrix, np.zeros((self._size, 1)))
+        except self._module.pardiso_wrapper.PyPardisoError:
+            return False
+        finally:
+            self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)
+            self._is_analysed = True
+        return True
+
+    def solve(self, right: Array) -> Array:
+        """See `SymmetricSolver.solve`."""
+        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(THREADS)
+        self._solver.set_phase(33)
+        solution = self._solver._call_pardiso(self._matrix, np.asfortranarray(right.reshape(-1, 1), dtype=np.float64))
+        self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)
+        return np.asarray(solution, dtype=np.float64).ravel()
+
+    def __del__(self) -> None:
+        """Gives the factor's memory back to MKL, which Python does not see."""
+        if getattr(self, "_is_analysed", False):
+            self._solver.free_memory(everything=True)
+
+
+class SuperluSolver:
+    """SciPy's SuperLU without pivoting, so that the signs of the pivots tell definiteness."""
+
+    def __init__(self, indptr: Indices, indices: Indices) -> None:
+        """Takes the pattern; see `symmetric_solver`."""
+        self._pattern = (indices, indptr)
+        self._size = len(indptr) - 1
+        self._factor: Any = None
+
+    def factorise(self, values: Array) -> bool:
+        """See `SymmetricSolver.factorise`."""
+        upper = sp.csr_matrix((values, *self._pattern), shape=(self._size,) * 2)
+        full = (upper + sp.triu(upper, 1).T).tocsc()
+        options = {"SymmetricMode": True}
+        try:
+            self._factor = splu(full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        except RuntimeError:  # exactly singular
+            return False
+        return bool((self._factor.U.diagonal() > 0).all())
+
+    def solve(self, right: Array) -> Array:
+        """See `SymmetricSolver.solve`."""
+        return np.asarray(self._factor.solve(right), dtype=np.float64)

@@ -1,0 +1,128 @@
+"""One quasi-static contact: press, then shear, then twist."""
+
+import math
+import time
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice import box_lattice, build_lattice
+from magicsim.deform.path import ContactSolver
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import place_object
+from magicsim.geometry.objects import ObjectBase, SphereObject
+
+MAX_DEPTH_SHARE = 0.9
+"""Deepest press in units of the block's height."""
+MAX_TWIST_DEG = 360.0
+MAX_TOLERANCE_MM = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PressResult:
+    """What `magicsim press` reports."""
+
+    force_n: tuple[float, float, float]
+    """Force of the object on the sensor [N]; a press is +z."""
+    torque_nmm: tuple[float, float, float]
+    """Torque about the origin [N mm]."""
+    contact_area_mm2: float
+    """Deformed area under pressure [mm2]."""
+    max_penetration_mm: float
+    """Deepest contact point inside the object [mm]."""
+    min_jacobian: float
+    """Smallest Jacobian at any Gauss point."""
+    force_balance: float
+    """Relative difference between contact force and the bonded face's reaction."""
+    iterations: int
+    """Newton iterations along the whole path."""
+    unknowns: int
+    """Displacement unknowns."""
+    seconds: float
+    """Wall time of lattice and solve, compilation excluded [s]."""
+    converged: bool
+    """Always true: a solve that is not valid raises."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        return asdict(self)
+
+
+def press(
+    design: ElastomerDesign,
+    object_config: ObjectBase,
+    *,
+    depth_mm: float,
+    shear_mm: tuple[float, float] = (0.0, 0.0),
+    twist_deg: float = 0.0,
+    tolerance_mm: float = 0.002,
+) -> PressResult:
+    """Presses an object into a block, frictionless; the path is press, then shear, then twist.
+
+    Args:
+        design: The block.
+        object_config: The object.
+        depth_mm: Depth from first contact along +z [mm].
+        shear_mm: Motion along x and y after the press [mm].
+        twist_deg: Rotation about z after the shear [degrees].
+        tolerance_mm: Largest penetration at any contact point [mm].
+
+    Raises:
+        ConfigError: A number is not allowed.
+        GeometryError: The design cannot be built.
+        ConvergenceError: No valid equilibrium was found.
+    """
+    _check("depth_mm", depth_mm, 0.0, MAX_DEPTH_SHARE * design.height_mm, "90 % of the height")
+    for axis, shear, size in zip("xy", shear_mm, design.footprint_mm, strict=True):
+        _check(f"shear_mm along {axis}", shear, -size / 2, size / 2, "half the footprint")
+    _check("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
+    _check("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
+    compile_kernels()
+    start = time.perf_counter()
+    solver = ContactSolver(build_lattice(design), tolerance_mm=tolerance_mm)
+    state: Deformation | None = None
+    iterations = 0
+    stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
+    for number, (shear, twist) in enumerate(stages):
+        if number > 0 and stages[number] == stages[number - 1]:
+            continue
+        pose = place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist)
+        state = solver.solve(pose, state)
+        iterations += state.iterations
+    return _summarise(state or Deformation.rest(solver.lattice), iterations, time.perf_counter() - start)
+
+
+@lru_cache(maxsize=1)
+def compile_kernels() -> None:
+    """Compiles or loads the kernels by a tiny press, so that the first real solve is timed without it."""
+    planes = np.linspace(-1, 1, 3)
+    lattice = box_lattice((planes, planes, planes + 1), shear_modulus_mpa=1.0, lame_mpa=10.0)
+    ball = SphereObject(kind="sphere", radius_mm=2.0)
+    ContactSolver(lattice).solve(place_object(ball, gap_mm=-0.1))
+
+
+def _check(name: str, value: float, low: float, high: float, meaning: str) -> None:
+    if not (math.isfinite(value) and low <= value <= high):
+        msg = f"{name} = {value:g} is not allowed: must be {low:g} to {high:g} ({meaning})"
+        raise ConfigError(msg)
+
+
+def _summarise(state: Deformation, iterations: int, seconds: float) -> PressResult:
+    fx, fy, fz = state.force_n.tolist()
+    tx, ty, tz = state.torque_nmm.tolist()
+    return PressResult(
+        force_n=(fx, fy, fz),
+        torque_nmm=(tx, ty, tz),
+        contact_area_mm2=state.contact_area_mm2,
+        max_penetration_mm=state.max_penetration_mm,
+        min_jacobian=state.min_jacobian,
+        force_balance=state.force_balance,
+        iterations=iterations,
+        unknowns=state.unknowns,
+        seconds=seconds,
+        converged=state.converged,
+    )

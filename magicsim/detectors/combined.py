@@ -1,0 +1,131 @@
+"""Combined detection: both algorithms on one frame, read together.
+
+Outside light changes the grid's look as a touch does, so a frame that proximity calls Noise is no evidence
+of contact (Fan, Li, Zhang, arXiv 2505.24382). The references are the only memory: a stream is a loop over
+`detect`.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy.typing as npt
+
+from magicsim.detectors.contact import decide_contact, grid_areas, grid_similarity
+from magicsim.detectors.frame import check_frame
+from magicsim.detectors.fusion import References
+from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.proximity import (
+    brightening_correlation,
+    brightening_entropy,
+    decide_proximity,
+    filter_channels,
+)
+from magicsim.detectors.verdict import Contact, Proximity, Verdict
+from magicsim.errors import ConfigError
+
+
+def detect(
+    frame: npt.ArrayLike, references: References, profile: DetectorProfile, *, source: str | None = None
+) -> Verdict:
+    """Judge one frame.
+
+    Args:
+        frame: RGB image, uint8, shape (rows, columns, 3), same exposure as the references.
+        references: From `fuse` with the same profile; its thresholds tau_e, tau_c and tau_g may differ.
+        profile: Thresholds and options.
+        source: Where the frame came from, kept in the verdict.
+
+    Raises:
+        FrameError: The frame is not an image of the references' size, or the references show no grid.
+        ConfigError: The references were fused with other options than the profile's.
+    """
+    _check_match(references, profile)
+    image = check_frame(frame, shape=references.background.ceiling.shape)
+    filtered = filter_channels(image, references.background)
+    return judge(
+        entropy=brightening_entropy(filtered),
+        correlation=brightening_correlation(filtered),
+        similarity=grid_similarity(grid_areas(image, references.grid), profile.similarity),
+        profile=profile,
+        source=source,
+    )
+
+
+def detect_stream(
+    frames: Iterable[npt.ArrayLike], references: References, profile: DetectorProfile
+) -> Iterator[Verdict]:
+    """Judge frames as they arrive; raises what `detect` raises, at the frame that is wrong."""
+    for frame in frames:
+        yield detect(frame, references, profile)
+
+
+def detect_all(
+    frames: Iterable[npt.ArrayLike], references: References, profile: DetectorProfile
+) -> list[Verdict]:
+    """Judge a batch of frames; the same as a loop over `detect`."""
+    return list(detect_stream(frames, references, profile))
+
+
+def judge(
+    *,
+    entropy: float,
+    correlation: float,
+    similarity: float,
+    profile: DetectorProfile,
+    source: str | None = None,
+) -> Verdict:
+    """Verdicts and probabilities from the three features.
+
+    With L the logistic function, b = L((E - tau_e) / entropy_width) says that something brightens and
+    a = L((C - tau_c) / correlation_width) that it does so alike: p_approach = b (1 - a), p_noise = b a, and
+    1 - b is left for Normal. p_touch = L((tau_g - S) / similarity_width). The paper names the distances to
+    the thresholds as the source of its probabilities; the form is assumed.
+
+    Args:
+        entropy: E [bit].
+        correlation: C, -1..1.
+        similarity: S, 0..1.
+        profile: Thresholds and widths.
+        source: Where the frame came from.
+    """
+    brighter = logistic((entropy - profile.tau_e) / profile.entropy_width)
+    alike = logistic((correlation - profile.tau_c) / profile.correlation_width)
+    proximity = decide_proximity(entropy, correlation, profile)
+    contact = decide_contact(similarity, profile)
+    return Verdict(
+        entropy=entropy,
+        correlation=correlation,
+        similarity=similarity,
+        p_approach=brighter * (1.0 - alike),
+        p_noise=brighter * alike,
+        p_touch=logistic((profile.tau_g - similarity) / profile.similarity_width),
+        proximity=proximity,
+        contact=contact,
+        combined=combine(proximity, contact),
+        source=source,
+    )
+
+
+def combine(proximity: Proximity, contact: Contact) -> Contact:
+    """The contact verdict, or `Unknown` where proximity says `Noise`."""
+    return Contact.UNKNOWN if proximity is Proximity.NOISE else contact
+
+
+def logistic(distance: float) -> float:
+    """1 / (1 + exp(-distance)), which never overflows."""
+    return 0.5 * (1.0 + math.tanh(0.5 * distance))
+
+
+def _check_match(references: References, profile: DetectorProfile) -> None:
+    """Refuse references that were fused with other options than the profile's."""
+    grid, background = references.grid, references.background
+    for name, fused, wanted in (
+        ("tau_b", grid.tau_b, profile.tau_b),
+        ("polarity", grid.polarity, profile.polarity),
+        ("grid_blur_px", grid.blur_px, profile.grid_blur_px),
+        ("difference_blur_px", background.blur_px, profile.difference_blur_px),
+        ("background_count", len(background.images), profile.background_count),
+    ):
+        if fused != wanted:
+            msg = f"{name} = {wanted!r}, but the references were fused with {fused!r}; fuse them again"
+            raise ConfigError(msg)

@@ -1,0 +1,45 @@
+"""The one kind of image that the detectors take: 8-bit RGB."""
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.conventions import CHANNELS
+from magicsim.errors import FrameError
+
+Frame = npt.NDArray[np.uint8]
+"""RGB image of grey levels 0..255, shape (rows, columns, 3)."""
+
+
+def check_frame(frame: npt.ArrayLike, *, shape: tuple[int, ...] | None = None) -> Frame:
+    """Return the image as a contiguous frame, or say in one line why it cannot be one.
+
+    Args:
+        frame: What should be an RGB image, shape (rows, columns, 3), uint8.
+        shape: The shape that it must have, usually the reference's; any size when left out.
+
+    Raises:
+        FrameError: Wrong number of axes or channels, no pixels, wrong type, values that are not finite, or
+            another size than `shape`.
+    """
+    array = np.asarray(frame)
+    if array.ndim != len(("rows", "columns", "channels")) or array.shape[2] != len(CHANNELS):
+        msg = f"frame has shape {array.shape}; must be (rows, columns, 3) in RGB order"
+        raise FrameError(msg)
+    if array.size == 0:
+        msg = f"frame has shape {array.shape}, no pixels; must have at least one row and one column"
+        raise FrameError(msg)
+    if array.dtype != np.uint8:
+        raise FrameError(_wrong_type(array))
+    if shape is not None and array.shape != shape:
+        msg = f"frame has shape {array.shape}; must be {shape} like the reference"
+        raise FrameError(msg)
+    return np.ascontiguousarray(array, dtype=np.uint8)
+
+
+def _wrong_type(array: npt.NDArray[np.generic]) -> str:
+    """The line for an image that is not uint8, which also tells whether its values are numbers at all."""
+    if np.issubdtype(array.dtype, np.inexact):
+        bad = int(np.count_nonzero(~np.isfinite(array)))
+        if bad:
+            return f"frame has {bad} NaN or infinite values ({array.dtype}); must be uint8 grey levels 0..255"
+    return f"frame has type {array.dtype}; must be uint8 grey levels 0..255"

@@ -1,0 +1,73 @@
+"""The printed block as closed meshes: the body with its skin, and the infill cells inside it."""
+
+from dataclasses import dataclass
+
+import manifold3d
+import numpy as np
+
+from magicsim.errors import GeometryError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import CellGrid, resolve_grid
+from magicsim.geometry.mesh import SurfaceMesh, from_manifold
+
+FACE_EDGE_MM = 0.5
+"""Longest edge of the body's surface triangles [mm]: fine enough to bend around a fingertip-sized object."""
+CELL_SUBDIVISION = 2
+"""Parts into which each edge of an infill cell is split, so that its faces can bulge."""
+VOLUME_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elastomer:
+    """A design made solid. The walls and the skin are what lies in `body` and outside `infill`."""
+
+    design: ElastomerDesign
+    grid: CellGrid | None
+    body: SurfaceMesh
+    """Outer surface of the block."""
+    infill: SurfaceMesh | None
+    """All infill cells, disjoint, x-fastest; cell of a triangle is `triangle // triangles_per_cell`."""
+    triangles_per_cell: int
+
+
+def build_elastomer(design: ElastomerDesign) -> Elastomer:
+    """Builds the meshes of a design and checks them against the closed form.
+
+    Raises:
+        GeometryError: The grid does not fit, or a mesh is not watertight or has the wrong volume.
+    """
+    grid = resolve_grid(design)
+    body = _block(design)
+    _check("body", body, float(np.prod([*design.footprint_mm, design.height_mm])))
+    if grid is None:
+        return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
+    infill = _cells(grid)
+    _check("infill", infill, grid.infill_volume_mm3)
+    return Elastomer(
+        design=design, grid=grid, body=body, infill=infill, triangles_per_cell=len(infill.faces) // grid.cell_count
+    )
+
+
+def _block(design: ElastomerDesign) -> SurfaceMesh:
+    width, length = design.footprint_mm
+    block = manifold3d.Manifold.cube((width, length, design.height_mm))
+    edge = min(FACE_EDGE_MM, design.skin_mm)
+    return from_manifold(block.translate((-width / 2, -length / 2, 0)).refine_to_length(max(edge, 0.25)))
+
+
+def _cells(grid: CellGrid) -> SurfaceMesh:
+    cube = manifold3d.Manifold.cube(tuple(grid.cell_mm), True).refine(CELL_SUBDIVISION)
+    cell = from_manifold(cube)
+    vertices = (grid.centres_mm()[:, None] + cell.vertices).reshape(-1, 3)
+    first = np.arange(grid.cell_count, dtype=np.int32) * len(cell.vertices)
+    return SurfaceMesh(vertices=vertices, faces=(first[:, None, None] + cell.faces).reshape(-1, 3))
+
+
+def _check(name: str, mesh: SurfaceMesh, volume_mm3: float) -> None:
+    if not mesh.is_watertight():
+        msg = f"the {name} mesh is not watertight"
+        raise GeometryError(msg)
+    error = mesh.volume_mm3() / volume_mm3 - 1
+    if abs(error) > VOLUME_TOLERANCE:
+        msg = f"the {name} mesh has volume {mesh.volume_mm3():.6g} mm3, {error:+.2g} off the closed form {volume_mm3:.6g} mm3"
+        raise GeometryError(msg)

@@ -1,0 +1,76 @@
+"""From linear radiance to the 8-bit frame: locked exposure, noise, tone curve.
+
+Noise follows the linear camera model of EMVA Standard 1288: Poisson photo-electrons, Gaussian read noise, a fixed
+gain pattern. Exposure is measured once on the untouched sensor and then locked, as a real driver does.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.errors import RenderError
+from magicsim.scenes.rig import Camera
+
+FloatImage = npt.NDArray[np.float32]
+Frame = npt.NDArray[np.uint8]
+PATTERN_STREAM = 2**31
+"""Stream index of the fixed pattern, beyond every frame's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exposure:
+    """Locked gains: signal = gain * radiance, 1 at grey level 255."""
+
+    gain: npt.NDArray[np.float64]
+    """Gain of each channel, shape (3,)."""
+
+
+def meter(untouched: FloatImage, camera: Camera) -> Exposure:
+    """Auto-exposure: gains that bring the untouched sensor to the camera's mean grey level.
+
+    Args:
+        untouched: Linear radiance of the sensor at rest, shape (rows, columns, 3).
+        camera: Aim, tone curve and white balance.
+
+    Raises:
+        RenderError: A channel is dark, so that no exposure reaches the aim.
+    """
+    aim = (camera.exposure_grey / 255) ** camera.gamma
+    mean = untouched.mean((0, 1), dtype=np.float64)
+    if not camera.white_balance:
+        mean = np.full(3, mean.mean())
+    if not (mean > 0).all() or not np.isfinite(mean).all():
+        msg = (
+            f"auto-exposure fails: mean radiance of the untouched sensor is {mean.round(6).tolist()} (RGB), each channel "
+            "must be above 0; light reaches the camera only through scattering (materials.infill.sigma_s_per_mm)"
+        )
+        raise RenderError(msg)
+    return Exposure(gain=aim / mean)
+
+
+def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: int, frame: int) -> Frame:
+    """Takes one 8-bit frame.
+
+    Args:
+        radiance: Linear radiance, shape (rows, columns, 3).
+        exposure: Locked gains.
+        camera: Noise and tone curve.
+        seed: Seed of the episode.
+        frame: Number of the frame in the stream, references included; each has noise of its own.
+
+    Returns:
+        RGB frame, shape (rows, columns, 3).
+    """
+    pattern = 1 + camera.fixed_pattern * _stream(seed, PATTERN_STREAM).standard_normal(radiance.shape)
+    signal = np.clip(radiance * exposure.gain, 0, 4) * pattern
+    electrons = np.clip(signal, 0, None) * camera.full_well_e
+    random = _stream(seed, frame)
+    # Above some hundred electrons the Poisson law is Gaussian to well below one grey level, and twenty times faster.
+    noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * random.standard_normal(radiance.shape)
+    tone = np.clip(noisy / camera.full_well_e, 0, 1) ** (1 / camera.gamma)
+    return np.rint(255 * tone).astype(np.uint8)
+
+
+def _stream(seed: int, index: int) -> np.random.Generator:
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, index])))

@@ -1,0 +1,213 @@
+"""Radiance of one sensor in any state, with as little work as the state needs.
+
+Import only after `magicsim.scenes.variant.activate_variant`.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.errors import RenderError
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.variant import LLVM_VARIANT
+from magicsim.scenes.world import FLASHLIGHT, World, WorldContent
+
+Array = npt.NDArray[np.float64]
+FloatImage = npt.NDArray[np.float32]
+PATH_DEPTH = 256
+GREY = (0.7, 0.7, 0.7)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """What the camera is to see. Arrays are compared by identity: pass the same array while nothing moves."""
+
+    body: Array | None = None
+    """Deformed body vertices, shape (vertices, 3) [mm]; None at rest."""
+    infill: Array | None = None
+    """Deformed infill vertices, shape (vertices, 3) [mm]; None at rest."""
+    indenter: Indenter | None = None
+    """The object where it is, or None."""
+    flashlight_x_mm: float | None = None
+    """Shift of the outside light [mm], or None while it is off."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Anchor:
+    """The untouched sensor, rendered cheaply with a seed and once with care.
+
+    A frame with the same seed differs from the cheap rendering only where something changed, so adding the careful
+    one and subtracting the cheap one removes the noise that all frames share (a control variate; unbiased).
+    """
+
+    cheap_fluence: dict[str, Array]
+    fluence: dict[str, Array]
+    cheap_image: FloatImage
+    image: FloatImage
+
+
+class Renderer:
+    """Owns the Mitsuba scenes of one elastomer on one rig, and the anchor of one episode."""
+
+    def __init__(
+        self,
+        elastomer: Elastomer,
+        rig: Rig,
+        settings: RenderSettings,
+        *,
+        seed: int,
+        object_mesh: SurfaceMesh | None = None,
+        object_color: tuple[float, float, float] = GREY,
+    ) -> None:
+        """Prepares; scenes are loaded when a view first needs them.
+
+        Args:
+            elastomer: The block.
+            rig: What surrounds it.
+            settings: Estimator, samples, particles.
+            seed: Monte Carlo seed that all frames share.
+            object_mesh: The object in its own frame, if one will come.
+            object_color: Its diffuse reflectance, linear RGB.
+
+        Raises:
+            RenderError: The estimator cannot do what the materials ask for.
+        """
+        self.elastomer = elastomer
+        self.rig = rig
+        self.settings = settings
+        self.seed = seed
+        self.object_mesh = object_mesh
+        self.object_color = object_color
+        self.estimator = choose_estimator(settings.estimator, elastomer)
+        self._worlds: dict[tuple[bool, bool], World] = {}
+        self._shown: dict[int, View] = {}
+        self._anchor: Anchor | None = None
+
+    def radiance(self, view: View) -> FloatImage:
+        """Linear radiance of a view, shape (rows, columns, 3), anchored to the untouched state if settings say so.
+
+        Raises:
+            RenderError: The image holds values that are not finite.
+        """
+        if self.estimator == "path" or not self.settings.anchor_samples:
+            return self.plain_radiance(view)
+        anchor = self.anchor()
+        world = self._world(view)
+        integrator = world.scene.integrator()
+        fluence = np.zeros_like(next(iter(anchor.fluence.values())))
+        for name in _lights(world):
+            light = integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
+            if name in anchor.fluence:
+                light = light - anchor.cheap_fluence[name] + anchor.fluence[name]
+            fluence = fluence + light
+        image = self._gather(world, np.maximum(fluence, 0), self.settings.samples)
+        return np.maximum(image - anchor.cheap_image + anchor.image, 0)
+
+    def plain_radiance(self, view: View) -> FloatImage:
+        """Linear radiance of a view by the estimator alone, shape (rows, columns, 3)."""
+        world = self._world(view)
+        if self.estimator == "path":
+            image = mi.render(world.scene, spp=self.settings.samples, seed=self.seed)
+            return _checked(np.array(image, np.float32))
+        integrator = world.scene.integrator()
+        fluence = sum(
+            integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in _lights(world)
+        )
+        return self._gather(world, np.asarray(fluence), self.settings.samples)
+
+    def anchor(self) -> Anchor:
+        """The untouched state of this episode, computed once."""
+        if self._anchor is None:
+            world = self._world(View())
+            integrator, names = world.scene.integrator(), _lights(world)
+            many = max(1, self.settings.anchor_particles // max(1, len(names)))
+            cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
+            careful = {n: integrator.light(world.scene, n, particles=many, seed=self.seed) for n in names}
+            fluence = np.sum(list(careful.values()), axis=0)
+            self._anchor = Anchor(
+                cheap_fluence=cheap,
+                fluence=careful,
+                cheap_image=self._gather(world, fluence, self.settings.samples),
+                image=self._gather(world, fluence, self.settings.anchor_samples),
+            )
+        return self._anchor
+
+    def _gather(self, world: World, fluence: Array, samples: int) -> FloatImage:
+        image = world.scene.integrator().gather(world.scene, fluence, samples=samples, seed=self.seed)
+        return _checked(np.array(image, np.float32))
+
+    def _share(self, light: str) -> int:
+        parts = 1 if light == FLASHLIGHT else max(1, len(self.rig.strips))
+        return max(1, self.settings.particles // parts)
+
+    def _world(self, view: View) -> World:
+        key = (view.indenter is not None, view.flashlight_x_mm is not None)
+        if key not in self._worlds:
+            content = WorldContent(
+                object_mesh=self.object_mesh if key[0] else None, object_color=self.object_color, flashlight=key[1]
+            )
+            self._worlds[key] = World(self.elastomer, self.rig, content, self._integrator())
+        world = self._worlds[key]
+        self._show(world, view)
+        return world
+
+    def _show(self, world: World, view: View) -> None:
+        shown = self._shown.get(id(world), View())
+        moved = view.indenter is not None and (
+            shown.indenter is None or shown.indenter.pose.key() != view.indenter.pose.key()
+        )
+        changes: dict[str, Any] = {}
+        if view.body is not shown.body:
+            changes["body"] = view.body if view.body is not None else self.elastomer.body.vertices
+        if view.infill is not shown.infill and self.elastomer.infill is not None:
+            changes["infill"] = view.infill if view.infill is not None else self.elastomer.infill.vertices
+        if moved and view.indenter is not None and self.object_mesh is not None:
+            changes["object_vertices"] = view.indenter.pose.to_sensor(self.object_mesh.vertices)
+        if view.flashlight_x_mm is not None and view.flashlight_x_mm != (shown.flashlight_x_mm or 0.0):
+            changes["light_x_mm"] = view.flashlight_x_mm
+        if changes:
+            world.update(**changes)
+        self._shown[id(world)] = view
+
+    def _integrator(self) -> dict[str, Any]:
+        if self.estimator == "path":
+            return {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
+        from magicsim.scenes.integrator import integrator_settings
+
+        return {"type": "fluence", "particles": self.settings.particles, **integrator_settings(self.elastomer)}
+
+
+def choose_estimator(asked: str, elastomer: Elastomer) -> str:
+    """The estimator that will run: `fluence` needs LLVM, and falls back to `path` on the scalar variant.
+
+    Raises:
+        RenderError: The body scatters, which only `path` supports.
+    """
+    if asked == "fluence" and elastomer.design.materials.body.sigma_s_per_mm > 0:
+        msg = (
+            f"materials.body.sigma_s_per_mm = {elastomer.design.materials.body.sigma_s_per_mm:g} is not allowed with "
+            "estimator 'fluence': must be 0; use estimator 'path'"
+        )
+        raise RenderError(msg)
+    return "path" if mi.variant() != LLVM_VARIANT else asked
+
+
+def _lights(world: World) -> list[str]:
+    from magicsim.scenes.integrator import lights
+
+    return lights(world.scene)
+
+
+def _checked(image: FloatImage) -> FloatImage:
+    bad = int(np.count_nonzero(~np.isfinite(image)))
+    if bad:
+        msg = f"the rendered image holds {bad} values that are not finite"
+        raise RenderError(msg)
+    return image

@@ -1,0 +1,85 @@
+"""What surrounds the elastomer: LED strips, lens, flashlight and camera. The configuration of `scenes/rigs/*.toml`."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from magicsim.config import Config
+from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Rgb = tuple[NonNegative, NonNegative, NonNegative]
+Side = Literal["-x", "+x", "-y", "+y"]
+
+
+class LedStrip(Config):
+    """A strip of LEDs along one side face, shining into the block."""
+
+    side: Side
+    """Side face that it lies along."""
+    radiance: Rgb
+    """Emitted radiance per channel, relative units."""
+    coupling: Literal["contact", "air"] = "contact"
+    """Optical contact (emitter just inside the body) or behind an air gap."""
+    margin_mm: Annotated[float, Field(ge=0.1, le=5)] = 0.4
+    """Distance of the strip's ends from the edges of the side face [mm]."""
+    reflectance: Annotated[float, Field(ge=0, le=1)] = 0.3
+    """Diffuse reflectance of the strip itself."""
+
+
+class Lens(Config):
+    """Clear plate between block and camera, bonded to the block and matched to its index."""
+
+    thickness_mm: Annotated[float, Field(ge=0, le=20)] = 2.0
+    """Thickness [mm]; 0 leaves it out."""
+
+
+class Flashlight(Config):
+    """Outside light: a disk that faces the contact face from below."""
+
+    radiance: Rgb = (1.0, 1.0, 1.0)
+    """Emitted radiance per channel, relative units."""
+    radius_mm: Positive = 8.0
+    """Radius of the disk [mm]."""
+    distance_mm: Positive = 40.0
+    """Distance from the undeformed contact face [mm]."""
+    x_mm: float = 0.0
+    """Centre along x [mm]."""
+    y_mm: float = 0.0
+    """Centre along y [mm]."""
+
+
+class Camera(Config):
+    """Pinhole camera on the sensor's axis, and the sensor behind it."""
+
+    columns: Annotated[int, Field(ge=8, le=2048)] = IMAGE_COLUMNS
+    """Image width [px]."""
+    rows: Annotated[int, Field(ge=8, le=2048)] = IMAGE_ROWS
+    """Image height [px]."""
+    distance_mm: Positive = 24.0
+    """Distance of the pinhole from the outer face of the lens [mm]."""
+    field_mm: Positive = 22.8
+    """Width along x that the image covers on the undeformed contact face, refraction included [mm]."""
+    exposure_grey: Annotated[float, Field(gt=0, lt=255)] = 90.0
+    """Mean grey level of the untouched frame that auto-exposure aims at, before it locks."""
+    white_balance: bool = True
+    """Whether auto-exposure gives each channel its own gain, so that all have the same mean."""
+    gamma: Annotated[float, Field(ge=0.3, le=4)] = 1.0
+    """Exponent of the tone curve: grey = 255 * signal^(1 / gamma)."""
+    full_well_e: Positive = 100_000.0
+    """Photo-electrons at grey level 255 (after any temporal denoising in the driver)."""
+    read_noise_e: NonNegative = 30.0
+    """Standard deviation of the read noise [electrons]."""
+    fixed_pattern: Annotated[float, Field(ge=0, le=0.2)] = 0.005
+    """Relative standard deviation of the pixels' gains, constant in time."""
+
+
+class Rig(Config):
+    """Everything optical around one elastomer."""
+
+    schema_version: Literal[1]
+    strips: tuple[LedStrip, ...]
+    lens: Lens = Lens()
+    flashlight: Flashlight = Flashlight()
+    camera: Camera = Camera()

@@ -1,0 +1,55 @@
+"""The state of a scene at every frame, interpolated from its keyframes."""
+
+from dataclasses import dataclass
+
+from magicsim.scenes.scene import Keyframe, SceneConfig
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameState:
+    """What is where in one frame. Equal states look the same."""
+
+    gap_mm: float | None
+    """Gap of the object [mm], negative when pressed; None without an object."""
+    x_mm: float
+    y_mm: float
+    twist_deg: float
+    flashlight: bool
+    light_x_mm: float
+
+    @property
+    def has_object(self) -> bool:
+        """Whether an object is there."""
+        return self.gap_mm is not None
+
+
+UNTOUCHED = FrameState(gap_mm=None, x_mm=0.0, y_mm=0.0, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
+"""The sensor alone, as in the reference frames."""
+
+
+def timeline(scene: SceneConfig) -> list[FrameState]:
+    """States of the scored frames, in order."""
+    states = []
+    for start, end in zip(scene.keyframes, (*scene.keyframes[1:], None), strict=True):
+        last = end.frame if end is not None else start.frame + 1
+        states += [_between(start, end, (frame - start.frame) / (last - start.frame)) for frame in range(start.frame, last)]
+    return states
+
+
+def _between(start: Keyframe, end: Keyframe | None, share: float) -> FrameState:
+    target = start if end is None or end.gap_mm is None or start.gap_mm is None else end
+
+    def mix(name: str, towards: Keyframe = target) -> float:
+        a, b = getattr(start, name), getattr(towards, name)
+        return round(float(a + share * (b - a)), 9)
+
+    present = start.gap_mm is not None
+    lit_target = end if end is not None and end.flashlight and start.flashlight else start
+    return FrameState(
+        gap_mm=mix("gap_mm") if present else None,
+        x_mm=mix("x_mm") if present else 0.0,
+        y_mm=mix("y_mm") if present else 0.0,
+        twist_deg=mix("twist_deg") if present else 0.0,
+        flashlight=start.flashlight,
+        light_x_mm=mix("light_x_mm", lit_target) if start.flashlight else 0.0,
+    )

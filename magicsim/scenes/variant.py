@@ -1,0 +1,78 @@
+"""Chooses the Mitsuba variant once per process: LLVM if this machine really runs it, scalar otherwise.
+
+An unsuitable libLLVM can abort the whole process (measured with LLVM 15), so each candidate is probed in a
+subprocess first.
+"""
+
+import functools
+import importlib.metadata
+import logging
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+LLVM_VARIANT = "llvm_ad_rgb"
+SCALAR_VARIANT = "scalar_rgb"
+LLVM_PACKAGE = "karellen-llvm-core"
+LLVM_VARIABLE = "DRJIT_LIBLLVM_PATH"
+VARIANT_VARIABLE = "MAGICSIM_VARIANT"
+"""Environment variable that names the variant and skips the probe; worker processes inherit it."""
+
+_PROBE = (
+    "import mitsuba as mi; mi.set_variant('llvm_ad_rgb'); import drjit as dr; "
+    "assert dr.sum(dr.arange(mi.Float, 1000))[0] == 499500"
+)
+_log = logging.getLogger(__name__)
+
+
+def find_llvm() -> Path | None:
+    """The libLLVM to use: the one named in the environment, or the one that the Python package brought."""
+    named = os.environ.get(LLVM_VARIABLE)
+    if named:
+        return Path(named)
+    try:
+        files = importlib.metadata.files(LLVM_PACKAGE) or []
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    for file in files:
+        if file.name.startswith("libLLVM.so."):
+            return Path(str(file.locate())).resolve()
+    return None
+
+
+def probe_llvm(library: Path) -> str | None:
+    """Runs a small LLVM kernel in a subprocess; None if it worked, else the reason."""
+    environment = {**os.environ, LLVM_VARIABLE: str(library)}
+    command = [sys.executable, "-c", _PROBE]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode == 0:
+        return None
+    lines = done.stderr.strip().splitlines()
+    return lines[-1] if lines else f"the probe ended with code {done.returncode}"
+
+
+@functools.cache
+def activate_variant() -> str:
+    """Sets the Mitsuba variant of this process and returns its name. The only place that does."""
+    variant = os.environ.get(VARIANT_VARIABLE) or _choose()
+    os.environ[VARIANT_VARIABLE] = variant
+    import mitsuba as mi
+
+    mi.set_variant(variant)
+    return variant
+
+
+def _choose() -> str:
+    library = find_llvm()
+    reason = "no libLLVM was found" if library is None else probe_llvm(library)
+    if reason is None:
+        os.environ[LLVM_VARIABLE] = str(library)
+        return LLVM_VARIANT
+    _log.warning(
+        "rendering with %s, many times slower, because %s; `pip install %s` brings LLVM on Linux",
+        SCALAR_VARIANT,
+        reason,
+        LLVM_PACKAGE,
+    )
+    return SCALAR_VARIANT

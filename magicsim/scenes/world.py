@@ -1,0 +1,220 @@
+"""The persistent Mitsuba scene of one sensor: built once, afterwards only its vertices move.
+
+Call `magicsim.scenes.variant.activate_variant` before importing this module.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.design import Optics
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.scenes.rig import Camera, LedStrip, Rig
+from magicsim.scenes.viewing import horizontal_fov_deg
+
+Array = npt.NDArray[np.float64]
+BODY, INFILL, OBJECT, FLASHLIGHT = "body", "infill", "object", "flashlight"
+"""Identifiers of shapes in the Mitsuba scene."""
+INSET_MM = 0.2
+"""How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
+AIR_GAP_MM = 0.3
+"""Gap between body and an LED strip behind air [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldContent:
+    """What is in the scene; another content is another scene."""
+
+    object_mesh: SurfaceMesh | None
+    """The object in its own frame, or None where it is left out."""
+    object_color: tuple[float, float, float]
+    flashlight: bool
+
+
+class World:
+    """One Mitsuba scene whose vertices can be replaced."""
+
+    def __init__(self, elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]) -> None:
+        """Loads the scene at rest, the object parked where its own frame puts it."""
+        self.elastomer = elastomer
+        self.rig = rig
+        self.content = content
+        self.scene: Any = mi.load_dict(_scene(elastomer, rig, content, integrator), optimize=False)
+        self._parameters = mi.traverse(self.scene)
+
+    def update(
+        self,
+        *,
+        body: Array | None = None,
+        infill: Array | None = None,
+        object_vertices: Array | None = None,
+        light_x_mm: float | None = None,
+    ) -> None:
+        """Replaces vertex positions; what is None stays as it is.
+
+        Args:
+            body: Shape (body vertices, 3) [mm].
+            infill: Shape (infill vertices, 3) [mm].
+            object_vertices: Shape (object vertices, 3), in the sensor's frame [mm].
+            light_x_mm: Shift of the flashlight along x [mm].
+        """
+        if body is not None:
+            self._set(BODY, with_lens(body, self.elastomer, self.rig))
+        if infill is not None:
+            self._set(INFILL, infill)
+        if object_vertices is not None:
+            self._set(OBJECT, object_vertices)
+        if light_x_mm is not None:
+            self._parameters[f"{FLASHLIGHT}.to_world"] = mi.Transform4f(_light_place(self.rig, light_x_mm))
+        self._parameters.update()
+
+    def _set(self, name: str, vertices: Array) -> None:
+        self._parameters[f"{name}.vertex_positions"] = np.ascontiguousarray(vertices, np.float32).ravel()
+
+
+def with_lens(body: Array, elastomer: Elastomer, rig: Rig) -> Array:
+    """Body vertices with the lens side moved out by the bonded, index-matched lens plate."""
+    top = elastomer.body.vertices[:, 2] > elastomer.design.height_mm - 1e-9
+    moved = body.copy()
+    moved[top, 2] += rig.lens.thickness_mm
+    return moved
+
+
+def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]) -> dict[str, Any]:
+    materials = elastomer.design.materials
+    body_medium = _medium(materials.body)
+    scene: dict[str, Any] = {
+        "type": "scene",
+        "integrator": integrator,
+        "sensor": _camera(elastomer, rig),
+        BODY: _mesh(
+            SurfaceMesh(vertices=with_lens(elastomer.body.vertices, elastomer, rig), faces=elastomer.body.faces),
+            BODY,
+            {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0},
+            interior=body_medium,
+        ),
+    }
+    if elastomer.infill is not None and materials.infill is not None:
+        infill = materials.infill
+        scene[INFILL] = _mesh(
+            elastomer.infill,
+            INFILL,
+            {"type": "dielectric", "int_ior": infill.ior, "ext_ior": materials.body.ior},
+            interior=_medium(infill),
+            exterior=body_medium,
+        )
+    for index, strip in enumerate(rig.strips):
+        scene[f"strip{index}"] = _strip(strip, elastomer)
+    if content.flashlight:
+        scene[FLASHLIGHT] = _flashlight(rig, 0.0)
+    if content.object_mesh is not None:
+        diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(content.object_color)}}
+        scene[OBJECT] = _mesh(content.object_mesh, OBJECT, diffuse)
+    return scene
+
+
+def _mesh(mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None) -> Any:
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict(bsdf)
+    properties["face_normals"] = True
+    if interior is not None:
+        properties["interior"] = interior
+    if exterior is not None:
+        properties["exterior"] = exterior
+    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties)
+    parameters = mi.traverse(shape)
+    parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
+    parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
+    parameters.update()
+    shape.set_id(name)
+    return shape
+
+
+def _medium(optics: Optics) -> Any:
+    sigma_t = optics.sigma_s_per_mm + optics.absorption_per_mm
+    if sigma_t == 0:
+        return None
+    phase = {"type": "hg", "g": optics.anisotropy} if optics.anisotropy else {"type": "isotropic"}
+    # Next-event estimation is blocked by the dielectric walls, so sampling emitters would only cost time.
+    return mi.load_dict(
+        {
+            "type": "homogeneous",
+            "albedo": optics.sigma_s_per_mm / sigma_t,
+            "sigma_t": sigma_t,
+            "phase": phase,
+            "sample_emitters": False,
+        }
+    )
+
+
+def _camera(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
+    camera: Camera = rig.camera
+    pinhole = elastomer.design.height_mm + rig.lens.thickness_mm + camera.distance_mm
+    return {
+        "type": "perspective",
+        "fov": horizontal_fov_deg(elastomer.design, rig),
+        "fov_axis": "x",
+        "near_clip": 0.1,
+        "far_clip": 1e4,
+        "to_world": mi.ScalarTransform4f().look_at(origin=[0, 0, pinhole], target=[0, 0, 0], up=[0, 1, 0]),
+        "film": {
+            "type": "hdrfilm",
+            "width": camera.columns,
+            "height": camera.rows,
+            "pixel_format": "rgb",
+            "component_format": "float32",
+            "rfilter": {"type": "box"},
+        },
+        "sampler": {"type": "independent"},
+    }
+
+
+def _strip(strip: LedStrip, elastomer: Elastomer) -> dict[str, Any]:
+    width, length = elastomer.design.footprint_mm
+    height = elastomer.design.height_mm
+    sign = 1.0 if strip.side[0] == "+" else -1.0
+    offset = -INSET_MM if strip.coupling == "contact" else AIR_GAP_MM
+    half_height = max(height / 2 - strip.margin_mm, 0.1 * height)
+    vertical = np.array([0.0, 0.0, half_height])
+    if strip.side[1] == "x":
+        along = np.array([0.0, length / 2 - strip.margin_mm, 0.0])
+        center, normal = np.array([sign * (width / 2 + offset), 0, height / 2]), np.array([-sign, 0.0, 0.0])
+    else:
+        along = np.array([width / 2 - strip.margin_mm, 0.0, 0.0])
+        center, normal = np.array([0, sign * (length / 2 + offset), height / 2]), np.array([0.0, -sign, 0.0])
+    return _rectangle(center, along, vertical, normal, strip.radiance, strip.reflectance)
+
+
+def _rectangle(
+    center: Array, u: Array, v: Array, normal: Array, radiance: tuple[float, float, float], reflectance: float
+) -> dict[str, Any]:
+    if np.dot(np.cross(u, v), normal) < 0:
+        u = -u
+    to_world = np.eye(4)
+    to_world[:3, 0], to_world[:3, 1], to_world[:3, 2], to_world[:3, 3] = u, v, normal, center
+    return {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f(to_world),
+        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": reflectance}},
+        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(radiance)}},
+    }
+
+
+def _light_place(rig: Rig, shift_x_mm: float) -> Any:
+    light = rig.flashlight
+    place = mi.ScalarTransform4f().translate([light.x_mm + shift_x_mm, light.y_mm, -light.distance_mm])
+    return place.scale([light.radius_mm, light.radius_mm, 1.0])
+
+
+def _flashlight(rig: Rig, shift_x_mm: float) -> dict[str, Any]:
+    light = rig.flashlight
+    return {
+        "type": "disk",
+        "to_world": _light_place(rig, shift_x_mm),
+        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.1}},
+        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(light.radiance)}},
+    }

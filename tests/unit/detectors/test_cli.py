@@ -1,0 +1,151 @@
+import json
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from magicsim.detectors.cli import main
+
+from .conftest import grid_frame, light_frame, near_frame
+
+
+@pytest.fixture
+def folders(tmp_path, save):
+    """A folder of 30 references and one of three frames to judge."""
+    for index in range(30):
+        save(tmp_path / "rest" / f"{index:02}.png", grid_frame())
+    for name, frame in (("a", grid_frame()), ("b", near_frame()), ("c", light_frame())):
+        save(tmp_path / "frames" / f"{name}.png", frame)
+    (tmp_path / "empty").mkdir()
+    return tmp_path
+
+
+@pytest.fixture(autouse=True)
+def _opencv_logging():
+    """The command silences OpenCV for the whole process; undo that for other tests."""
+    level = cv2.utils.logging.getLogLevel()
+    yield
+    cv2.utils.logging.setLogLevel(level)
+
+
+def run(folders, capsys, source, *options, reference="rest"):
+    status = main([str(folders / source), "--reference", str(folders / reference), *options])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def test_json_holds_one_row_for_each_frame(folders, capsys):
+    status, out, err = run(folders, capsys, "frames", "--profile", "published", "--json")
+    assert (status, err) == (0, "")
+    rows = json.loads(out)["frames"]
+    assert [row["source"] for row in rows] == ["a.png", "b.png", "c.png"]
+    assert [row["proximity"] for row in rows] == ["Normal", "Approaching", "Noise"]
+    assert rows[2]["combined"] == "Unknown"
+    assert rows[0]["similarity"] == 1.0
+
+
+def test_table_has_a_heading_and_one_line_for_each_frame(folders, capsys):
+    status, out, _ = run(folders, capsys, "frames/a.png")
+    heading, line = out.splitlines()
+    assert status == 0
+    assert heading.split()[0] == "source"
+    assert line.split()[0] == "a.png"
+    assert line.split()[-1] == "Untouched"
+
+
+def make_bad(folders):
+    rest = grid_frame()
+    float_image = rest.astype(np.float32)
+    float_image[0, 0, 0] = np.nan
+    for name, image in {
+        "small.png": rest[:-1],
+        "grey.png": rest[..., 0],
+        "deep.png": rest.astype(np.uint16) * 200,
+        "nan.tiff": float_image,
+    }.items():
+        cv2.imwrite(str(folders / name), image)
+    content = (folders / "frames" / "a.png").read_bytes()
+    (folders / "damaged.png").write_bytes(content[: len(content) // 2])
+    (folders / "zero.png").write_bytes(b"")
+    (folders / "notes.txt").write_text("x")
+    (folders / "bad.toml").write_text("tau_x = 1")
+
+
+@pytest.mark.parametrize(
+    ("source", "options", "named"),
+    [
+        ("none", (), "none' does not exist"),
+        ("empty", (), "holds no image"),
+        ("notes.txt", (), "is not an image"),
+        ("damaged.png", (), "damaged.png' cannot be decoded"),
+        ("zero.png", (), "zero.png' cannot be decoded"),
+        ("small.png", (), "image 'small.png': frame has shape (47, 36, 3); must be (48, 36, 3)"),
+        ("grey.png", (), "1 channel(s)"),
+        ("deep.png", (), "uint16"),
+        ("nan.tiff", (), "1 NaN or infinite values"),
+        ("frames", ("--profile", "nope"), "unknown profile 'nope'"),
+        ("frames", ("--profile", "{folders}/bad.toml"), "'tau_x'"),
+        ("frames", ("--jsn",), "--jsn"),
+    ],
+)
+def test_wrong_input_is_one_line_and_exit_2(folders, capsys, source, options, named):
+    make_bad(folders)
+    filled = [option.format(folders=folders) for option in options]
+    status, out, err = run(folders, capsys, source, *filled)
+    assert status == 2
+    assert out == ""
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+    assert named in err
+
+
+@pytest.mark.parametrize(
+    ("reference", "named"),
+    [
+        ("empty", "holds no image"),
+        ("frames/a.png", "1 reference frame(s) are too few"),
+        ("none", "not exist"),
+    ],
+)
+def test_wrong_reference_is_one_line_and_exit_2(folders, capsys, reference, named):
+    status, _, err = run(folders, capsys, "frames", reference=reference)
+    assert status == 2
+    assert named in err
+    assert err.count("\n") == 1
+
+
+def test_reference_of_another_size_is_named(folders, capsys, save):
+    save(folders / "rest" / "07.png", grid_frame()[:-1])
+    status, _, err = run(folders, capsys, "frames")
+    assert status == 2
+    assert "image '07.png'" in err
+
+
+def test_few_reference_frames_are_warned_about(folders, capsys, caplog):
+    status, _, _ = run(folders, capsys, "frames", reference="frames")
+    assert status == 0
+    assert "3 reference frames instead of 30" in caplog.text
+
+
+def test_module_runs_as_a_command_and_keeps_stdout_for_json(folders):
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "magicsim.detectors", str(folders / "frames")),
+            *("--reference", str(folders / "rest"), "--json"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(json.loads(done.stdout)["frames"]) == 3
+
+
+def test_missing_arguments_exit_2_in_one_line():
+    done = subprocess.run(
+        [sys.executable, "-m", "magicsim.detectors"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1

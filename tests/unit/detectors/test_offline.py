@@ -1,0 +1,26 @@
+import pytest
+
+from magicsim.detectors import DetectorProfile, detect, detect_sources, fuse
+from magicsim.errors import PresetError
+
+from .conftest import grid_frame, near_frame
+
+
+@pytest.fixture
+def folders(tmp_path, save):
+    for index in range(30):
+        save(tmp_path / "rest" / f"{index:02}.png", grid_frame())
+    save(tmp_path / "near.png", near_frame())
+    return tmp_path
+
+
+def test_verdicts_equal_those_of_arrays_in_memory(folders):
+    profile = DetectorProfile()
+    expected = detect(near_frame(), fuse([grid_frame()] * 30, profile), profile, source="near.png")
+    assert detect_sources(folders / "near.png", folders / "rest", "published") == [expected]
+    assert detect_sources(folders / "near.png", folders / "rest", profile) == [expected]
+
+
+def test_unknown_profile_is_refused(folders):
+    with pytest.raises(PresetError, match="nope"):
+        detect_sources(folders / "near.png", folders / "rest", "nope")
