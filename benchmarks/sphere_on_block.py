@@ -30,6 +30,9 @@ FINE_MM, FINE_DEPTH_MM = 2.8, 1.5
 PENALTIES = (150.0, 600.0)
 """Contact stiffness [N/mm3]; the remaining error is inversely proportional to it."""
 
+SOFT_PENALTY = 15.0
+"""Stiffness of the first solve at each depth, which the stiffer ones start from [N/mm3]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceForce:
@@ -40,6 +43,8 @@ class ReferenceForce:
     """Extrapolated to a rigid contact."""
     soft_force_n: float
     """With the stiffer penalty, before extrapolation."""
+    contact_area_mm2: float
+    """Deformed area inside the sphere with the stiffer penalty."""
     element_mm: float
     order: int
     unknowns: int
@@ -60,15 +65,16 @@ def reference_forces(depths_mm: Sequence[float], *, element_mm: float, order: in
         mesh, order=order, dirichletx="bonded|plane_x", dirichlety="bonded|plane_y", dirichletz="bonded"
     )
     depth, penalty = ngs.Parameter(0.0), ngs.Parameter(PENALTIES[0])
-    energy, pressure = _energy(space, depth, penalty)
+    energy, pressure, touching_area = _energy(space, depth, penalty)
     state = ngs.GridFunction(space)
     results = []
     for target in depths_mm:
         steps = max(1, round((target - depth.Get()) / 0.1))
         for value in [depth.Get() + (target - depth.Get()) * (i + 1) / steps for i in range(steps)]:
             depth.Set(value)
-            penalty.Set(PENALTIES[0])
-            _newton(energy, state)
+            for stiffness in (SOFT_PENALTY, PENALTIES[0]):
+                penalty.Set(stiffness)
+                _newton(energy, state)
         forces = []
         for value in PENALTIES:
             penalty.Set(value)
@@ -77,7 +83,9 @@ def reference_forces(depths_mm: Sequence[float], *, element_mm: float, order: in
         rigid = forces[1] + (forces[1] - forces[0]) * PENALTIES[0] / (PENALTIES[1] - PENALTIES[0])
         results.append(
             ReferenceForce(
-                depth_mm=target, force_n=rigid, soft_force_n=forces[1], element_mm=element_mm, order=order,
+                depth_mm=target, force_n=rigid, soft_force_n=forces[1],
+                contact_area_mm2=4 * ngs.Integrate(touching_area(state) * ngs.ds("contact", bonus_intorder=6), mesh),
+                element_mm=element_mm, order=order,
                 unknowns=sum(space.FreeDofs()), seconds=time.perf_counter() - start,
             )
         )  # fmt: skip
@@ -124,7 +132,12 @@ def _energy(space, depth, penalty):  # noqa: ANN001, ANN202
         depth_inside, upward = overlap(state)
         return penalty * depth_inside * upward
 
-    return form, pressure
+    def touching_area(state):  # noqa: ANN001, ANN202
+        deformed = ngs.Id(3) + ngs.Grad(state)
+        stretched = ngs.Cof(deformed) * ngs.specialcf.normal(3)
+        return ngs.IfPos(overlap(state)[0], ngs.Norm(stretched), 0)
+
+    return form, pressure, touching_area
 
 
 def _newton(form, state, tolerance: float = 1e-8) -> None:  # noqa: ANN001

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import splu
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
-THREADS = 2
+THREADS = 1
 """MKL threads, fixed so that results do not depend on the machine's core count."""
 CBWR_AUTO_STRICT = 2
 """MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""

@@ -34,7 +34,7 @@ class NewtonOptions:
     """Largest norm of the out-of-balance nodal forces over that of the contact forces."""
     update_residual: float = 1e-2
     """Residual below which contact multipliers are updated."""
-    penalty_ratio: float = 400.0
+    penalty_ratio: float = 200.0
     """Contact penalty in units of `Problem.stiffness`."""
     step_ratio: float = 0.7
     """Longest step of a node in units of the smallest cell edge."""

@@ -15,6 +15,8 @@ from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 Array = npt.NDArray[np.float64]
 SEGMENTS = 128
 """Segments of a full circle in meshes: sag of 0.0003 radii."""
+TRIANGLE_MM = 0.6
+"""Longest edge of a mesh's triangles [mm]: they carry the irradiance of the object's surface."""
 TINY = 1e-300
 
 
@@ -76,7 +78,7 @@ class RoundedBox:
         core = np.array(self.size_mm) / 2 - self.edge_radius_mm
         ball = manifold3d.Manifold.sphere(self.edge_radius_mm, 32)
         corners = [ball.translate(tuple(core * sign)) for sign in np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1]
-        return from_manifold(manifold3d.Manifold.batch_hull(corners))
+        return from_manifold(manifold3d.Manifold.batch_hull(corners).refine_to_length(TRIANGLE_MM))
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +127,7 @@ class RoundedCylinder:
         profile = np.concatenate([[[0.0, -self.length_mm / 2]], lower, upper, [[0.0, self.length_mm / 2]]])
         solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([profile]), SEGMENTS)
         turn = {"x": (0.0, 90.0, 0.0), "y": (-90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[self.axis]
-        return from_manifold(solid.rotate(turn))
+        return from_manifold(solid.rotate(turn).refine_to_length(TRIANGLE_MM))
 
     def _split(self, points: Array) -> tuple[Array, Array]:
         axis = "xyz".index(self.axis)

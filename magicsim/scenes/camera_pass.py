@@ -2,7 +2,7 @@
 
 Inside a cell with isotropic scattering the in-scattered radiance is sigma_s * fluence / (4 pi), so a ray that
 crosses a length l gains sigma_s / sigma_t * (1 - exp(-sigma_t l)) * fluence / (4 pi) and loses exp(-sigma_t l).
-Both branches are followed where a ray leaves the body, because a coin toss there costs most of the variance.
+A ray that meets the object ends there: the light pass knows how bright it is. Both branches are followed where a ray leaves the body, because a coin toss there costs most of the variance.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from magicsim.scenes.medium import Media, classify, fresnel
+from magicsim.scenes.medium import Media, Shapes, classify, fresnel
 from magicsim.scenes.sequence import sequence
 
 ROULETTE_WEIGHT = 1 / 32
@@ -21,14 +21,19 @@ PATTERN_SEED = 1
 
 @dr.syntax
 def gather_radiance(
-    scene: Any, body: Any, infill: Any, media: Media, fluence: Any, *, triangles_per_cell: int,
-    samples: int, seed: int, max_depth: int,
+    scene: Any, shapes: Shapes, media: Media, fluence: Any, exitance: Any, *, samples: int, seed: int, max_depth: int,
 ) -> Any:  # fmt: skip
     """Radiance of every pixel of the scene's first sensor.
 
     Args:
+        scene: The loaded scene.
+        shapes: Body, infill and object.
+        media: Optical constants.
         fluence: mi.Float of size 3 * cells.
+        exitance: Radiance that the object's triangles send out, mi.Float of size 3 * triangles.
         samples: Camera samples a pixel.
+        seed: Random stream of the choices at interfaces.
+        max_depth: Longest path.
 
     Returns:
         mi.Float of size rows * columns * 3.
@@ -36,20 +41,24 @@ def gather_radiance(
     sensor = scene.sensors()[0]
     columns, rows = sensor.film().size()
     count = columns * rows * samples
-    pixel, index = dr.arange(mi.UInt32, count) // samples, dr.arange(mi.UInt32, count) % samples
+    # Opaque: the compiled kernel then serves any number of samples and any seed.
+    per_pixel = dr.opaque(mi.UInt32, samples)
+    lane = dr.arange(mi.UInt32, count)
+    pixel, index = lane // per_pixel, lane % per_pixel
     pattern = mi.PCG32(size=columns * rows, initstate=mi.UInt64(PATTERN_SEED))
     shift = [dr.gather(mi.UInt32, pattern.next_uint32(), pixel) for _ in range(2)]
     jitter = mi.Point2f(*sequence(index, shift))
     position = mi.Point2f(
         (mi.Float(pixel % columns) + jitter.x) / columns, (mi.Float(pixel // columns) + jitter.y) / rows
     )
-    sampler = mi.PCG32(size=count, initstate=mi.UInt64(seed))
+    sampler = mi.PCG32(size=count, initstate=dr.opaque(mi.UInt64, seed))
     ray = mi.Ray3f(sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))[0])
     weight, radiance = mi.Color3f(1.0), mi.Color3f(0.0)
     waiting, waiting_ray, waiting_weight = mi.Bool(False), mi.Ray3f(ray), mi.Color3f(0.0)
     in_body, depth, active = mi.Bool(False), mi.UInt32(0), mi.Bool(True)
     context = mi.BSDFContext()
-    body_pointer, infill_pointer = mi.ShapePtr(body), mi.ShapePtr(infill)
+    body_pointer, infill_pointer, object_pointer = shapes.pointers()
+    triangles_per_cell = shapes.triangles_per_cell
     while active:
         si = scene.ray_intersect(ray, active)
         valid = si.is_valid()
@@ -81,7 +90,11 @@ def gather_radiance(
 
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
-        opaque = active & segment.opaque
+        on_object = active & segment.opaque & (si.shape == object_pointer)
+        sent = mi.Color3f(*[dr.gather(mi.Float, exitance, si.prim_index * 3 + c, on_object) for c in range(3)])
+        radiance[on_object] += weight * sent
+        weight[on_object] = 0
+        opaque = active & segment.opaque & ~on_object
         if dr.hint(opaque, mode="symbolic"):
             radiance += weight * si.emitter(scene).eval(si, opaque)
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)

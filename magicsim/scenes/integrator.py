@@ -7,17 +7,21 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.camera_pass import gather_radiance
 from magicsim.scenes.light_pass import FIXED_POINT, cell_volumes_mm3, deposit_tracks
-from magicsim.scenes.medium import Media
+from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
+from magicsim.scenes.light_field import LightField, total
+from magicsim.scenes.medium import Media, Shapes
+from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL, OBJECT
 
 FloatArray = npt.NDArray[np.float64]
 LIGHT_DEPTH = 400
 CAMERA_DEPTH = 200
 CHUNK = 500_000
 """Particles traced at once: bounds the memory, does not change the result."""
-BODY, INFILL, OBJECT, FLASHLIGHT = "body", "infill", "object", "flashlight"
-"""Identifiers of shapes in the Mitsuba scene."""
+NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
+"""Stands for an absent object, so that arrays have a size."""
 SEEDS_PER_RENDER = 64
 """Random streams that one seed owns: the camera's, and one a light."""
 
@@ -34,6 +38,8 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         super().__init__(properties)
         self.particles = properties.get("particles", 200_000)
         self.triangles_per_cell = properties.get("triangles_per_cell", 12)
+        self.object_color = np.array(properties.get("object_color", mi.ScalarColor3f(0.5)), np.float64)
+        self._irradiance_kernel: IrradianceKernel | None = None
         self.media = Media(
             body_ior=properties["body_ior"],
             infill_ior=properties["infill_ior"],
@@ -46,53 +52,62 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         self, scene: Any, sensor: Any = 0, seed: int = 0, spp: int = 0, develop: bool = True, evaluate: bool = True
     ) -> Any:
         """Renders the scene's first sensor; returns a tensor of shape (rows, columns, 3)."""
-        fluence = sum(self.light(scene, light, particles=self.share(scene), seed=seed) for light in lights(scene))
-        return self.gather(scene, fluence, samples=spp or 16, seed=seed)
+        fields = [self.light(scene, light, particles=self.share(scene), seed=seed) for light in lights(scene)]
+        return self.gather(scene, total(fields), samples=spp or 16, seed=seed)
 
     def share(self, scene: Any) -> int:
         """Particles of each light: all strips together get `particles`, an outside light gets as many again."""
         strips = sum(name != FLASHLIGHT for name in lights(scene))
         return max(1, self.particles // max(1, strips))
 
-    def light(self, scene: Any, name: str, *, particles: int, seed: int) -> FloatArray:
-        """Fluence that one light makes in every cell.
+    def light(self, scene: Any, name: str, *, particles: int, seed: int) -> LightField:
+        """Light that one emitter brings to every cell and to the object.
 
         Args:
             scene: The loaded scene.
             name: Identifier of the emitting shape, one of `lights(scene)`.
             particles: Number of particles.
             seed: Seed of the render; every light has a stream of its own.
-
-        Returns:
-            Fluence per cell and channel, shape (cells, 3).
         """
-        body, infill = _shape(scene, BODY), _shape(scene, INFILL)
-        if infill is None or self.media.sigma_s == 0:
-            return np.zeros((1, 3))
-        parameters = mi.traverse(infill)
-        vertices = np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3)
-        faces = np.array(parameters["faces"]).reshape(-1, 3)
-        volumes = cell_volumes_mm3(vertices, faces, len(faces) // self.triangles_per_cell)
+        shapes = self._shapes(scene)
         emitter = _shape(scene, name).emitter()
         stream = SEEDS_PER_RENDER * seed + 1 + lights(scene).index(name)
-        deposits = np.zeros(3 * len(volumes))
-        for chunk, size in enumerate(_chunks(particles)):
-            deposits += deposit_tracks(
-                scene, emitter, body, infill, self.media, triangles_per_cell=self.triangles_per_cell,
-                cells=len(volumes), first=chunk * CHUNK, particles=size, seed=stream, max_depth=LIGHT_DEPTH,
+        deposits, landed = np.zeros(3 * shapes.cells), np.zeros(3 * shapes.object_triangles)
+        for first in range(0, particles, CHUNK):
+            tracks = deposit_tracks(
+                scene, emitter, shapes, self.media, first=first, particles=min(CHUNK, particles - first), seed=stream,
+                max_depth=LIGHT_DEPTH,
             )  # fmt: skip
-        flux = deposits.reshape(-1, 3) / (FIXED_POINT * particles)
-        return flux / volumes[:, None]
+            deposits += tracks[0]
+            landed += tracks[1]
+        scale = 1 / (FIXED_POINT * particles)
+        fluence = deposits.reshape(-1, 3) * scale / _volumes(shapes)[:, None]
+        irradiance = self._kernel(shapes).irradiance(landed.reshape(-1, 3) * scale)
+        return LightField(fluence=fluence, irradiance=irradiance)
 
-    def gather(self, scene: Any, fluence: FloatArray, *, samples: int, seed: int) -> Any:
-        """Radiance image from a fluence of shape (cells, 3), a tensor of shape (rows, columns, 3)."""
+    def gather(self, scene: Any, field: LightField, *, samples: int, seed: int) -> Any:
+        """Radiance image from cached light, a tensor of shape (rows, columns, 3)."""
+        exitance = field.irradiance * self.object_color / np.pi
         image = gather_radiance(
-            scene, _shape(scene, BODY), _shape(scene, INFILL), self.media, mi.Float(fluence.astype(np.float32).ravel()),
-            triangles_per_cell=self.triangles_per_cell, samples=samples, seed=SEEDS_PER_RENDER * seed,
-            max_depth=CAMERA_DEPTH,
+            scene, self._shapes(scene), self.media, _flat(field.fluence), _flat(exitance),
+            samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH,
         )  # fmt: skip
         columns, rows = scene.sensors()[0].film().size()
         return mi.TensorXf(image, shape=(int(rows), int(columns), 3))
+
+    def _shapes(self, scene: Any) -> Shapes:
+        return Shapes(
+            body=_shape(scene, BODY),
+            infill=_shape(scene, INFILL),
+            object=_shape(scene, OBJECT),
+            triangles_per_cell=self.triangles_per_cell,
+        )
+
+    def _kernel(self, shapes: Shapes) -> IrradianceKernel:
+        """Smoothing of the object's irradiance; the object is rigid, so once is enough."""
+        if self._irradiance_kernel is None:
+            self._irradiance_kernel = irradiance_kernel(_mesh(shapes.object) if shapes.object is not None else NOTHING)
+        return self._irradiance_kernel
 
     def to_string(self) -> str:
         """One line for logs."""
@@ -109,14 +124,30 @@ def _shape(scene: Any, name: str) -> Any:
     return next((shape for shape in scene.shapes() if shape.id() == name), None)
 
 
-def _chunks(particles: int) -> list[int]:
-    return [min(CHUNK, particles - first) for first in range(0, particles, CHUNK)]
+def _mesh(shape: Any) -> SurfaceMesh:
+    parameters = mi.traverse(shape)
+    return SurfaceMesh(
+        vertices=np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3),
+        faces=np.array(parameters["faces"]).reshape(-1, 3).astype(np.int32),
+    )
 
 
-def integrator_settings(elastomer: Elastomer) -> dict[str, Any]:
-    """Scene-dictionary entries of the integrator for one elastomer."""
+def _volumes(shapes: Shapes) -> FloatArray:
+    if shapes.infill is None:
+        return np.ones(1)
+    mesh = _mesh(shapes.infill)
+    return cell_volumes_mm3(mesh.vertices, mesh.faces, shapes.cells)
+
+
+def _flat(values: FloatArray) -> Any:
+    return mi.Float(values.astype(np.float32).ravel())
+
+
+def integrator_settings(elastomer: Elastomer, object_color: tuple[float, float, float]) -> dict[str, Any]:
+    """Scene-dictionary entries of the integrator for one elastomer and the object's diffuse reflectance."""
     body, infill = elastomer.design.materials.body, elastomer.design.materials.infill
     return {
+        "object_color": mi.ScalarColor3f(object_color),
         "triangles_per_cell": max(elastomer.triangles_per_cell, 1),
         "body_ior": body.ior,
         "infill_ior": infill.ior if infill else body.ior,

@@ -1,5 +1,7 @@
 """Light pass: particles from the lights fill every infill cell with fluence (track-length estimator).
 
+Where they meet the object they add to its irradiance.
+
 Deposits are integers in fixed point, because floating-point scatter-adds have no fixed order.
 """
 
@@ -10,7 +12,7 @@ import mitsuba as mi
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.scenes.medium import Media, classify, fresnel
+from magicsim.scenes.medium import Media, Shapes, classify, fresnel
 from magicsim.scenes.sequence import sequence
 
 FIXED_POINT = 2.0**24
@@ -22,39 +24,41 @@ SEQUENCE = 2**32
 
 @dr.syntax
 def deposit_tracks(
-    scene: Any, emitter: Any, body: Any, infill: Any, media: Media, *, triangles_per_cell: int, cells: int,
-    first: int, particles: int, seed: int, max_depth: int,
-) -> npt.NDArray[np.uint64]:  # fmt: skip
+    scene: Any, emitter: Any, shapes: Shapes, media: Media, *, first: int, particles: int, seed: int, max_depth: int,
+) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.uint64]]:  # fmt: skip
     """Traces particles from one light and adds up weight x path length per cell and channel.
 
     Args:
         scene: The loaded scene.
         emitter: The light.
-        body: Shape of the body.
-        infill: Shape of all cells.
+        shapes: Body, infill and object.
         media: Optical constants.
-        triangles_per_cell: Triangles of one cell in the infill's mesh.
-        cells: Number of cells.
         first: Index of the first particle, so that a large number can be traced in chunks.
         particles: Number of particles of this chunk.
         seed: Random stream of the light.
         max_depth: Longest path.
 
     Returns:
-        Fixed-point deposits, shape (3 * cells,): flux x mm times `FIXED_POINT` times the number of all particles.
+        Fixed-point deposits in cells, shape (3 * cells,): flux x mm times `FIXED_POINT` times the number of all
+        particles; and on the object's triangles, shape (3 * triangles,): flux, in the same units.
     """
-    sampler = mi.PCG32(size=particles, initstate=mi.UInt64(seed), initseq=mi.UInt64(SEQUENCE + first))
-    start = mi.PCG32(size=1, initstate=mi.UInt64(seed))
-    u = sequence(first + dr.arange(mi.UInt32, particles), [start.next_uint32() for _ in range(4)])
+    # Opaque: the compiled kernel then serves any seed and chunk.
+    sampler = mi.PCG32(
+        size=particles, initstate=dr.opaque(mi.UInt64, seed), initseq=dr.opaque(mi.UInt64, SEQUENCE + first)
+    )
+    start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed))
+    u = sequence(dr.opaque(mi.UInt32, first) + dr.arange(mi.UInt32, particles), [start.next_uint32() for _ in range(4)])
     emitted = emitter.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3]))
     ray = mi.Ray3f(emitted[0])
     weight = mi.Color3f(emitted[1])
     brightest = dr.max(weight)
-    deposits = dr.zeros(mi.UInt64, 3 * cells)
+    deposits = dr.zeros(mi.UInt64, 3 * shapes.cells)
+    landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles)
+    triangles_per_cell = shapes.triangles_per_cell
     in_body = mi.Bool(True)
     depth, active = mi.UInt32(0), mi.Bool(brightest > 0)
     context = mi.BSDFContext(mi.TransportMode.Importance)
-    body_pointer, infill_pointer = mi.ShapePtr(body), mi.ShapePtr(infill)
+    body_pointer, infill_pointer, object_pointer = shapes.pointers()
     while active:
         si = scene.ray_intersect(ray, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
@@ -78,6 +82,9 @@ def deposit_tracks(
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         opaque = active & segment.opaque
+        for channel in range(3):
+            amount = mi.UInt64(weight[channel] * FIXED_POINT)
+            dr.scatter_add(landed, amount, si.prim_index * 3 + channel, opaque & (si.shape == object_pointer))
         if dr.hint(opaque, mode="symbolic"):
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo
@@ -95,7 +102,7 @@ def deposit_tracks(
         keep = sampler.next_float32(active) < survive
         weight[roulette] *= dr.rcp(dr.maximum(survive, 1e-6))
         active &= si.is_valid() & (dr.max(weight) > 0) & (depth < max_depth) & (~roulette | keep)
-    return np.array(deposits)
+    return np.array(deposits), np.array(landed)
 
 
 def cell_volumes_mm3(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.uint32], cells: int) -> npt.NDArray[np.float64]:

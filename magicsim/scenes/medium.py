@@ -32,6 +32,32 @@ class Media:
 
 
 @dataclass(slots=True, kw_only=True)
+class Shapes:
+    """The shapes that both passes tell apart, by their role."""
+
+    body: Any
+    infill: Any
+    """All cells, or None without a grid."""
+    object: Any
+    """What approaches, or None."""
+    triangles_per_cell: int
+
+    @property
+    def cells(self) -> int:
+        """Number of cells, at least 1 so that arrays have a size."""
+        return max(1, self.infill.face_count() // self.triangles_per_cell) if self.infill is not None else 1
+
+    @property
+    def object_triangles(self) -> int:
+        """Number of the object's triangles, at least 1 so that arrays have a size."""
+        return int(self.object.face_count()) if self.object is not None else 1
+
+    def pointers(self) -> tuple[Any, Any, Any]:
+        """Body, infill and object for comparison with hits; null, which no valid hit equals, where one is absent."""
+        return mi.ShapePtr(self.body), mi.ShapePtr(self.infill), mi.ShapePtr(self.object)
+
+
+@dataclass(slots=True, kw_only=True)
 class Segment:
     """One stretch of a ray, classified; every field is a Dr.Jit array over rays."""
 
@@ -51,11 +77,11 @@ def classify(si: Any, body: Any, infill: Any, was_in_body: Any) -> Segment:
     Args:
         si: Surface interaction at the end of the segment, valid or not.
         body: Pointer to the body's shape.
-        infill: Pointer to the infill's shape, or None without a grid.
+        infill: Pointer to the infill's shape, null without a grid.
         was_in_body: Memory, used only where the next hit is opaque or missing.
     """
     valid = si.is_valid()
-    on_infill = valid & (si.shape == infill) if infill is not None else dr.zeros(mi.Bool, dr.width(valid))
+    on_infill = valid & (si.shape == infill)
     on_body = valid & (si.shape == body)
     outside = mi.Frame3f.cos_theta(si.wi) > 0
     in_infill = on_infill & ~outside

@@ -14,10 +14,12 @@ from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.scenes.light_field import LightField, total
+from magicsim.scenes.names import FLASHLIGHT
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.variant import LLVM_VARIANT
-from magicsim.scenes.world import FLASHLIGHT, World, WorldContent
+from magicsim.scenes.world import World, WorldContent
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
@@ -47,8 +49,8 @@ class Anchor:
     one and subtracting the cheap one removes the noise that all frames share (a control variate; unbiased).
     """
 
-    cheap_fluence: dict[str, Array]
-    fluence: dict[str, Array]
+    cheap: dict[str, LightField]
+    careful: dict[str, LightField]
     cheap_image: FloatImage
     image: FloatImage
 
@@ -101,13 +103,12 @@ class Renderer:
         anchor = self.anchor()
         world = self._world(view)
         integrator = world.scene.integrator()
-        fluence = np.zeros_like(next(iter(anchor.fluence.values())))
+        fields = []
         for name in _lights(world):
-            light = integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
-            if name in anchor.fluence:
-                light = light - anchor.cheap_fluence[name] + anchor.fluence[name]
-            fluence = fluence + light
-        image = self._gather(world, np.maximum(fluence, 0), self.settings.samples)
+            field = integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
+            known = name in anchor.careful
+            fields.append(field.anchored(anchor.cheap[name], anchor.careful[name]) if known else field)
+        image = self._gather(world, total(fields), self.settings.samples)
         return np.maximum(image - anchor.cheap_image + anchor.image, 0)
 
     def plain_radiance(self, view: View) -> FloatImage:
@@ -117,10 +118,10 @@ class Renderer:
             image = mi.render(world.scene, spp=self.settings.samples, seed=self.seed)
             return _checked(np.array(image, np.float32))
         integrator = world.scene.integrator()
-        fluence = sum(
+        fields = [
             integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in _lights(world)
-        )
-        return self._gather(world, np.asarray(fluence), self.settings.samples)
+        ]
+        return self._gather(world, total(fields), self.settings.samples)
 
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""
@@ -130,17 +131,17 @@ class Renderer:
             many = max(1, self.settings.anchor_particles // max(1, len(names)))
             cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
             careful = {n: integrator.light(world.scene, n, particles=many, seed=self.seed) for n in names}
-            fluence = np.sum(list(careful.values()), axis=0)
+            field = total(list(careful.values()))
             self._anchor = Anchor(
-                cheap_fluence=cheap,
-                fluence=careful,
-                cheap_image=self._gather(world, fluence, self.settings.samples),
-                image=self._gather(world, fluence, self.settings.anchor_samples),
+                cheap=cheap,
+                careful=careful,
+                cheap_image=self._gather(world, field, self.settings.samples),
+                image=self._gather(world, field, self.settings.anchor_samples),
             )
         return self._anchor
 
-    def _gather(self, world: World, fluence: Array, samples: int) -> FloatImage:
-        image = world.scene.integrator().gather(world.scene, fluence, samples=samples, seed=self.seed)
+    def _gather(self, world: World, field: LightField, samples: int) -> FloatImage:
+        image = world.scene.integrator().gather(world.scene, field, samples=samples, seed=self.seed)
         return _checked(np.array(image, np.float32))
 
     def _share(self, light: str) -> int:
@@ -181,7 +182,7 @@ class Renderer:
             return {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
         from magicsim.scenes.integrator import integrator_settings
 
-        return {"type": "fluence", "particles": self.settings.particles, **integrator_settings(self.elastomer)}
+        return {"type": "fluence", "particles": self.settings.particles, **integrator_settings(self.elastomer, self.object_color)}
 
 
 def choose_estimator(asked: str, elastomer: Elastomer) -> str:

@@ -1,11 +1,16 @@
 """A scene: a design on a rig, and what moves. The configuration of `scenes/*.toml`."""
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config
+from magicsim.config import Config, apply_overrides, read_toml, validate
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
+from magicsim.presets import find_preset
+from magicsim.scenes.rig import Rig
 
 GapMm = Annotated[float, Field(ge=-12, le=200)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
@@ -55,14 +60,27 @@ class RenderSettings(Config):
     """Light particles of the untouched state."""
 
 
+class OutputSettings(Config):
+    """What is computed beside frames and the table of truth; leave out what is not needed."""
+
+    contact_mask: bool = True
+    """Contact mask in image space for every frame."""
+    displacements: bool = True
+    """Displacements of all lattice nodes for every frame."""
+    preview: bool = True
+    """Animated preview."""
+    report: bool = True
+    """HTML report, which needs the detectors."""
+
+
 class SceneConfig(Config):
     """One episode of one sensor."""
 
     schema_version: Literal[1]
-    design: str
-    """Design preset or file."""
-    rig: str
-    """Rig preset or file."""
+    design: ElastomerDesign
+    """The block; a file may give the name of a design preset instead."""
+    rig: Rig
+    """What surrounds it; a file may give the name of a rig preset instead."""
     seed: Seed = 0
     """Seed of everything random in the episode."""
     references: Annotated[int, Field(ge=0, le=1000)] = 30
@@ -73,6 +91,7 @@ class SceneConfig(Config):
     """What approaches."""
     contact: ContactOptics = ContactOptics()
     render: RenderSettings = RenderSettings()
+    output: OutputSettings = OutputSettings()
     keyframes: Annotated[tuple[Keyframe, ...], Field(min_length=1)]
     """States in order of frame; the last one ends the episode."""
 
@@ -91,3 +110,34 @@ class SceneConfig(Config):
     def frame_count(self) -> int:
         """Number of scored frames."""
         return self.keyframes[-1].frame + 1
+
+
+def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SceneConfig:
+    """Reads a scene by preset name or path and puts its design and rig in place.
+
+    Args:
+        name: Scene preset or TOML file.
+        overrides: `dotted.key=value` settings; `design.` and `rig.` reach into those files.
+        seed: Seed instead of the file's.
+
+    Raises:
+        PresetError: The scene, its design or its rig does not exist.
+        ConfigError: The content is not acceptable.
+    """
+    path = find_preset("scene", name)
+    data = read_toml(path)
+    for kind in ("design", "rig"):
+        chosen = [override for override in overrides if override.partition("=")[0].strip() == kind]
+        data = apply_overrides(data, chosen)
+        if isinstance(data.get(kind), str):
+            data[kind] = read_toml(_beside(kind, data[kind], path))
+    data = apply_overrides(data, [o for o in overrides if o.partition("=")[0].strip() not in {"design", "rig"}])
+    if seed is not None:
+        data["seed"] = seed
+    return validate(SceneConfig, data, source=path.name)
+
+
+def _beside(kind: str, name: str, scene: Path) -> Path:
+    """A file named by a scene is looked for beside the scene first."""
+    local = scene.parent / name
+    return local if name.endswith(".toml") and local.is_file() else find_preset(kind, name)

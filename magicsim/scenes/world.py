@@ -13,12 +13,11 @@ import numpy.typing as npt
 from magicsim.geometry.design import Optics
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL, OBJECT
 from magicsim.scenes.rig import Camera, LedStrip, Rig
 from magicsim.scenes.viewing import horizontal_fov_deg
 
 Array = npt.NDArray[np.float64]
-BODY, INFILL, OBJECT, FLASHLIGHT = "body", "infill", "object", "flashlight"
-"""Identifiers of shapes in the Mitsuba scene."""
 INSET_MM = 0.2
 """How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
 AIR_GAP_MM = 0.3

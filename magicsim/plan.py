@@ -1,0 +1,126 @@
+"""Decides before work starts what a scene needs, and says why the rest is left out.
+
+Every rule here is exact: leaving out changes no frame, which tests hold by rendering with and without.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
+
+UNTOUCHED_FRAME = -1
+"""Number that stands for the untouched state of the reference frames."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FramePlan:
+    """What one scored frame needs."""
+
+    state: FrameState
+    solve: bool
+    """Whether contact is possible, so that a deformation is solved."""
+    same_as: int | None
+    """Earlier frame whose radiance it shares (`UNTOUCHED_FRAME` for the references), or None to render."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """One stage that is kept or left out, and why."""
+
+    stage: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScenePlan:
+    """The work of one episode."""
+
+    frames: tuple[FramePlan, ...]
+    kept: tuple[Decision, ...]
+    left_out: tuple[Decision, ...]
+
+
+def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
+    """Plans an episode.
+
+    Args:
+        scene: What happens.
+        leave_out: False plans every frame in full, for comparison.
+    """
+    states = timeline(scene)
+    frames = []
+    seen = {UNTOUCHED: UNTOUCHED_FRAME} if leave_out else {}
+    for index, state in enumerate(states):
+        touching = can_touch(state)
+        earlier = _same_as(states, seen, index, touching=touching) if leave_out else None
+        frames.append(FramePlan(state=state, solve=touching and earlier is None, same_as=earlier))
+        if leave_out and earlier is None and not touching:
+            seen[state] = index
+    kept, left_out = _explain(scene, frames)
+    return ScenePlan(frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
+
+
+def can_touch(state: FrameState) -> bool:
+    """Whether the object's highest point is above the undeformed contact face."""
+    return state.gap_mm is not None and state.gap_mm < 0
+
+
+def _same_as(states: list[FrameState], seen: dict[FrameState, int], index: int, *, touching: bool) -> int | None:
+    """An earlier frame that looks the same: the one before in contact (paths have a history), any one otherwise."""
+    if not touching:
+        return seen.get(states[index])
+    first = index
+    while first > 0 and states[first - 1] == states[index]:
+        first -= 1
+    return first if first < index else None
+
+
+def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision], list[Decision]]:
+    kept: list[Decision] = []
+    left_out: list[Decision] = []
+    total = len(frames)
+
+    def decide(stage: str, count: int, why: str, why_not: str) -> None:
+        if count:
+            kept.append(Decision(stage=stage, reason=f"{count} of {total} frames: {why}"))
+        if count < total:
+            left_out.append(Decision(stage=stage, reason=f"{total - count} of {total} frames: {why_not}"))
+
+    reasons = Counter(_why_no_solve(frame) for frame in frames if not frame.solve)
+    solved = sum(frame.solve for frame in frames)
+    if solved:
+        kept.append(Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"))
+    left_out += [
+        Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}") for reason, count in reasons.items()
+    ]
+    rendered = sum(frame.same_as is None for frame in frames)
+    decide("mesh and BVH update", rendered, "something moved", "nothing moved since an earlier frame that is reused")
+    if _scatters(scene):
+        decide("light pass", rendered, "the light changes", "same pose and light as an earlier frame")
+    else:
+        left_out.append(Decision(stage="light pass", reason="nothing scatters, so no fluence is needed"))
+    decide("camera pass", rendered, "the image changes", "same pose and light as an earlier frame")
+    objects = sum(frame.state.has_object for frame in frames)
+    decide("object in the optical scene", objects, "the object is there", "no object")
+    lit = sum(frame.state.flashlight for frame in frames)
+    decide("flashlight in the optical scene", lit, "the light is on", "the light is off")
+    references = f"{scene.references} frames: one untouched state, each frame with noise of its own"
+    if scene.references:
+        kept.append(Decision(stage="reference frames", reason=references))
+    for name in type(scene.output).model_fields:
+        asked = getattr(scene.output, name)
+        reason = "asked for" if asked else "not asked for (output settings)"
+        (kept if asked else left_out).append(Decision(stage=f"output {name}", reason=reason))
+    return kept, left_out
+
+
+def _why_no_solve(frame: FramePlan) -> str:
+    if not frame.state.has_object:
+        return "no object"
+    return "the object cannot touch" if not can_touch(frame.state) else "same pose as the frame before"
+
+
+def _scatters(scene: SceneConfig) -> bool:
+    infill = scene.design.materials.infill
+    return scene.design.has_grid and infill is not None and infill.sigma_s_per_mm > 0

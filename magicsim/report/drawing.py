@@ -1,0 +1,76 @@
+"""Matplotlib figures as SVG text for a page: same input, same bytes, nothing loaded from outside."""
+
+import html
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib as mpl
+from matplotlib import style
+from matplotlib.figure import Figure
+
+from magicsim.report.palette import FAINT, INK, THEME
+
+WIDTH_IN = 5.4
+"""Width of every drawing [in]: about a phone's window at one point a pixel."""
+
+_SIZE = re.compile(r'(?<=\s)(?:width|height)="[\d.]+pt" ?')
+"""Width and height of the whole drawing, in its first line."""
+
+_STYLE = {
+    "svg.hashsalt": "magicsim",
+    "svg.fonttype": "none",
+    "path.simplify": False,
+    "font.size": 10.0,
+    "axes.titlesize": 10.0,
+    "axes.labelsize": 10.0,
+    "xtick.labelsize": 9.5,
+    "ytick.labelsize": 9.5,
+    "legend.fontsize": 9.5,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.edgecolor": FAINT,
+    "axes.facecolor": "none",
+    "figure.facecolor": "none",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+}
+
+
+@contextmanager
+def plot_style() -> Iterator[None]:
+    """The report's look, whatever the user's own settings are; those are back afterwards."""
+    with style.context(["default", _STYLE]):
+        yield
+
+
+def to_svg(figure: Figure, *, name: str, label: str) -> str:
+    """The drawing as an `svg` element that fills the width it is given. To be called within `plot_style`.
+
+    Args:
+        figure: What to draw.
+        name: Put before every identifier, so that several drawings can share a page.
+        label: What the drawing shows, for a reader who cannot see it.
+    """
+    buffer = io.StringIO()
+    with mpl.rc_context({"svg.hashsalt": name}):
+        figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    svg = buffer.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"\s*<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r"\s*<defs>\s*<style.*?</defs>", "", svg, count=1, flags=re.DOTALL)
+    svg = re.sub(r'\bid="', f'id="{name}-', svg)
+    svg = svg.replace("url(#", f"url(#{name}-").replace('xlink:href="#', f'xlink:href="#{name}-')
+    for stand_in, color in THEME.items():
+        svg = svg.replace(stand_in, color)
+    svg = _SIZE.sub("", svg, count=2)
+    return svg.replace(
+        "<svg", f'<svg role="img" aria-label="{html.escape(label)}" style="stroke-linejoin: round"', 1
+    )

@@ -1,0 +1,27 @@
+"""Colours of a report, told apart with any colour vision (Okabe and Ito, Color Universal Design, 2008)."""
+
+from magicsim.detectors.truth import FrameClass
+
+CLASS_COLORS = {
+    FrameClass.CLEAR: "#999999",
+    FrameClass.NEAR: "#56b4e9",
+    FrameClass.CONTACT: "#cc79a7",
+    FrameClass.LIGHT: "#f0e442",
+}
+"""Shade behind the frames of each class; frames that are not scored have none."""
+
+BLUE = "#0072b2"
+ORANGE = "#e69f00"
+GREEN = "#009e73"
+WRONG = "#d55e00"
+"""Marks of wrong verdicts."""
+
+INK = "#010203"
+"""Stands for the page's colour of text until `THEME` replaces it."""
+FAINT = "#010204"
+"""Stands for the page's colour of thin lines until `THEME` replaces it."""
+LINE = "#010205"
+"""Stands for the page's colour of measured curves until `THEME` replaces it."""
+
+THEME = {INK: "var(--ink, #1f2933)", FAINT: "var(--faint, #d5dae1)", LINE: "var(--curve, #0b3c6f)"}
+"""What replaces the stand-ins in a finished drawing, so that it follows the page's light or dark theme."""

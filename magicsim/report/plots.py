@@ -1,0 +1,138 @@
+"""The plots of a report, each from frames and verdicts to SVG text."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from magicsim.episode import Judgement, SimulatedFrame
+from magicsim.report.drawing import WIDTH_IN, plot_style, to_svg
+from magicsim.report.mistakes import contact_right, proximity_right
+from magicsim.report.palette import BLUE, FAINT, INK, LINE, ORANGE, WRONG
+from magicsim.report.text import number
+from magicsim.report.time_panels import Series, frame_times, time_panels
+
+
+def plot_features(frames: Sequence[SimulatedFrame], judgement: Judgement, *, name: str) -> str:
+    """E, C and S over time with their thresholds; wrong verdicts are crosses, proximity's on E and C.
+
+    Args:
+        frames: The scored frames, at least one.
+        judgement: Verdicts on them.
+        name: Put before the drawing's identifiers.
+    """
+    pairs = [(one, frame.truth.frame_class) for one, frame in zip(judgement.verdicts, frames, strict=True)]
+    far = np.array([proximity_right(*pair) is False for pair in pairs])
+    touch = np.array([contact_right(*pair) is False for pair in pairs])
+    rows = (
+        ("E", "entropy [bit]", "entropy", "tau_e", far, (0.0, 1.0)),
+        ("C", "correlation", "correlation", "tau_c", far, (0.0, 1.0)),
+        ("S", "grid similarity", "similarity", "tau_g", touch, (0.0, 1.0)),
+    )
+    times = frame_times(frames)
+    with plot_style():
+        titles = [
+            f"{letter}: {words}, threshold {number(judgement.thresholds[tau])}"
+            for letter, words, _, tau, _, _ in rows
+        ]
+        figure, panels = time_panels(frames, titles)
+        for panel, (_, _, field, tau, wrong, ends) in zip(panels, rows, strict=True):
+            values = np.array([getattr(one, field) for one in judgement.verdicts], dtype=np.float64)
+            panel.axhline(judgement.thresholds[tau], color=INK, linewidth=1.0, dashes=(4, 3), gid=tau)
+            panel.plot(times, values, color=LINE, gid=field)
+            panel.plot(times[wrong], values[wrong], "x", color=WRONG, ms=6, mew=1.8, gid=f"wrong-{field}")
+            _fit(panel, np.append(values, judgement.thresholds[tau]), ends)
+        return to_svg(figure, name=name, label="Entropy, correlation and similarity over time")
+
+
+def plot_forces(frames: Sequence[SimulatedFrame], *, name: str) -> str:
+    """Force, depth and gap over time.
+
+    Args:
+        frames: The scored frames, at least one.
+        name: Put before the drawing's identifiers.
+    """
+    times, force = frame_times(frames), _forces(frames)
+    sideways = np.hypot(force[:, 0], force[:, 1])
+    depth = np.array([frame.truth.depth_mm for frame in frames], dtype=np.float64)
+    gap = np.array([_open_gap(frame) for frame in frames], dtype=np.float64)
+    with plot_style():
+        figure, panels = time_panels(frames, ["force [N]", "depth [mm]", "gap [mm]"])
+        panels[0].plot(times, force[:, 2], color=BLUE, label="along z", gid="force-z")
+        panels[0].plot(times, sideways, color=ORANGE, label="sideways", dashes=(4, 1.5), gid="force-xy")
+        panels[0].legend(
+            loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, borderpad=0.0, borderaxespad=0.2
+        )
+        panels[1].plot(times, depth, color=LINE, gid="depth")
+        panels[2].plot(times, gap, color=LINE, marker=".", ms=3, gid="gap")
+        for panel, values in zip(panels, (np.append(force[:, 2], sideways), depth, gap), strict=True):
+            _fit(panel, values, (0.0, 0.1))
+        return to_svg(figure, name=name, label="Force, depth and gap over time")
+
+
+def plot_force_depth(frames: Sequence[SimulatedFrame], *, name: str) -> str:
+    """Force along z against depth, loading and unloading apart.
+
+    A frame belongs to the unloading where it is less deep than the frame before it, to the loading where it
+    is deeper, and to the hold where the depth stays. Only frames with contact are drawn.
+
+    Args:
+        frames: The scored frames, at least one.
+        name: Put before the drawing's identifiers.
+    """
+    depth = np.array([frame.truth.depth_mm for frame in frames], dtype=np.float64)
+    contact = np.array([frame.truth.contact for frame in frames], dtype=np.bool_)
+    force = _forces(frames)[:, 2]
+    step = np.diff(depth, prepend=0.0)
+    looks = (
+        ("loading", step > 0.0, BLUE, "o"),
+        ("held or sheared", step == 0.0, ORANGE, "s"),
+        ("unloading", step < 0.0, INK, "v"),
+    )
+    with plot_style():
+        figure = Figure(figsize=(WIDTH_IN, 4.0))
+        panel = figure.add_axes((0.105, 0.125, 0.88, 0.775))
+        panel.grid(visible=True, color=FAINT, linewidth=0.6)
+        panel.tick_params(length=0.0)
+        panel.plot(depth[contact], force[contact], color=FAINT, linewidth=1.0, gid="path")
+        for label, chosen, color, marker in looks:
+            both = contact & chosen
+            (marks,) = panel.plot(depth[both], force[both], linestyle="none", marker=marker, label=label)
+            marks.set(
+                color=color,
+                markersize=5.0,
+                fillstyle="none" if color == INK else "full",
+                gid=label.split()[0],
+            )
+        panel.legend(
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=3,
+            borderpad=0.0,
+            handletextpad=0.2,
+            columnspacing=1.2,
+        )
+        panel.set_xlabel("depth [mm]")
+        panel.set_title("force along z [N]", pad=4.0)
+        return to_svg(figure, name=name, label="Force against depth")
+
+
+def _forces(frames: Sequence[SimulatedFrame]) -> npt.NDArray[np.float64]:
+    """Forces [N], shape (frames, 3)."""
+    return np.array([frame.truth.force_n for frame in frames], dtype=np.float64).reshape(-1, 3)
+
+
+def _open_gap(frame: SimulatedFrame) -> float:
+    """The gap [mm], 0 where pressed and NaN without an object."""
+    gap = frame.truth.state.gap_mm
+    return float("nan") if gap is None else max(gap, 0.0)
+
+
+def _fit(panel: Axes, values: Series, ends: tuple[float, float]) -> None:
+    """Let a panel show all values and at least the range `ends`, with a margin."""
+    finite = values[np.isfinite(values)]
+    low, high = min(ends[0], *finite, ends[1]), max(*ends, *finite)
+    margin = 0.06 * (high - low)
+    panel.set_ylim(low - margin, high + margin)

@@ -1,0 +1,33 @@
+"""Light as the light pass leaves it: fluence in the cells, irradiance on the object. Linear in the lights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LightField:
+    """What one light, or several together, bring into the scene."""
+
+    fluence: Array
+    """Fluence of each cell and channel, shape (cells, 3)."""
+    irradiance: Array
+    """Irradiance of each of the object's triangles and channel, shape (triangles, 3)."""
+
+    def anchored(self, cheap: Self, careful: Self) -> "LightField":
+        """This field with the shared noise of the cells taken out: minus the cheap estimate, plus the careful one."""
+        fluence = np.maximum(self.fluence - cheap.fluence + careful.fluence, 0)
+        return LightField(fluence=fluence, irradiance=self.irradiance)
+
+
+def total(fields: Sequence[LightField]) -> LightField:
+    """Sum over lights."""
+    return LightField(
+        fluence=np.sum([field.fluence for field in fields], axis=0),
+        irradiance=np.sum([field.irradiance for field in fields], axis=0),
+    )

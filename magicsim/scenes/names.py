@@ -1,0 +1,6 @@
+"""Identifiers of the shapes in the Mitsuba scene."""
+
+BODY = "body"
+INFILL = "infill"
+OBJECT = "object"
+FLASHLIGHT = "flashlight"

@@ -1,0 +1,204 @@
+"""From a scene to its frames and ground truth: the chain that everything else builds on."""
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.follow import FollowMap, follow_map
+from magicsim.deform.lattice import Lattice, build_lattice
+from magicsim.deform.path import ContactSolver
+from magicsim.deform.settle import settle
+from magicsim.episode import Episode, SimulatedFrame
+from magicsim.geometry.elastomer import Elastomer, build_elastomer
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, plan_scene
+from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
+from magicsim.scenes.scene import ContactOptics, SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.scenes.variant import activate_variant
+from magicsim.scenes.viewing import pixel_landing_mm
+from magicsim.truth import contact_mask, frame_truth
+
+activate_variant()
+
+from magicsim.scenes.renderer import Renderer, View  # noqa: E402
+
+Array = npt.NDArray[np.float64]
+Progress = Callable[[int, int], None]
+"""Called with the number of finished frames and of all frames."""
+WET_OVERLAP_MM = 0.008
+"""How far the object's surface stands out of the skin where they are in optical contact [mm]: more than the
+3 micrometres that the renderer needs to see them as one."""
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Meshes:
+    """How the rendered meshes hang on the lattice."""
+
+    body: FollowMap
+    infill: FollowMap | None
+    is_face: npt.NDArray[np.bool_]
+    """Body vertices on the contact face, shape (body vertices,)."""
+
+
+class Sensor:
+    """One sensor in one scene: solves and renders states on request, reusing what has not changed."""
+
+    def __init__(self, scene: SceneConfig) -> None:
+        """Builds geometry, lattice and renderer.
+
+        Raises:
+            GeometryError: The design cannot be built.
+            RenderError: The estimator cannot render these materials.
+        """
+        self.scene = scene
+        self.elastomer: Elastomer = build_elastomer(scene.design)
+        self.lattice: Lattice = build_lattice(scene.design)
+        self.meshes = attach_meshes(self.elastomer, self.lattice)
+        shape = scene.object.shape() if scene.object is not None else None
+        self.renderer = Renderer(
+            self.elastomer,
+            scene.rig,
+            scene.render,
+            seed=scene.seed,
+            object_mesh=shape.mesh() if shape is not None else None,
+            object_color=scene.object.color if scene.object is not None else (0.0, 0.0, 0.0),
+        )
+        self._solver: ContactSolver | None = None
+        self.rest = Deformation.rest(self.lattice)
+
+    def indenter(self, state: FrameState) -> Indenter | None:
+        """The object as placed by a state."""
+        if state.gap_mm is None or self.scene.object is None:
+            return None
+        return place_object(
+            self.scene.object, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg
+        )
+
+    def deform(self, state: FrameState, previous: Deformation) -> Deformation:
+        """Equilibrium for a state in which contact is possible, warm-started from the previous one.
+
+        Raises:
+            ConvergenceError: No valid equilibrium was found.
+        """
+        indenter = self.indenter(state)
+        if indenter is None:
+            return self.rest
+        if self._solver is None:
+            self._solver = ContactSolver(self.lattice)
+        return self._solver.solve(indenter, previous if not previous.is_rest else None)
+
+    def view(self, state: FrameState, deformation: Deformation) -> View:
+        """Meshes, object and light of a state as the renderer wants them."""
+        indenter = self.indenter(state)
+        light = state.light_x_mm if state.flashlight else None
+        if deformation.is_rest or indenter is None:
+            return View(indenter=indenter, flashlight_x_mm=light)
+        body, infill = deformed_vertices(self.meshes, deformation, indenter, self.scene.contact)
+        return View(body=body, infill=infill, indenter=indenter, flashlight_x_mm=light)
+
+    def radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
+        """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
+        return self.renderer.radiance(self.view(state, deformation))
+
+
+def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
+    """Hangs the meshes of an elastomer on its lattice."""
+    body = elastomer.body.vertices
+    return Meshes(
+        body=follow_map(lattice, body),
+        infill=follow_map(lattice, elastomer.infill.vertices) if elastomer.infill is not None else None,
+        is_face=body[:, 2] < 1e-9,  # noqa: PLR2004
+    )
+
+
+def deformed_vertices(
+    meshes: Meshes, deformation: Deformation, indenter: Indenter, optics: ContactOptics
+) -> tuple[Array, Array | None]:
+    """Vertices of body and infill under a deformation, the skin fitted to the object.
+
+    Returns:
+        Body vertices, shape (body vertices, 3) [mm], and infill vertices or None without a grid.
+    """
+    clearance = -WET_OVERLAP_MM if optics.coupling == "wet" else optics.film_mm
+    body = settle(meshes.body.displaced(deformation.displacements_mm), meshes.is_face, indenter, clearance)
+    if meshes.infill is None:
+        return body, None
+    infill = meshes.infill.displaced(deformation.displacements_mm)
+    return body, settle(infill, np.zeros(len(infill), bool), indenter, clearance)
+
+
+def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
+    """Simulates a whole scene.
+
+    Args:
+        scene: What happens, on which sensor.
+        plan: Which work to do; by default only what the scene needs.
+        progress: Told after every frame.
+
+    Raises:
+        MagicsimError: The design, a deformation or an image is not valid.
+    """
+    frames = []
+    total = scene.references + scene.frame_count
+    for frame in stream_frames(Sensor(scene), plan or plan_scene(scene)):
+        frames.append(frame)
+        if progress is not None:
+            progress(len(frames), total)
+    return Episode(scene=scene, frames=tuple(frames))
+
+
+def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
+    """The frames of an episode in order: the references, then what the plan lists."""
+    scene = sensor.scene
+    untouched = sensor.radiance(UNTOUCHED, sensor.rest)
+    shot = _Shot(sensor=sensor, exposure=meter(untouched, scene.rig.camera), landing_mm=_landing(scene))
+    for index in range(scene.references):
+        yield shot.take(UNTOUCHED, sensor.rest, untouched, index=index, is_reference=True)
+    reused = {frame.same_as for frame in plan.frames}
+    radiances = {UNTOUCHED_FRAME: untouched}
+    deformation = sensor.rest
+    for number, frame in enumerate(plan.frames):
+        deformation = _deformation(sensor, frame, deformation)
+        radiance = radiances[frame.same_as] if frame.same_as is not None else sensor.radiance(frame.state, deformation)
+        if number in reused:
+            radiances[number] = radiance
+        yield shot.take(frame.state, deformation, radiance, index=scene.references + number, is_reference=False)
+
+
+def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Deformation:
+    if frame.solve:
+        return sensor.deform(frame.state, previous)
+    in_contact = frame.state.gap_mm is not None and frame.state.gap_mm < 0
+    return previous if in_contact else sensor.rest
+
+
+def _landing(scene: SceneConfig) -> Array | None:
+    return pixel_landing_mm(scene.design, scene.rig) if scene.output.contact_mask else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Shot:
+    """Everything that turns a radiance into a labelled frame."""
+
+    sensor: Sensor
+    exposure: Exposure
+    landing_mm: Array | None
+
+    def take(
+        self, state: FrameState, deformation: Deformation, radiance: FloatImage, *, index: int, is_reference: bool
+    ) -> SimulatedFrame:
+        scene = self.sensor.scene
+        return SimulatedFrame(
+            image=expose(radiance, self.exposure, scene.rig.camera, seed=scene.seed, frame=index),
+            truth=frame_truth(
+                state, deformation, index=index, time_s=index / scene.frames_per_second, is_reference=is_reference
+            ),
+            contact_mask=contact_mask(deformation, self.landing_mm) if self.landing_mm is not None else None,
+            displacements_mm=deformation.displacements_mm.astype(np.float32) if scene.output.displacements else None,
+        )
