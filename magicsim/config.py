@@ -95,7 +95,9 @@ def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> C
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
+        problems = sorted(
+            error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden"
+        )
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         msg = f"{source}: {_describe(model, problems[0])}{more}"
         raise ConfigError(msg) from None

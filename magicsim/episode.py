@@ -76,6 +76,8 @@ class Episode:
 
     scene: SceneConfig
     frames: tuple[SimulatedFrame, ...]
+    seconds: float = 0.0
+    """Warm cost of all frames, without compilation and scene build [s]."""
 
     @property
     def references(self) -> tuple[SimulatedFrame, ...]:

@@ -66,7 +66,9 @@ def can_touch(state: FrameState) -> bool:
     return state.gap_mm is not None and state.gap_mm < 0
 
 
-def _same_as(states: list[FrameState], seen: dict[FrameState, int], index: int, *, touching: bool) -> int | None:
+def _same_as(
+    states: list[FrameState], seen: dict[FrameState, int], index: int, *, touching: bool
+) -> int | None:
     """An earlier frame that looks the same: the one before in contact (paths have a history), any one otherwise."""
     if not touching:
         return seen.get(states[index])
@@ -92,10 +94,16 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     if solved:
         kept.append(Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"))
     left_out += [
-        Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}") for reason, count in reasons.items()
+        Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}")
+        for reason, count in reasons.items()
     ]
     rendered = sum(frame.same_as is None for frame in frames)
-    decide("mesh and BVH update", rendered, "something moved", "nothing moved since an earlier frame that is reused")
+    decide(
+        "mesh and BVH update",
+        rendered,
+        "something moved",
+        "nothing moved since an earlier frame that is reused",
+    )
     if _scatters(scene):
         decide("light pass", rendered, "the light changes", "same pose and light as an earlier frame")
     else:

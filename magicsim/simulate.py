@@ -1,8 +1,8 @@
 """From a scene to its frames and ground truth: the chain that everything else builds on."""
 
-import logging
+import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.follow import FollowMap, follow_map
 from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.path import ContactSolver
+from magicsim.deform.press import compile_kernels
 from magicsim.deform.settle import settle
 from magicsim.episode import Episode, SimulatedFrame
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
@@ -33,7 +34,6 @@ Progress = Callable[[int, int], None]
 WET_OVERLAP_MM = 0.008
 """How far the object's surface stands out of the skin where they are in optical contact [mm]: more than the
 3 micrometres that the renderer needs to see them as one."""
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,12 +72,25 @@ class Sensor:
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
+    def warm_up(self, plan: ScenePlan) -> None:
+        """Compiles every kernel that a plan needs, so that the frames themselves are timed without it."""
+        if any(frame.solve for frame in plan.frames):
+            compile_kernels()
+        states = [UNTOUCHED, *(frame.state for frame in plan.frames if frame.same_as is None)]
+        kinds = {(state.has_object, state.flashlight): state for state in states}
+        for state in kinds.values():
+            self.renderer.warm_up(self.view(state, self.rest))
+
     def indenter(self, state: FrameState) -> Indenter | None:
         """The object as placed by a state."""
         if state.gap_mm is None or self.scene.object is None:
             return None
         return place_object(
-            self.scene.object, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg
+            self.scene.object,
+            gap_mm=state.gap_mm,
+            x_mm=state.x_mm,
+            y_mm=state.y_mm,
+            twist_deg=state.twist_deg,
         )
 
     def deform(self, state: FrameState, previous: Deformation) -> Deformation:
@@ -133,7 +146,9 @@ def deformed_vertices(
     return body, settle(infill, np.zeros(len(infill), bool), indenter, clearance)
 
 
-def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
+def simulate(
+    scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None
+) -> Episode:
     """Simulates a whole scene.
 
     Args:
@@ -144,13 +159,23 @@ def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Pro
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
+    return simulate_with(Sensor(scene), plan=plan, progress=progress)
+
+
+def simulate_with(
+    sensor: Sensor, *, plan: ScenePlan | None = None, progress: Progress | None = None
+) -> Episode:
+    """Simulates the scene of a sensor that is already built; see `simulate`."""
+    scene = sensor.scene
+    plan = plan or plan_scene(scene)
+    sensor.warm_up(plan)
+    start = time.perf_counter()
     frames = []
-    total = scene.references + scene.frame_count
-    for frame in stream_frames(Sensor(scene), plan or plan_scene(scene)):
+    for frame in stream_frames(sensor, plan):
         frames.append(frame)
         if progress is not None:
-            progress(len(frames), total)
-    return Episode(scene=scene, frames=tuple(frames))
+            progress(len(frames), scene.references + scene.frame_count)
+    return Episode(scene=scene, frames=tuple(frames), seconds=time.perf_counter() - start)
 
 
 def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
@@ -165,17 +190,23 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     deformation = sensor.rest
     for number, frame in enumerate(plan.frames):
         deformation = _deformation(sensor, frame, deformation)
-        radiance = radiances[frame.same_as] if frame.same_as is not None else sensor.radiance(frame.state, deformation)
+        radiance = (
+            radiances[frame.same_as]
+            if frame.same_as is not None
+            else sensor.radiance(frame.state, deformation)
+        )
         if number in reused:
             radiances[number] = radiance
-        yield shot.take(frame.state, deformation, radiance, index=scene.references + number, is_reference=False)
+        yield shot.take(
+            frame.state, deformation, radiance, index=scene.references + number, is_reference=False
+        )
 
 
 def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Deformation:
     if frame.solve:
         return sensor.deform(frame.state, previous)
     in_contact = frame.state.gap_mm is not None and frame.state.gap_mm < 0
-    return previous if in_contact else sensor.rest
+    return replace(previous, iterations=0) if in_contact else sensor.rest
 
 
 def _landing(scene: SceneConfig) -> Array | None:
@@ -191,14 +222,26 @@ class _Shot:
     landing_mm: Array | None
 
     def take(
-        self, state: FrameState, deformation: Deformation, radiance: FloatImage, *, index: int, is_reference: bool
+        self,
+        state: FrameState,
+        deformation: Deformation,
+        radiance: FloatImage,
+        *,
+        index: int,
+        is_reference: bool,
     ) -> SimulatedFrame:
         scene = self.sensor.scene
         return SimulatedFrame(
             image=expose(radiance, self.exposure, scene.rig.camera, seed=scene.seed, frame=index),
             truth=frame_truth(
-                state, deformation, index=index, time_s=index / scene.frames_per_second, is_reference=is_reference
+                state,
+                deformation,
+                index=index,
+                time_s=index / scene.frames_per_second,
+                is_reference=is_reference,
             ),
             contact_mask=contact_mask(deformation, self.landing_mm) if self.landing_mm is not None else None,
-            displacements_mm=deformation.displacements_mm.astype(np.float32) if scene.output.displacements else None,
+            displacements_mm=deformation.displacements_mm.astype(np.float32)
+            if scene.output.displacements
+            else None,
         )

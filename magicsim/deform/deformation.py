@@ -36,7 +36,7 @@ class Deformation:
     torque_nmm: Array
     """Its torque about the origin, shape (3,) [N mm]."""
     contact_area_mm2: float
-    """Deformed area of the points with a positive pressure [mm2]."""
+    """Deformed area of the points that touch, to within 1 % of the smallest cell edge [mm2]."""
     max_penetration_mm: float
     """Deepest quadrature point inside the object [mm]."""
     min_jacobian: float

@@ -6,6 +6,7 @@ conditional numerical reproducibility mode and with a thread count that is fixed
 
 import importlib
 import logging
+import weakref
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -69,6 +70,8 @@ class PardisoSolver:
         self._size = len(indptr) - 1
         self._matrix = sp.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(self._size,) * 2)
         self._is_analysed = False
+        self._release = weakref.finalize(self, self._solver.free_memory, everything=True)  # Python does not see MKL's memory
+        self._release.atexit = False
         # Explicit parameters, numbered as in MKL's manual: METIS ordering, no refinement, reproducible with THREADS threads.
         for number, value in ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0), (34, THREADS)):
             self._solver.iparm[number - 1] = value
@@ -94,11 +97,6 @@ class PardisoSolver:
         solution = self._solver._call_pardiso(self._matrix, np.asfortranarray(right.reshape(-1, 1), dtype=np.float64))
         self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)
         return np.asarray(solution, dtype=np.float64).ravel()
-
-    def __del__(self) -> None:
-        """Gives the factor's memory back to MKL, which Python does not see."""
-        if getattr(self, "_is_analysed", False):
-            self._solver.free_memory(everything=True)
 
 
 class SuperluSolver:

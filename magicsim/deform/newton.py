@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.contact import ContactState, add_contact_stiffness, evaluate_contact
-from magicsim.deform.energy import ElasticState, Elasticity
+from magicsim.deform.energy import Elasticity, ElasticState
 from magicsim.deform.face import ContactFace
 from magicsim.deform.linear import SymmetricSolver
 from magicsim.deform.pattern import BlockPattern
@@ -30,7 +30,7 @@ class NewtonOptions:
 
     tolerance_mm: float = 0.002
     """Largest penetration accepted."""
-    residual: float = 1e-9
+    residual: float = 1e-8
     """Largest norm of the out-of-balance nodal forces over that of the contact forces."""
     update_residual: float = 1e-2
     """Residual below which contact multipliers are updated."""
@@ -38,6 +38,10 @@ class NewtonOptions:
     """Contact penalty in units of `Problem.stiffness`."""
     step_ratio: float = 0.7
     """Longest step of a node in units of the smallest cell edge."""
+    first_shift: float = 0.25
+    """Multiple of the spring Laplacian added to a matrix that is not positive definite; four times more each try."""
+    last_shift: float = 1e4
+    """Multiple at which to give up."""
     max_iterations: int = 40
     """Iterations before the load step is given up."""
     max_halvings: int = 10
@@ -150,22 +154,27 @@ def _relative_residual(problem: Problem, elastic: ElasticState, contact: Contact
 
 def _direction(problem: Problem, indenter: Indenter, iterate: Iterate) -> tuple[Array | None, float]:
     """Newton direction of the free nodes, shape (nodes, 3), and the shift that made the matrix definite."""
-    free = problem.elasticity.lattice.free_nodes
+    options, free = problem.options, problem.elasticity.lattice.free_nodes
     right = (iterate.contact.node_force_n - iterate.elastic.gradient)[:free].ravel()
-    shift = iterate.shift / 4 if iterate.shift > 0.05 else 0.0  # noqa: PLR2004
-    while shift < 1e4:  # noqa: PLR2004
+    cautious = problem.stiffness / 4
+    curvature_limit = np.inf if iterate.residual < options.update_residual else cautious
+    shift = iterate.shift / 4 if iterate.shift > options.first_shift / 4 else 0.0
+    while shift < options.last_shift:
         values = problem.elasticity.hessian(
             iterate.positions, iterate.pressure, iterate.elastic.volume_gradient, problem.pattern, shift=shift
         )
         add_contact_stiffness(
             values, problem.face, iterate.contact, indenter, problem.pattern,
-            penalty=problem.penalty, curvature_limit=problem.stiffness / 4,
+            penalty=problem.penalty, curvature_limit=curvature_limit,
         )  # fmt: skip
         if problem.solver.factorise(values):
             direction = np.zeros_like(iterate.positions)
             direction[:free] = problem.solver.solve(right).reshape(-1, 3)
             return (direction if np.isfinite(direction).all() else None), shift
-        shift = max(0.25, 4 * shift)
+        if curvature_limit > cautious:
+            curvature_limit = cautious
+        else:
+            shift = max(options.first_shift, 4 * shift)
     return None, shift
 
 

@@ -8,9 +8,9 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from magicsim.deform import newton
-from magicsim.deform.face import contact_face
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.energy import Elasticity
+from magicsim.deform.face import contact_face
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import symmetric_solver
 from magicsim.deform.newton import Iterate, NewtonOptions, Problem
@@ -23,6 +23,9 @@ Array = npt.NDArray[np.float64]
 LOGGER = logging.getLogger(__name__)
 MAX_BALANCE = 1e-6
 """Largest relative difference between contact force and reaction that is accepted."""
+
+TOUCHING_SHARE = 0.01
+"""Gap, in units of the smallest cell edge, up to which a point counts as contact area: a coarse face leaves such gaps."""
 
 
 class ContactSolver:
@@ -81,7 +84,7 @@ class ContactSolver:
         state, done, stride, iterations = start, 0.0, 1.0 / count, 0
         shortest = stride / 32
         while done < 1:
-            target = 1.0 if done + stride > 1 - 1e-9 else done + stride  # noqa: PLR2004
+            target = 1.0 if done + stride > 1 - 1e-9 else done + stride
             pose = indenter.pose if target == 1 else _between(first, indenter.pose, target)
             moved = replace(indenter, pose=pose)
             iterate = self._solve_pose(moved, state)
@@ -112,7 +115,8 @@ class ContactSolver:
     def _result(self, iterate: Iterate, pose: Pose, iterations: int) -> Deformation:
         contact, face = iterate.contact, self._problem.face
         forces = (face.area_mm2 * contact.traction_mpa)[:, None] * contact.normal
-        touching = contact.traction_mpa > 0
+        tolerance = self._problem.options.tolerance_mm
+        touching = contact.gap_mm <= max(tolerance, TOUCHING_SHARE * self._problem.smallest_edge_mm)
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,

@@ -31,7 +31,7 @@ class PressResult:
     torque_nmm: tuple[float, float, float]
     """Torque about the origin [N mm]."""
     contact_area_mm2: float
-    """Deformed area under pressure [mm2]."""
+    """Deformed area that touches, see `Deformation` [mm2]."""
     max_penetration_mm: float
     """Deepest contact point inside the object [mm]."""
     min_jacobian: float

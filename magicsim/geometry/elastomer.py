@@ -44,7 +44,11 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
     infill = _cells(grid)
     _check("infill", infill, grid.infill_volume_mm3)
     return Elastomer(
-        design=design, grid=grid, body=body, infill=infill, triangles_per_cell=len(infill.faces) // grid.cell_count
+        design=design,
+        grid=grid,
+        body=body,
+        infill=infill,
+        triangles_per_cell=len(infill.faces) // grid.cell_count,
     )
 
 

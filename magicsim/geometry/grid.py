@@ -91,7 +91,7 @@ def resolve_grid(design: ElastomerDesign) -> CellGrid | None:
 def lattice_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[npt.NDArray[np.float64], ...]:
     """Node planes of the deformation lattice along x, y and z: the grid planes and outer faces, refined.
 
-    Each interval is split evenly so that no spacing exceeds `lattice.spacing_mm` by more than 4 % (the pitch of whole
+    Each interval is split evenly so that no spacing exceeds `lattice.spacing_mm` by more than 5 % (the pitch of whole
     cells seldom is the round figure that was asked for).
 
     Returns:
@@ -108,12 +108,13 @@ def lattice_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[npt.
     return tuple(planes)
 
 
-SPACING_SLACK = 1.04
+SPACING_SLACK = 0.05
+"""Part of a spacing that an interval may be longer than a whole number of them."""
 
 
 def _split(coarse: npt.NDArray[np.float64], spacing: float) -> npt.NDArray[np.float64]:
     parts = [
-        np.linspace(low, high, max(1, int(np.ceil((high - low) / spacing / SPACING_SLACK))), endpoint=False)
+        np.linspace(low, high, max(1, int(np.ceil((high - low) / spacing - SPACING_SLACK))), endpoint=False)
         for low, high in zip(coarse[:-1], coarse[1:], strict=True)
     ]
     return np.concatenate([*parts, coarse[-1:]])

@@ -47,7 +47,12 @@ def place_object(
     """
     shape: Shape = config.shape()  # type: ignore[attr-defined]
     turned = Pose.from_degrees(
-        np.array([x_mm, y_mm, 0.0]), roll=config.roll_deg, pitch=config.pitch_deg, yaw=config.yaw_deg + twist_deg
+        np.array([x_mm, y_mm, 0.0]),
+        roll=config.roll_deg,
+        pitch=config.pitch_deg,
+        yaw=config.yaw_deg + twist_deg,
     )
     z_mm = -gap_mm - shape.support_mm(turned.rotation[2])
-    return Indenter(shape=shape, pose=Pose(position_mm=np.array([x_mm, y_mm, z_mm]), rotation=turned.rotation))
+    return Indenter(
+        shape=shape, pose=Pose(position_mm=np.array([x_mm, y_mm, z_mm]), rotation=turned.rotation)
+    )

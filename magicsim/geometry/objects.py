@@ -126,6 +126,10 @@ def parse_object(text: str) -> SphereObject | CylinderObject | PunchObject | Box
         if not separator:
             msg = f"object '{text}': '{setting}' is not of the form key=value"
             raise ConfigError(msg)
-        values[key.strip()] = [part for part in value.split("x")] if key.strip() in {"size_mm", "color"} and "x" in value else value
+        values[key.strip()] = (
+            [part for part in value.split("x")]
+            if key.strip() in {"size_mm", "color"} and "x" in value
+            else value
+        )
     model = validate(OBJECT_KINDS[kind], values, source=f"object '{text}'")
     return TypeAdapter(ObjectConfig).validate_python(model)

@@ -31,9 +31,14 @@ class Pose:
         return (*self.position_mm.tolist(), *self.rotation.ravel().tolist())
 
     @classmethod
-    def from_degrees(cls, position_mm: Array, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Self:
+    def from_degrees(
+        cls, position_mm: Array, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
+    ) -> Self:
         """Rotations about the fixed axes x (roll), then y (pitch), then z (yaw) [degrees]."""
-        (sr, sp, sy), (cr, cp, cy) = np.sin(np.radians([roll, pitch, yaw])), np.cos(np.radians([roll, pitch, yaw]))
+        (sr, sp, sy), (cr, cp, cy) = (
+            np.sin(np.radians([roll, pitch, yaw])),
+            np.cos(np.radians([roll, pitch, yaw])),
+        )
         about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
         about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
         about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])

@@ -77,7 +77,9 @@ class RoundedBox:
         """See `Shape.mesh`."""
         core = np.array(self.size_mm) / 2 - self.edge_radius_mm
         ball = manifold3d.Manifold.sphere(self.edge_radius_mm, 32)
-        corners = [ball.translate(tuple(core * sign)) for sign in np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1]
+        corners = [
+            ball.translate(tuple(core * sign)) for sign in np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1
+        ]
         return from_manifold(manifold3d.Manifold.batch_hull(corners).refine_to_length(TRIANGLE_MM))
 
 
@@ -112,7 +114,10 @@ class RoundedCylinder:
     def support_mm(self, direction: Array) -> float:
         """See `Shape.support_mm`."""
         along, across = self._split(direction[None])
-        core_radius, core_half = self.radius_mm - self.edge_radius_mm, self.length_mm / 2 - self.edge_radius_mm
+        core_radius, core_half = (
+            self.radius_mm - self.edge_radius_mm,
+            self.length_mm / 2 - self.edge_radius_mm,
+        )
         rounded = self.edge_radius_mm * np.linalg.norm(direction)
         return float(core_half * abs(along[0]) + core_radius * np.linalg.norm(across) + rounded)
 
@@ -121,7 +126,11 @@ class RoundedCylinder:
         edge = self.edge_radius_mm
         angles = np.linspace(0, np.pi / 2, 9)
         upper = np.stack(
-            [self.radius_mm - edge + edge * np.cos(angles), self.length_mm / 2 - edge + edge * np.sin(angles)], axis=1
+            [
+                self.radius_mm - edge + edge * np.cos(angles),
+                self.length_mm / 2 - edge + edge * np.sin(angles),
+            ],
+            axis=1,
         )
         lower = (upper * [1, -1])[::-1]
         profile = np.concatenate([[[0.0, -self.length_mm / 2]], lower, upper, [[0.0, self.length_mm / 2]]])

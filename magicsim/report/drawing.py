@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from magicsim.report.palette import FAINT, INK, THEME
 
-WIDTH_IN = 5.4
+WIDTH_IN = 4.9
 """Width of every drawing [in]: about a phone's window at one point a pixel."""
 
 _SIZE = re.compile(r'(?<=\s)(?:width|height)="[\d.]+pt" ?')
@@ -22,12 +22,12 @@ _STYLE = {
     "svg.hashsalt": "magicsim",
     "svg.fonttype": "none",
     "path.simplify": False,
-    "font.size": 10.0,
-    "axes.titlesize": 10.0,
-    "axes.labelsize": 10.0,
-    "xtick.labelsize": 9.5,
-    "ytick.labelsize": 9.5,
-    "legend.fontsize": 9.5,
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 9.5,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "legend.fontsize": 9.0,
     "text.color": INK,
     "axes.labelcolor": INK,
     "axes.titlecolor": INK,

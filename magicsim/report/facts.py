@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from magicsim.episode import Episode
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
-from magicsim.report.text import short_name
+from magicsim.report.text import MINUS, short_name
 from magicsim.scenes.rig import Rig
+
+_UNITS = {"mm": " mm", "deg": "\u00b0"}
 
 
 def scene_facts(episode: Episode) -> Mapping[str, str]:
@@ -35,7 +37,9 @@ def describe_design(design: ElastomerDesign) -> str:
 def describe_rig(rig: Rig) -> str:
     """Lights and picture of a rig, with the sides that carry a light."""
     sides = (
-        f"LED strips at {', '.join(strip.side for strip in rig.strips)}" if rig.strips else "no LED strips"
+        f"LED strips at {', '.join(strip.side.replace('-', MINUS) for strip in rig.strips)}"
+        if rig.strips
+        else "no LED strips"
     )
     return f"{sides}; {rig.camera.columns} \u00d7 {rig.camera.rows} px"
 
@@ -43,8 +47,15 @@ def describe_rig(rig: Rig) -> str:
 def describe_object(config: ObjectConfig) -> str:
     """The kind of an object and everything about its shape that differs from the default."""
     values = config.model_dump(exclude_defaults=True, exclude={"kind", "color"})
-    details = ", ".join(f"{name} = {_value(value)}" for name, value in values.items())
+    details = ", ".join(_detail(name, value) for name, value in values.items())
     return f"{config.kind}: {details}" if details else config.kind
+
+
+def _detail(name: str, value: object) -> str:
+    stem, _, unit = name.rpartition("_")
+    if unit in _UNITS:
+        return f"{stem.replace('_', ' ')} {_value(value)}{_UNITS[unit]}"
+    return f"{name.replace('_', ' ')} {_value(value)}"
 
 
 def _value(value: object) -> str:

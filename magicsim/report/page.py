@@ -74,7 +74,7 @@ def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapp
     template = _environment().get_template("report.html.jinja")
     return template.render(
         title=f"Simulated episode: {facts['Scene']}" if "Scene" in facts else "Simulated episode",
-        facts={**scene_facts(episode), **facts},
+        facts={name: value for name, value in {**scene_facts(episode), **facts}.items() if name != "Scene"},
         profiles=[_profile_part(frames, each, place) for place, each in enumerate(judgements, start=1)],
         sheet_profile=sheet.profile if sheet else None,
         cards=_cards(frames, sheet.verdicts if sheet else None),

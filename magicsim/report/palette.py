@@ -10,11 +10,7 @@ CLASS_COLORS = {
 }
 """Shade behind the frames of each class; frames that are not scored have none."""
 
-BLUE = "#0072b2"
 ORANGE = "#e69f00"
-GREEN = "#009e73"
-WRONG = "#d55e00"
-"""Marks of wrong verdicts."""
 
 INK = "#010203"
 """Stands for the page's colour of text until `THEME` replaces it."""
@@ -23,5 +19,16 @@ FAINT = "#010204"
 LINE = "#010205"
 """Stands for the page's colour of measured curves until `THEME` replaces it."""
 
-THEME = {INK: "var(--ink, #1f2933)", FAINT: "var(--faint, #d5dae1)", LINE: "var(--curve, #0b3c6f)"}
+BLUE = "#010206"
+"""Stands for the page's blue until `THEME` replaces it."""
+WRONG = "#010207"
+"""Stands for the page's colour of wrong verdicts until `THEME` replaces it."""
+
+THEME = {
+    INK: "var(--ink, #1f2933)",
+    FAINT: "var(--faint, #d5dae1)",
+    LINE: "var(--curve, #0b3c6f)",
+    BLUE: "var(--blue, #0072b2)",
+    WRONG: "var(--mark, #d55e00)",
+}
 """What replaces the stand-ins in a finished drawing, so that it follows the page's light or dark theme."""

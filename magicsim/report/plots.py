@@ -63,7 +63,7 @@ def plot_forces(frames: Sequence[SimulatedFrame], *, name: str) -> str:
         panels[0].plot(times, force[:, 2], color=BLUE, label="along z", gid="force-z")
         panels[0].plot(times, sideways, color=ORANGE, label="sideways", dashes=(4, 1.5), gid="force-xy")
         panels[0].legend(
-            loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, borderpad=0.0, borderaxespad=0.2
+            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0.0, borderaxespad=0.2
         )
         panels[1].plot(times, depth, color=LINE, gid="depth")
         panels[2].plot(times, gap, color=LINE, marker=".", ms=3, gid="gap")
@@ -92,8 +92,8 @@ def plot_force_depth(frames: Sequence[SimulatedFrame], *, name: str) -> str:
         ("unloading", step < 0.0, INK, "v"),
     )
     with plot_style():
-        figure = Figure(figsize=(WIDTH_IN, 4.0))
-        panel = figure.add_axes((0.105, 0.125, 0.88, 0.775))
+        figure = Figure(figsize=(WIDTH_IN, 3.9))
+        panel = figure.add_axes((0.11, 0.115, 0.875, 0.815))
         panel.grid(visible=True, color=FAINT, linewidth=0.6)
         panel.tick_params(length=0.0)
         panel.plot(depth[contact], force[contact], color=FAINT, linewidth=1.0, gid="path")
@@ -106,14 +106,7 @@ def plot_force_depth(frames: Sequence[SimulatedFrame], *, name: str) -> str:
                 fillstyle="none" if color == INK else "full",
                 gid=label.split()[0],
             )
-        panel.legend(
-            loc="lower right",
-            bbox_to_anchor=(1.0, 1.0),
-            ncols=3,
-            borderpad=0.0,
-            handletextpad=0.2,
-            columnspacing=1.2,
-        )
+        panel.legend(loc="upper left", handletextpad=0.3)
         panel.set_xlabel("depth [mm]")
         panel.set_title("force along z [N]", pad=4.0)
         return to_svg(figure, name=name, label="Force against depth")

@@ -11,6 +11,7 @@ from PIL import Image
 from magicsim.detectors.verdict import Verdict
 from magicsim.episode import SimulatedFrame
 from magicsim.errors import OutputError
+from magicsim.report.gif_palette import shared_palette
 from magicsim.report.preview_strip import with_strip
 
 FORMATS = {".webp": "WEBP", ".gif": "GIF"}
@@ -19,7 +20,6 @@ FORMATS = {".webp": "WEBP", ".gif": "GIF"}
 PREVIEW_BYTES = 3_000_000
 """Size above which a preview is made with smaller pictures [bytes]."""
 
-_GIF_COLORS = 64
 _SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
 
 
@@ -73,17 +73,15 @@ def animate(
 def _encode(pictures: Sequence[Image.Image], kind: str, frames_per_second: float) -> bytes:
     options: dict[str, int] = {"quality": 80, "method": 2} if kind == "WEBP" else {"optimize": 0}
     if kind == "GIF":
-        pictures = [
-            each.quantize(_GIF_COLORS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-            for each in pictures
-        ]
+        palette = shared_palette(pictures)
+        pictures = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
     buffer = io.BytesIO()
     pictures[0].save(
         buffer,
         format=kind,
         save_all=True,
         append_images=pictures[1:],
-        duration=[*_durations_ms(len(pictures), frames_per_second)],
+        duration=_durations_ms(len(pictures), frames_per_second),
         loop=0,
         **options,
     )

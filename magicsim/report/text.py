@@ -6,6 +6,9 @@ from pathlib import PurePath
 MISSING = "\u2013"
 """Stands for a value that does not exist."""
 
+MINUS = "\u2212"
+"""Sign of a negative number."""
+
 _SPACE = "\u00a0"
 
 
@@ -14,7 +17,7 @@ def number(value: float | None, digits: int = 2) -> str:
     if value is None or not math.isfinite(value):
         return MISSING
     text = f"{value:.{digits}f}"
-    return text.removeprefix("-") if float(text) == 0.0 else text.replace("-", "\u2212")
+    return text.removeprefix("-") if float(text) == 0.0 else text.replace("-", MINUS)
 
 
 def quantity(value: float | None, unit: str, digits: int = 2) -> str:

@@ -14,11 +14,11 @@ from magicsim.report.runs import runs
 
 Series = npt.NDArray[np.float64]
 
-_PANEL_IN = 1.32
-_FOOT_IN = 0.5
+_PANEL_IN = 1.25
+_FOOT_IN = 0.44
 _HEAD_IN = 0.26
 _GAP_IN = 0.34
-_SIDES = (0.095, 0.985)
+_SIDES = (0.1, 0.985)
 
 
 def frame_times(frames: Sequence[SimulatedFrame]) -> Series:

@@ -91,7 +91,9 @@ def gather_radiance(
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         on_object = active & segment.opaque & (si.shape == object_pointer)
-        sent = mi.Color3f(*[dr.gather(mi.Float, exitance, si.prim_index * 3 + c, on_object) for c in range(3)])
+        sent = mi.Color3f(
+            *[dr.gather(mi.Float, exitance, si.prim_index * 3 + c, on_object) for c in range(3)]
+        )
         radiance[on_object] += weight * sent
         weight[on_object] = 0
         opaque = active & segment.opaque & ~on_object
@@ -101,9 +103,7 @@ def gather_radiance(
             local = bs.wo
             weight *= value
         outward = mi.Frame3f.cos_theta(local) > 0
-        in_body = dr.select(
-            segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body)
-        )
+        in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         ray = si.spawn_ray(si.to_world(local))
         depth += 1
         survive = dr.minimum(dr.max(weight) / ROULETTE_WEIGHT, 1)

@@ -9,9 +9,9 @@ import numpy.typing as npt
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.camera_pass import gather_radiance
-from magicsim.scenes.light_pass import FIXED_POINT, cell_volumes_mm3, deposit_tracks
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
+from magicsim.scenes.light_pass import FIXED_POINT, cell_volumes_mm3, deposit_tracks
 from magicsim.scenes.medium import Media, Shapes
 from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL, OBJECT
 
@@ -49,7 +49,13 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         )
 
     def render(
-        self, scene: Any, sensor: Any = 0, seed: int = 0, spp: int = 0, develop: bool = True, evaluate: bool = True
+        self,
+        scene: Any,
+        sensor: Any = 0,
+        seed: int = 0,
+        spp: int = 0,
+        develop: bool = True,
+        evaluate: bool = True,
     ) -> Any:
         """Renders the scene's first sensor; returns a tensor of shape (rows, columns, 3)."""
         fields = [self.light(scene, light, particles=self.share(scene), seed=seed) for light in lights(scene)]
@@ -106,7 +112,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
     def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         """Smoothing of the object's irradiance; the object is rigid, so once is enough."""
         if self._irradiance_kernel is None:
-            self._irradiance_kernel = irradiance_kernel(_mesh(shapes.object) if shapes.object is not None else NOTHING)
+            self._irradiance_kernel = irradiance_kernel(
+                _mesh(shapes.object) if shapes.object is not None else NOTHING
+            )
         return self._irradiance_kernel
 
     def to_string(self) -> str:

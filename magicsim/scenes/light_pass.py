@@ -47,7 +47,9 @@ def deposit_tracks(
         size=particles, initstate=dr.opaque(mi.UInt64, seed), initseq=dr.opaque(mi.UInt64, SEQUENCE + first)
     )
     start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed))
-    u = sequence(dr.opaque(mi.UInt32, first) + dr.arange(mi.UInt32, particles), [start.next_uint32() for _ in range(4)])
+    u = sequence(
+        dr.opaque(mi.UInt32, first) + dr.arange(mi.UInt32, particles), [start.next_uint32() for _ in range(4)]
+    )
     emitted = emitter.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3]))
     ray = mi.Ray3f(emitted[0])
     weight = mi.Color3f(emitted[1])
@@ -90,9 +92,7 @@ def deposit_tracks(
             local = bs.wo
             weight *= value
         outward = mi.Frame3f.cos_theta(local) > 0
-        in_body = dr.select(
-            segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body)
-        )
+        in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         spawned = si.spawn_ray(si.to_world(local))
         ray.o = dr.select(scatter, ray(free_path), spawned.o)
         ray.d = dr.select(scatter, mi.warp.square_to_uniform_sphere(sample2), spawned.d)
@@ -105,7 +105,9 @@ def deposit_tracks(
     return np.array(deposits), np.array(landed)
 
 
-def cell_volumes_mm3(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.uint32], cells: int) -> npt.NDArray[np.float64]:
+def cell_volumes_mm3(
+    vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.uint32], cells: int
+) -> npt.NDArray[np.float64]:
     """Volume of each deformed cell by the divergence theorem, shape (cells,) [mm3].
 
     Args:

@@ -119,9 +119,22 @@ class Renderer:
             return _checked(np.array(image, np.float32))
         integrator = world.scene.integrator()
         fields = [
-            integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in _lights(world)
+            integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
+            for name in _lights(world)
         ]
         return self._gather(world, total(fields), self.settings.samples)
+
+    def warm_up(self, view: View) -> None:
+        """Compiles what a view of this kind needs, at a negligible number of samples."""
+        world = self._world(view)
+        if self.estimator == "path":
+            mi.render(world.scene, spp=1, seed=self.seed)
+            return
+        integrator = world.scene.integrator()
+        fields = [
+            integrator.light(world.scene, name, particles=64, seed=self.seed) for name in _lights(world)
+        ]
+        self._gather(world, total(fields), 1)
 
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""
@@ -129,7 +142,9 @@ class Renderer:
             world = self._world(View())
             integrator, names = world.scene.integrator(), _lights(world)
             many = max(1, self.settings.anchor_particles // max(1, len(names)))
-            cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
+            cheap = {
+                n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names
+            }
             careful = {n: integrator.light(world.scene, n, particles=many, seed=self.seed) for n in names}
             field = total(list(careful.values()))
             self._anchor = Anchor(
@@ -152,7 +167,9 @@ class Renderer:
         key = (view.indenter is not None, view.flashlight_x_mm is not None)
         if key not in self._worlds:
             content = WorldContent(
-                object_mesh=self.object_mesh if key[0] else None, object_color=self.object_color, flashlight=key[1]
+                object_mesh=self.object_mesh if key[0] else None,
+                object_color=self.object_color,
+                flashlight=key[1],
             )
             self._worlds[key] = World(self.elastomer, self.rig, content, self._integrator())
         world = self._worlds[key]
@@ -182,7 +199,11 @@ class Renderer:
             return {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
         from magicsim.scenes.integrator import integrator_settings
 
-        return {"type": "fluence", "particles": self.settings.particles, **integrator_settings(self.elastomer, self.object_color)}
+        return {
+            "type": "fluence",
+            "particles": self.settings.particles,
+            **integrator_settings(self.elastomer, self.object_color),
+        }
 
 
 def choose_estimator(asked: str, elastomer: Elastomer) -> str:

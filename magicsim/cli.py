@@ -1,0 +1,244 @@
+"""The command line. Every command takes `--json`: one object on stdout, everything else on stderr.
+
+Heavy modules are imported inside the commands, so that `magicsim --help` answers at once.
+"""
+
+import json
+import logging
+import sys
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import App, CycloptsError, Parameter
+
+import magicsim
+from magicsim.errors import ConfigError, MagicsimError
+
+app = App(
+    name="magicsim",
+    version=magicsim.__version__,
+    help="Simulator of the mini-MagicTac see-through touch sensor.",
+)
+
+Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object on stdout.")]
+Settings = Annotated[
+    list[str] | None,
+    Parameter(name="--set", negative="", help="Override a setting: dotted.key=value; repeatable."),
+]
+Seed = Annotated[int | None, Parameter(name="--seed", help="Seed of everything random.")]
+Threads = Annotated[
+    int | None, Parameter(name="--threads", help="Rendering threads; the result does not depend on it.")
+]
+Out = Annotated[Path, Parameter(name="--out", help="Where the result goes.")]
+KEYS_TO_LIST = ("kept", "left_out", "problems", "frames")
+
+
+@app.command
+def demo(
+    *, out: Out = Path("magicsim-demo"), settings: Settings = None, seed: Seed = None, threads: Threads = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Run the main job on defaults: approach, touch, press, shear, release, flashlight; frames, verdicts, report."""
+    _run("demo", out, settings, seed, threads, as_json=json)
+
+
+@app.command
+def simulate(
+    scene: str, *, out: Annotated[Path | None, Parameter(name="--out")] = None, settings: Settings = None,
+    seed: Seed = None, threads: Threads = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Simulate any scene file or preset: frames, ground truth, verdicts, report."""
+    _run(scene, out or Path(f"magicsim-{Path(scene).stem}"), settings, seed, threads, as_json=json)
+
+
+def _run(
+    name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
+) -> None:
+    from magicsim.folder import check_target
+    from magicsim.progress import show_progress
+    from magicsim.scenes.scene import load_scene
+
+    scene = load_scene(name, settings or [], seed=seed)
+    check_target(out)
+    _limit_threads(threads)
+    from magicsim.run import run_scene
+
+    with show_progress(f"{name}: {scene.references + scene.frame_count} frames") as progress:
+        summary = run_scene(scene, out, progress=progress)
+    _print(_fields(summary), as_json=as_json)
+
+
+@app.command
+def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
+    """Explain what a scene needs and what is left out, and why."""
+    from magicsim.plan import plan_scene
+    from magicsim.scenes.scene import load_scene
+
+    planned = plan_scene(load_scene(scene, settings or [], seed=seed))
+    _print(
+        {
+            "kept": [_fields(decision) for decision in planned.kept],
+            "left_out": [_fields(decision) for decision in planned.left_out],
+        },
+        as_json=json,
+    )
+
+
+@app.command
+def press(
+    design: str, *, object: Annotated[str, Parameter(name="--object", help="KIND:key=value,...")],
+    depth_mm: float, shear_mm: str = "0,0", twist_deg: float = 0.0, friction: float = 0.0, settings: Settings = None,
+    seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Solve one quasi-static frictionless contact: press, then shear, then twist."""
+    from magicsim.config import load_preset
+    from magicsim.geometry.design import ElastomerDesign
+    from magicsim.geometry.objects import parse_object
+
+    if friction != 0:
+        msg = f"friction = {friction:g} is not allowed: must be 0 (contact is frictionless in this version)"
+        raise ConfigError(msg)
+    block = load_preset(ElastomerDesign, "design", design, settings or [])
+    thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
+    from magicsim.deform.press import press as solve
+
+    _print(
+        solve(block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg).as_dict(), as_json=json
+    )
+
+
+@app.command
+def render(
+    scene: str, *, frame: int = 0, estimator: Literal["fluence", "path"] = "fluence",
+    samples: int | None = None, particles: int | None = None, out: Annotated[Path | None, Parameter(name="--out")] = None,
+    settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3)."""
+    from magicsim.scenes.scene import load_scene
+
+    choices = [f"render.estimator={estimator}"]
+    choices += [f"render.samples={samples}"] if samples is not None else []
+    choices += [f"render.particles={particles}"] if particles is not None else []
+    config = load_scene(scene, [*(settings or []), *choices], seed=seed)
+    _limit_threads(threads)
+    from magicsim.still import render_still
+
+    _print(_fields(render_still(config, frame, out)), as_json=json)
+
+
+@app.command
+def detect(
+    source: Path, *, reference: Path, profile: str = "calibrated", seed: Seed = None, settings: Settings = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Run the detectors on an image or a folder of images."""
+    from magicsim.detectors.cli import as_json, as_table
+    from magicsim.detectors.offline import detect_sources
+
+    del seed  # nothing here is random; the option exists on every command
+    if settings:
+        msg = (
+            f"--set {settings[0]} is not allowed with detect; write a profile file and name it with --profile"
+        )
+        raise ConfigError(msg)
+    verdicts = detect_sources(source, reference, profile)
+    sys.stdout.write((as_json(verdicts) if json else as_table(verdicts)).rstrip() + "\n")
+
+
+@app.command
+def export(
+    design: str, *, out: Out, settings: Settings = None, seed: Seed = None, json: Json = False
+) -> None:
+    """Write a design's printable geometry as STL: the clear part with its cavities, and the infill beside it."""
+    from magicsim.config import load_preset
+    from magicsim.geometry.design import ElastomerDesign
+    from magicsim.geometry.export import export_design
+
+    del seed  # nothing here is random; the option exists on every command
+    _print(
+        _fields(export_design(load_preset(ElastomerDesign, "design", design, settings or []), out)),
+        as_json=json,
+    )
+
+
+@app.command
+def doctor(*, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
+    """Say what this machine can do, and how to get the rest."""
+    from magicsim.doctor import examine
+
+    del settings, seed
+    _print(_fields(examine()), as_json=json)
+
+
+@app.command
+def schema(
+    kind: Literal["design", "scene", "rig", "object", "profile"] = "scene", *, settings: Settings = None,
+    seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Print the JSON Schema of a kind of configuration file."""
+    from magicsim.schema import schema_of
+
+    del settings, seed, json
+    _print(schema_of(kind), as_json=True)
+
+
+def main() -> None:
+    """Entry point: errors are one line on stderr and exit code 2."""
+    logging.basicConfig(level=logging.WARNING, format="magicsim: %(message)s", stream=sys.stderr)
+    try:
+        app(exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        _fail(" ".join(str(error).split()))
+    except MagicsimError as error:
+        _fail(" ".join(str(error).split()))
+    except KeyboardInterrupt:
+        sys.stderr.write("magicsim: stopped\n")
+        sys.exit(130)
+
+
+def _fail(message: str) -> None:
+    sys.stderr.write(f"magicsim: {message}\n")
+    sys.exit(2)
+
+
+def _limit_threads(threads: int | None) -> None:
+    if threads is None:
+        return
+    if threads < 1:
+        msg = f"threads = {threads} is not allowed: must be at least 1"
+        raise ConfigError(msg)
+    from magicsim.scenes.variant import activate_variant
+
+    activate_variant()
+    import drjit
+
+    drjit.set_thread_count(threads)
+
+
+def _pair(name: str, text: str) -> tuple[float, float]:
+    parts = text.split(",")
+    try:
+        x, y = (float(part) for part in parts)
+    except ValueError:
+        msg = f"{name} = '{text}' is not allowed: must be two numbers X,Y"
+        raise ConfigError(msg) from None
+    return x, y
+
+
+def _fields(result: Any) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return asdict(result)
+
+
+def _print(values: dict[str, Any], *, as_json: bool) -> None:
+    if as_json:
+        sys.stdout.write(json.dumps(values, allow_nan=False) + "\n")
+        return
+    for key, value in values.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            sys.stdout.write(f"{key}:\n")
+            for item in value:
+                sys.stdout.write("  " + ": ".join(str(part) for part in item.values()) + "\n")
+        else:
+            sys.stdout.write(f"{key}: {value}\n")

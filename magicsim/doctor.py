@@ -1,0 +1,47 @@
+"""What this machine can do, found by trying it."""
+
+import importlib.util
+import os
+import platform
+from dataclasses import dataclass
+
+from magicsim.scenes.variant import LLVM_PACKAGE, LLVM_VARIANT, SCALAR_VARIANT, find_llvm, probe_llvm
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Examination:
+    """What `magicsim doctor` reports."""
+
+    variant: str
+    """Mitsuba variant that will render."""
+    llvm: str | None
+    """The libLLVM that works, or None."""
+    solver: str
+    """Sparse factorisation that will be used."""
+    cores: int
+    """Processors that this process may use."""
+    platform: str
+    problems: list[str]
+    """What is slower or missing than it could be, and how to get it."""
+
+
+def examine() -> Examination:
+    """Looks for LLVM by running it in a subprocess, and for the fast sparse solver."""
+    problems = []
+    library = find_llvm()
+    reason = "no libLLVM was found" if library is None else probe_llvm(library)
+    if reason is not None:
+        problems.append(
+            f"rendering is many times slower without LLVM ({reason}); `pip install {LLVM_PACKAGE}` on Linux"
+        )
+    fast = importlib.util.find_spec("pypardiso") is not None
+    if not fast:
+        problems.append("solving is several times slower without PARDISO; `pip install pypardiso` on x86-64")
+    return Examination(
+        variant=LLVM_VARIANT if reason is None else SCALAR_VARIANT,
+        llvm=library.name if reason is None and library is not None else None,
+        solver="PARDISO" if fast else "SuperLU",
+        cores=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+        platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+        problems=problems,
+    )

@@ -1,0 +1,132 @@
+"""The main job: simulate a scene, judge it, and leave a folder that explains itself."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import tomli_w
+
+from magicsim.episode import Episode, Judgement
+from magicsim.folder import MARKER, result_folder
+from magicsim.judge import PROFILES, judge
+from magicsim.report.page import render_report
+from magicsim.report.preview import animate
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.variant import activate_variant
+from magicsim.simulate import Progress, Sensor, simulate_with
+from magicsim.table import frame_file, write_lattice, write_table
+
+REPORT = "report.html"
+PREVIEW = "preview.webp"
+TABLE = "episode.parquet"
+LATTICE = "lattice.parquet"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSummary:
+    """What `magicsim demo` and `magicsim simulate` report."""
+
+    frames: int
+    """Frames written, references included."""
+    seconds: float
+    """Warm cost of solving, rendering and judging, without compilation and scene build [s]."""
+    seconds_total: float
+    """Everything [s]."""
+    variant: str
+    """Mitsuba variant that rendered."""
+    estimator: str
+    """Estimator that rendered."""
+    contact_accuracy: float | None
+    """Balanced accuracy of contact with the `calibrated` profile; None where a class has no frames."""
+    proximity_accuracy: float | None
+    """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
+    report: str | None
+    """Path of the HTML report, None where not asked for."""
+    out: str
+    """Folder of all results."""
+
+
+def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None) -> RunSummary:
+    """Simulates a scene, judges it with every standard profile, and writes the episode's folder.
+
+    Args:
+        scene: What happens.
+        out: Folder to write; an earlier result there is replaced at the very end.
+        progress: Told after every frame.
+
+    Raises:
+        MagicsimError: Anything that keeps the episode from being valid, or the folder from being written.
+    """
+    start = time.perf_counter()
+    with result_folder(out) as folder:
+        sensor = Sensor(scene)
+        episode = simulate_with(sensor, progress=progress)
+        before = time.perf_counter()
+        judgements = [judge(episode, name) for name in PROFILES] if scene.references else []
+        judging = time.perf_counter() - before
+        write_frames(folder, episode)
+        write_table(folder / TABLE, episode, judgements)
+        if scene.output.displacements:
+            write_lattice(folder / LATTICE, sensor.lattice)
+        if scene.output.preview:
+            verdicts = judgements[0].verdicts if judgements else ()
+            animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
+        if scene.output.report:
+            facts = describe(scene, sensor.renderer.estimator)
+            (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")
+        (folder / MARKER).write_text(tomli_w.dumps(_resolved(scene)), encoding="utf-8")
+    return _summary(
+        scene, out, episode, judgements, sensor, episode.seconds + judging, time.perf_counter() - start
+    )
+
+
+def write_frames(folder: Path, episode: Episode) -> None:
+    """Writes every frame as a PNG below `frames/`."""
+    (folder / "frames").mkdir()
+    for frame in episode.frames:
+        encoded = cv2.imencode(".png", cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR))[1]
+        (folder / frame_file(frame.truth.index)).write_bytes(encoded.tobytes())
+
+
+def describe(scene: SceneConfig, estimator: str) -> dict[str, str]:
+    """Facts about a scene for its report."""
+    design, render = scene.design, scene.render
+    grid = f"cell {design.cell_mm:g} mm, wall {design.wall_mm:g} mm" if design.has_grid else "no grid"
+    width, length = design.footprint_mm
+    thing = scene.object.kind if scene.object is not None else "none"
+    return {
+        "Elastomer": f"{width:g} x {length:g} x {design.height_mm:g} mm, skin {design.skin_mm:g} mm, {grid}",
+        "Object": thing,
+        "Frames": f"{scene.references} references, {scene.frame_count} scored",
+        "Seed": str(scene.seed),
+        "Light": f"{estimator} ({activate_variant()}), {render.samples} samples a pixel, {render.particles} particles",
+    }
+
+
+def _resolved(scene: SceneConfig) -> dict[str, object]:
+    return scene.model_dump(mode="json", exclude_none=True)
+
+
+def _summary(
+    scene: SceneConfig,
+    out: Path,
+    episode: Episode,
+    judgements: Sequence[Judgement],
+    sensor: Sensor,
+    seconds: float,
+    seconds_total: float,
+) -> RunSummary:
+    score = judgements[0].score if judgements else None
+    return RunSummary(
+        frames=len(episode.frames),
+        seconds=round(seconds, 3),
+        seconds_total=round(seconds_total, 3),
+        variant=activate_variant(),
+        estimator=sensor.renderer.estimator,
+        contact_accuracy=score.contact.accuracy if score else None,
+        proximity_accuracy=score.proximity.accuracy if score else None,
+        report=str(out / REPORT) if scene.output.report else None,
+        out=str(out),
+    )

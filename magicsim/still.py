@@ -1,0 +1,72 @@
+"""One radiance image of one frame of a scene, by one estimator alone: no anchor, no camera."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from magicsim.errors import ConfigError
+from magicsim.folder import result_file
+from magicsim.plan import can_touch
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import timeline
+from magicsim.scenes.variant import activate_variant
+from magicsim.simulate import Sensor
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Still:
+    """What `magicsim render` reports."""
+
+    seconds: float
+    """Warm cost of light and camera pass [s]."""
+    seconds_total: float
+    """Everything, with geometry, deformation and compilation [s]."""
+    estimator: str
+    variant: str
+    mean: list[float]
+    """Mean radiance of each channel."""
+    out: str | None
+    """File written, None without one."""
+
+
+def render_still(scene: SceneConfig, frame: int, out: Path | None) -> Still:
+    """Renders the linear radiance of one scored frame.
+
+    Args:
+        scene: What happens; its render settings choose estimator, samples and particles.
+        frame: Index among the scored frames.
+        out: `.npy` file to write, float32 of shape (rows, columns, 3), or None.
+
+    Raises:
+        ConfigError: No such frame, or the file is not called `.npy`.
+        MagicsimError: The deformation or the image is not valid.
+    """
+    start = time.perf_counter()
+    states = timeline(scene)
+    if not 0 <= frame < len(states):
+        msg = f"frame = {frame} is not allowed: must be 0 to {len(states) - 1}"
+        raise ConfigError(msg)
+    if out is not None and out.suffix != ".npy":
+        msg = f"out = '{out}' is not allowed: must end in .npy"
+        raise ConfigError(msg)
+    state = states[frame]
+    sensor = Sensor(scene)
+    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    view = sensor.view(state, deformation)
+    sensor.renderer.warm_up(view)
+    before = time.perf_counter()
+    image = sensor.renderer.plain_radiance(view)
+    seconds = time.perf_counter() - before
+    if out is not None:
+        with result_file(out) as partial:
+            np.save(partial, image)
+    return Still(
+        seconds=seconds,
+        seconds_total=time.perf_counter() - start,
+        estimator=sensor.renderer.estimator,
+        variant=activate_variant(),
+        mean=image.mean((0, 1), dtype=np.float64).tolist(),
+        out=str(out) if out is not None else None,
+    )
