@@ -3,11 +3,12 @@
     python benchmarks/sphere_on_block.py                 # needs the extra `reference` (NGSolve)
     python benchmarks/sphere_on_block.py --elements 0.4  # one mesh, elements of 0.4 mm under the sphere
 
-The problem: `uniform-block` (24 x 32 x 6 mm, E = 0.9933 MPa, nu = 0.49), bonded at z = height, pressed by a rigid frictionless
-sphere of radius 4 mm. The solid is W = mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2. The reference shares no code with the
-package: a quarter of the block by symmetry, tetrahedra with cubic displacements (no averaging of the volume, no
-pressure unknown), contact by a penalty at its own quadrature points, extrapolated from two stiffnesses to a rigid
-contact. The exact contact condition is used: the deformed point's distance to the sphere's centre.
+The problem: `uniform-block` (24 x 32 x 6 mm, E = 0.9933 MPa, nu = 0.49), bonded at z = height, pressed by a rigid
+frictionless sphere of radius 4 mm. The solid is W = mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2. The reference
+shares no code with the package: a quarter of the block by symmetry, tetrahedra with cubic displacements (no
+averaging of the volume, no pressure unknown), contact by a penalty at its own quadrature points, extrapolated from
+two stiffnesses to a rigid contact. The exact contact condition is used: the deformed point's distance to the
+sphere's centre.
 """
 
 import argparse
@@ -116,7 +117,8 @@ def _energy(space, depth, penalty):  # noqa: ANN001, ANN202
     u = space.TrialFunction()
     gradient = ngs.Id(3) + ngs.Grad(u)
     jacobian = ngs.Det(gradient)
-    solid = mu / 2 * (ngs.InnerProduct(gradient, gradient) - 3) - mu * ngs.log(jacobian) + lame / 2 * (jacobian - 1) ** 2
+    solid = mu / 2 * (ngs.InnerProduct(gradient, gradient) - 3) - mu * ngs.log(jacobian)
+    solid += lame / 2 * (jacobian - 1) ** 2
 
     def overlap(displacement):  # noqa: ANN001, ANN202
         point = ngs.CF((ngs.x, ngs.y, ngs.z)) + displacement

@@ -6,6 +6,7 @@ Heavy modules are imported inside the commands, so that `magicsim --help` answer
 import json
 import logging
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -30,7 +31,6 @@ Threads = Annotated[
     int | None, Parameter(name="--threads", help="Rendering threads; the result does not depend on it.")
 ]
 Out = Annotated[Path, Parameter(name="--out", help="Where the result goes.")]
-KEYS_TO_LIST = ("kept", "left_out", "problems", "frames")
 
 
 @app.command
@@ -102,15 +102,14 @@ def press(
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
     from magicsim.deform.press import press as solve
 
-    _print(
-        solve(block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg).as_dict(), as_json=json
-    )
+    _print(solve(block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg).as_dict(), as_json=json)
 
 
 @app.command
 def render(
     scene: str, *, frame: int = 0, estimator: Literal["fluence", "path"] = "fluence",
-    samples: int | None = None, particles: int | None = None, out: Annotated[Path | None, Parameter(name="--out")] = None,
+    samples: int | None = None, particles: int | None = None,
+    out: Annotated[Path | None, Parameter(name="--out")] = None,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3)."""
@@ -137,18 +136,14 @@ def detect(
 
     del seed  # nothing here is random; the option exists on every command
     if settings:
-        msg = (
-            f"--set {settings[0]} is not allowed with detect; write a profile file and name it with --profile"
-        )
+        msg = f"--set {settings[0]} is not allowed with detect; write a profile file and name it with --profile"
         raise ConfigError(msg)
     verdicts = detect_sources(source, reference, profile)
     sys.stdout.write((as_json(verdicts) if json else as_table(verdicts)).rstrip() + "\n")
 
 
 @app.command
-def export(
-    design: str, *, out: Out, settings: Settings = None, seed: Seed = None, json: Json = False
-) -> None:
+def export(design: str, *, out: Out, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
     """Write a design's printable geometry as STL: the clear part with its cavities, and the infill beside it."""
     from magicsim.config import load_preset
     from magicsim.geometry.design import ElastomerDesign
@@ -225,10 +220,8 @@ def _pair(name: str, text: str) -> tuple[float, float]:
     return x, y
 
 
-def _fields(result: Any) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    return asdict(result)
+def _fields(result: object) -> dict[str, Any]:
+    return asdict(result)  # type: ignore[call-overload, no-any-return]
 
 
 def _print(values: dict[str, Any], *, as_json: bool) -> None:

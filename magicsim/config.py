@@ -79,7 +79,7 @@ def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[s
     return result
 
 
-def _parse_value(text: str) -> Any:
+def _parse_value(text: str) -> object:
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
@@ -95,9 +95,7 @@ def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> C
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        problems = sorted(
-            error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden"
-        )
+        problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         msg = f"{source}: {_describe(model, problems[0])}{more}"
         raise ConfigError(msg) from None
@@ -130,7 +128,7 @@ def _keys_at(model: type[BaseModel], location: Sequence[str | int]) -> list[str]
     return list(getattr(current, "model_fields", {}))
 
 
-def _model_in(annotation: Any, tag: str) -> Any:
+def _model_in(annotation: Any, tag: str) -> Any:  # noqa: ANN401 - annotations have no common type
     """The model inside `list[Model]`, `Model | None` or a tagged union (by its tag)."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation

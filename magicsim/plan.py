@@ -66,9 +66,7 @@ def can_touch(state: FrameState) -> bool:
     return state.gap_mm is not None and state.gap_mm < 0
 
 
-def _same_as(
-    states: list[FrameState], seen: dict[FrameState, int], index: int, *, touching: bool
-) -> int | None:
+def _same_as(states: list[FrameState], seen: dict[FrameState, int], index: int, *, touching: bool) -> int | None:
     """An earlier frame that looks the same: the one before in contact (paths have a history), any one otherwise."""
     if not touching:
         return seen.get(states[index])

@@ -77,9 +77,7 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
             facts = describe(scene, sensor.renderer.estimator)
             (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")
         (folder / MARKER).write_text(tomli_w.dumps(_resolved(scene)), encoding="utf-8")
-    return _summary(
-        scene, out, episode, judgements, sensor, episode.seconds + judging, time.perf_counter() - start
-    )
+    return _summary(scene, out, episode, judgements, sensor, episode.seconds + judging, time.perf_counter() - start)
 
 
 def write_frames(folder: Path, episode: Episode) -> None:

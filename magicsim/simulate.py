@@ -146,9 +146,7 @@ def deformed_vertices(
     return body, settle(infill, np.zeros(len(infill), bool), indenter, clearance)
 
 
-def simulate(
-    scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None
-) -> Episode:
+def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
     """Simulates a whole scene.
 
     Args:
@@ -162,9 +160,7 @@ def simulate(
     return simulate_with(Sensor(scene), plan=plan, progress=progress)
 
 
-def simulate_with(
-    sensor: Sensor, *, plan: ScenePlan | None = None, progress: Progress | None = None
-) -> Episode:
+def simulate_with(sensor: Sensor, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
     """Simulates the scene of a sensor that is already built; see `simulate`."""
     scene = sensor.scene
     plan = plan or plan_scene(scene)
@@ -190,16 +186,10 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     deformation = sensor.rest
     for number, frame in enumerate(plan.frames):
         deformation = _deformation(sensor, frame, deformation)
-        radiance = (
-            radiances[frame.same_as]
-            if frame.same_as is not None
-            else sensor.radiance(frame.state, deformation)
-        )
+        radiance = radiances[frame.same_as] if frame.same_as is not None else sensor.radiance(frame.state, deformation)
         if number in reused:
             radiances[number] = radiance
-        yield shot.take(
-            frame.state, deformation, radiance, index=scene.references + number, is_reference=False
-        )
+        yield shot.take(frame.state, deformation, radiance, index=scene.references + number, is_reference=False)
 
 
 def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Deformation:
@@ -241,7 +231,5 @@ class _Shot:
                 is_reference=is_reference,
             ),
             contact_mask=contact_mask(deformation, self.landing_mm) if self.landing_mm is not None else None,
-            displacements_mm=deformation.displacements_mm.astype(np.float32)
-            if scene.output.displacements
-            else None,
+            displacements_mm=deformation.displacements_mm.astype(np.float32) if scene.output.displacements else None,
         )

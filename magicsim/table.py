@@ -54,9 +54,7 @@ def _schema(judgements: Sequence[Judgement]) -> pa.Schema:
         ("displacements_mm", pa.list_(pa.float32())),
     ]  # fmt: skip
     for judgement in judgements:
-        fields += [
-            (f"{judgement.profile}_{key}", pa.string() if key in _WORDS else number) for key in VERDICT_KEYS
-        ]
+        fields += [(f"{judgement.profile}_{key}", pa.string() if key in _WORDS else number) for key in VERDICT_KEYS]
     return pa.schema(fields)
 
 

@@ -1,14 +1,14 @@
 """Effective stiffness of a core cell: a small periodic problem on a soft cube in stiff walls.
 
 Linear elasticity on the unit cell: walls of the body's material around a centred cube of infill, trilinear
-hexahedra whose volume change is averaged over each sub-cell (selective integration: B-bar, Hughes 1980), so that a nearly
-incompressible infill does not lock. The cell is a cube with the printed cell's infill volume share: the printed
-pitches differ by a few percent between the axes, which this leaves out. By cubic symmetry three strain states
-give C11, C12 and C44.
+hexahedra whose volume change is averaged over each sub-cell (selective integration: B-bar, Hughes 1980), so that a
+nearly incompressible infill does not lock. The cell is a cube with the printed cell's infill volume share: the
+printed pitches differ by a few percent between the axes, which this leaves out. By cubic symmetry three strain
+states give C11, C12 and C44.
 
-The lattice holds an isotropic stiffness: springs of cubic symmetry without rest length store mu/2 tr(F^T F) whatever
-their weights. The nearest isotropic tensor (orthogonal projection; Voigt average) keeps the bulk modulus and
-has mu = (2 (C11 - C12)/2 + 3 C44)/5; what it drops is the cubic anisotropy, whose figure is `anisotropy`.
+The lattice holds an isotropic stiffness: springs of cubic symmetry without rest length store mu/2 tr(F^T F)
+whatever their weights. The nearest isotropic tensor (orthogonal projection; Voigt average) keeps the bulk modulus
+and has mu = (2 (C11 - C12)/2 + 3 C44)/5; what it drops is the cubic anisotropy, whose figure is `anisotropy`.
 """
 
 from dataclasses import dataclass
@@ -94,9 +94,7 @@ def effective_stiffness(
     fluctuation = np.zeros((size, 3))
     fluctuation[3:] = splu(stiffness[3:, 3:].tocsc()).solve(-load[3:])  # one node held against translation
     gram = energies + load.T @ fluctuation
-    return CellStiffness(
-        c11_mpa=float(gram[0, 0]), c12_mpa=float(gram[0, 1]), c44_mpa=float(gram[2, 2])
-    )
+    return CellStiffness(c11_mpa=float(gram[0, 0]), c12_mpa=float(gram[0, 1]), c44_mpa=float(gram[2, 2]))
 
 
 def _subdivide(share: float, count: int) -> tuple[Array, npt.NDArray[np.bool_]]:

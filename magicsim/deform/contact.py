@@ -1,8 +1,8 @@
 """Rigid, frictionless contact of an object with the contact face, by an augmented Lagrangian.
 
-Contact is tested on the points of `face`; the sides of the block are never in contact. With gap d (signed distance to the
-object), multiplier m and penalty e the traction is t = max(0, m - e d) along the object's outward normal; a multiplier
-update m <- t lowers the penetration without a stiffer matrix (Simo and Laursen 1992).
+Contact is tested on the points of `face`; the sides of the block are never in contact. With gap d (signed distance
+to the object), multiplier m and penalty e the traction is t = max(0, m - e d) along the object's outward normal; a
+multiplier update m <- t lowers the penetration without a stiffer matrix (Simo and Laursen 1992).
 """
 
 from dataclasses import dataclass
@@ -18,6 +18,8 @@ from magicsim.geometry.indenter import Indenter
 Array = npt.NDArray[np.float64]
 CURVATURE_STEP_MM = 1e-4
 """Step of the finite differences of the object's normal."""
+AXIS_LIMIT = 0.9
+"""Normals nearer to the x axis than this take y as the helper for their tangents."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,7 +111,7 @@ def add_contact_stiffness(
 
 def _normal_gradient(indenter: Indenter, points: Array, normal: Array) -> Array:
     """Symmetric gradient of the normal across itself, shape (count, 3, 3) [1/mm], by forward differences."""
-    helper = np.where(np.abs(normal[:, :1]) < 0.9, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]))
+    helper = np.where(np.abs(normal[:, :1]) < AXIS_LIMIT, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]))
     first = np.cross(normal, helper)
     first /= np.linalg.norm(first, axis=1)[:, None]
     gradient = np.zeros((len(points), 3, 3))
@@ -122,7 +124,7 @@ def _normal_gradient(indenter: Indenter, points: Array, normal: Array) -> Array:
     return np.asarray((gradient + gradient.transpose(0, 2, 1)) / 2)
 
 
-@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)
 def _scatter(local, shape, facet, patches, indptr, blocks, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     for q in range(len(facet)):
         cell = facet[q]

@@ -2,12 +2,12 @@
 
     W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2
 
-The springs have no rest length, J is the Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the exact
-trilinear volume over V0 (the Jacobian is quadratic in each coordinate, so two points a direction integrate it). The
-pressure term is no stabiliser: a Gaussian network alone has no elastic constants and would collapse. For affine motion
-W is the compressible neo-Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood 2008, 6.4.3, with that
-volume term). Below J = 0.1 the logarithm goes on as a parabola with the same value, slope and
-curvature, so that W stays finite for trial states.
+The springs have no rest length, J is the Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the
+exact trilinear volume over V0 (the Jacobian is quadratic in each coordinate, so two points a direction integrate
+it). The pressure term is no stabiliser: a Gaussian network alone has no elastic constants and would collapse. For
+affine motion W is the compressible neo-Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood
+2008, 6.4.3, with that volume term). Below J = 0.1 the logarithm goes on as a parabola with the same value, slope
+and curvature, so that W stays finite for trial states.
 """
 
 from dataclasses import dataclass
@@ -105,7 +105,7 @@ class Elasticity:
         return values
 
 
-@nb.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@nb.njit(cache=True, error_model="numpy")
 def negative_log(jacobian: float) -> tuple[float, float, float]:
     """-ln J, twice continuously differentiable down to any J: value, first and second derivative."""
     if jacobian > LOG_LIMIT:
@@ -117,7 +117,7 @@ def negative_log(jacobian: float) -> tuple[float, float, float]:
     return -np.log(LOG_LIMIT) - slope * d + curvature / 2 * d * d, -slope + curvature * d, curvature
 
 
-@nb.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@nb.njit(cache=True, error_model="numpy")
 def _deformation(x, nodes, dn, size, f, cof):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Deformation gradient and its cofactor at one Gauss point, in place; returns the Jacobian."""
     for i in range(3):
@@ -134,7 +134,7 @@ def _deformation(x, nodes, dn, size, f, cof):  # type: ignore[no-untyped-def]  #
     return f[0, 0] * cof[0, 0] + f[0, 1] * cof[0, 1] + f[0, 2] * cof[0, 2]
 
 
-@nb.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@nb.njit(cache=True, error_model="numpy")
 def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobian, volume_gradient, gradient):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     smallest = np.inf
     f, cof, own = np.empty((3, 3)), np.empty((3, 3)), np.empty((8, 3))
@@ -171,8 +171,22 @@ def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobi
     return smallest
 
 
-@nb.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _fill_hessian(x, cells, gauss, sizes, volumes, mu, stiffness, pressure, springs, volume_gradient, indptr, blocks, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202, E501, PLR0912
+@nb.njit(cache=True, error_model="numpy")
+def _fill_hessian(  # type: ignore[no-untyped-def]  # noqa: ANN202, PLR0912
+    x,
+    cells,
+    gauss,
+    sizes,
+    volumes,
+    mu,
+    stiffness,
+    pressure,
+    springs,
+    volume_gradient,
+    indptr,
+    blocks,
+    values,  # noqa: ANN001
+):
     f, cof, m = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     g, own, dn = np.empty(24), np.empty((24, 24)), np.empty((8, 3))
     for c in range(cells.shape[0]):

@@ -1,13 +1,13 @@
 """Quadrature points of the contact face: where contact is tested, and how they follow the lattice's nodes.
 
-The face at rest is divided into facets, the rectangles of the lattice's plane z = 0. Points a facet: a regular grid of n x n
-midpoints with equal weights, n odd so that the centre is one of them, spaced by at most `POINT_SPACING_MM` and at
-least `MIN_POINTS`.
+The face at rest is divided into facets, the rectangles of the lattice's plane z = 0. Points a facet: a regular
+grid of n x n midpoints with equal weights, n odd so that the centre is one of them, spaced by at most
+`POINT_SPACING_MM` and at least `MIN_POINTS`.
 
-Between nodes the displacement is interpolated by cubics through the four nearest planes of each direction, not bilinearly:
-a flat facet cuts into an object of curvature 1/R by spacing^2 / 8 R (0.03 mm at 1 mm and R = 4 mm), so pointwise contact on
-flat facets would press at their middles only, 10 % too stiff and with a tenth of the contact area. Forces go to
-the nodes with the same weights, so force and torque of the points are those of the nodes.
+Between nodes the displacement is interpolated by cubics through the four nearest planes of each direction, not
+bilinearly: a flat facet cuts into an object of curvature 1/R by spacing^2 / 8 R (0.03 mm at 1 mm and R = 4 mm), so
+pointwise contact on flat facets would press at their middles only, 10 % too stiff and with a tenth of the contact
+area. Forces go to the nodes with the same weights, so force and torque of the points are those of the nodes.
 """
 
 from dataclasses import dataclass
@@ -96,4 +96,5 @@ def _along(planes: Array, count: int) -> tuple[Index, Array, Array, Array]:
 def _product(along_y: Array, along_x: Array) -> Array:
     """Weights on the plane from weights along its axes, shape (points, nodes a patch)."""
     weights = np.einsum("jqb,ipa->jiqpba", along_y, along_x)
-    return weights.reshape(len(along_y) * len(along_x) * along_y.shape[1] * along_x.shape[1], -1)
+    points = len(along_y) * len(along_x) * along_y.shape[1] * along_x.shape[1]
+    return np.asarray(weights.reshape(points, -1))

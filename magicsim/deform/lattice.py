@@ -63,9 +63,7 @@ class Lattice:
         return np.asarray(self.sizes_mm.prod(1))
 
 
-def box_lattice(
-    planes_mm: tuple[Array, Array, Array], *, shear_modulus_mpa: float, lame_mpa: float
-) -> Lattice:
+def box_lattice(planes_mm: tuple[Array, Array, Array], *, shear_modulus_mpa: float, lame_mpa: float) -> Lattice:
     """A lattice of one material.
 
     Args:

@@ -70,9 +70,10 @@ class PardisoSolver:
         self._size = len(indptr) - 1
         self._matrix = sp.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(self._size,) * 2)
         self._is_analysed = False
-        self._release = weakref.finalize(self, self._solver.free_memory, everything=True)  # Python does not see MKL's memory
+        # Python does not see the factor's memory.
+        self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
         self._release.atexit = False
-        # Explicit parameters, numbered as in MKL's manual: METIS ordering, no refinement, reproducible with THREADS threads.
+        # Numbered as in MKL's manual: own values, METIS, no refinement, pivots, one-level, reproducible threads.
         for number, value in ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0), (34, THREADS)):
             self._solver.iparm[number - 1] = value
 

@@ -1,12 +1,13 @@
 """One load step: primal-dual Newton iterations for a fixed pose of the object.
 
-The volumetric stress of each cell is an independent unknown, condensed out: the matrix keeps its size, the right-hand side
-is that of the displacement problem, and the stress follows its own linearised law. Iteration counts then do not grow as
-nu approaches 1/2. The contact multipliers are updated along the way as soon as the residual is small, so an augmented
-Lagrangian update costs an iteration and not a solve.
+The volumetric stress of each cell is an independent unknown, condensed out: the matrix keeps its size, the right-
+hand side is that of the displacement problem, and the stress follows its own linearised law. Iteration counts then
+do not grow as nu approaches 1/2. The contact multipliers are updated along the way as soon as the residual is
+small, so an augmented Lagrangian update costs an iteration and not a solve.
 
-Safeguard: a step is shortened until every Gauss point keeps a positive Jacobian and until the energy with the new stresses
-as multipliers (its volume term bounded, so that stiffness in volume does not throttle the step) has decreased.
+Safeguard: a step is shortened until every Gauss point keeps a positive Jacobian and until the energy with the new
+stresses as multipliers (its volume term bounded, so that stiffness in volume does not throttle the step) has
+decreased.
 """
 
 from dataclasses import dataclass, replace

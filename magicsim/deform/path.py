@@ -25,7 +25,7 @@ MAX_BALANCE = 1e-6
 """Largest relative difference between contact force and reaction that is accepted."""
 
 TOUCHING_SHARE = 0.01
-"""Gap, in units of the smallest cell edge, up to which a point counts as contact area: a coarse face leaves such gaps."""
+"""Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
 
 
 class ContactSolver:
@@ -100,9 +100,7 @@ class ContactSolver:
 
     def _solve_pose(self, indenter: Indenter, start: Deformation) -> Iterate:
         positions = self.lattice.nodes_mm + start.displacements_mm
-        iterate = newton.init(
-            self._problem, indenter, positions, start.pressure_mpa, start.multipliers_mpa
-        )
+        iterate = newton.init(self._problem, indenter, positions, start.pressure_mpa, start.multipliers_mpa)
         while not newton.terminate(self._problem, iterate):
             iterate = newton.step(self._problem, indenter, iterate)
             LOGGER.debug(
@@ -167,5 +165,6 @@ def _report(problem: Problem, iterate: Iterate, iterations: int) -> str:
         f"the deformation did not reach a valid equilibrium after {iterations} iterations: residual "
         f"{iterate.residual:.2g} (at most {problem.options.residual:g}), min J {iterate.elastic.min_jacobian:.3g} "
         f"(above 0), penetration {iterate.contact.max_penetration_mm:.3g} mm (at most "
-        f"{problem.options.tolerance_mm:g} mm), force balance {_balance(problem, iterate):.2g} (at most {MAX_BALANCE:g})"
+        f"{problem.options.tolerance_mm:g} mm), force balance {_balance(problem, iterate):.2g} (at most "
+        f"{MAX_BALANCE:g})"
     )

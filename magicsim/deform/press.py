@@ -77,8 +77,8 @@ def press(
         ConvergenceError: No valid equilibrium was found.
     """
     _check("depth_mm", depth_mm, 0.0, MAX_DEPTH_SHARE * design.height_mm, "90 % of the height")
-    for axis, shear, size in zip("xy", shear_mm, design.footprint_mm, strict=True):
-        _check(f"shear_mm along {axis}", shear, -size / 2, size / 2, "half the footprint")
+    for axis, motion, size in zip("xy", shear_mm, design.footprint_mm, strict=True):
+        _check(f"shear_mm along {axis}", motion, -size / 2, size / 2, "half the footprint")
     _check("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
     _check("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     compile_kernels()
@@ -87,8 +87,8 @@ def press(
     state: Deformation | None = None
     iterations = 0
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
-    for number, (shear, twist) in enumerate(stages):
-        if number > 0 and stages[number] == stages[number - 1]:
+    for stage, (shear, twist) in enumerate(stages):
+        if stage > 0 and stages[stage] == stages[stage - 1]:
             continue
         pose = place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist)
         state = solver.solve(pose, state)

@@ -1,14 +1,14 @@
 """Spring weights of a box cell: zero-rest-length springs whose affine energy is exactly mu/2 V tr(F^T F).
 
-The springs are Gaussian chains (James and Guth's phantom network). A cell of edges a x b x c holds a quarter of each
-of its twelve edge springs, half of each of its twelve face diagonals and its four body diagonals. Affine motion F
-stretches a spring of rest vector d to F d, so the energy is exact when, along x and cyclically,
+The springs are Gaussian chains (James and Guth's phantom network). A cell of edges a x b x c holds a quarter of
+each of its twelve edge springs, half of each of its twelve face diagonals and its four body diagonals. Affine
+motion F stretches a spring of rest vector d to F d, so the energy is exact when, along x and cyclically,
 
     k_x a^2 + 2 (k_xy + k_xz) a^2 + 4 k_body a^2 = mu V.
 
-Given the diagonals, the edges follow. The share `FACE_SHARE` of mu V / max(a, b, c)^2 for the faces and `BODY_SHARE`
-for the body keep every spring non-negative as long as 4 FACE_SHARE + 4 BODY_SHARE <= 1. Under refinement the topology is
-a quadrature rule only: all choices have the same limit.
+Given the diagonals, the edges follow. The share `FACE_SHARE` of mu V / max(a, b, c)^2 for the faces and
+`BODY_SHARE` for the body keep every spring non-negative as long as 4 FACE_SHARE + 4 BODY_SHARE <= 1. Under
+refinement the topology is a quadrature rule only: all choices have the same limit.
 """
 
 import numpy as np

@@ -102,7 +102,9 @@ class ElastomerDesign(Config):
         if not self.has_grid:
             return self
         if not CELL_MM[0] <= self.cell_mm <= CELL_MM[1]:
-            msg = f"cell_mm = {self.cell_mm:g} is not allowed: must be 0 (no grid) or {CELL_MM[0]:g} to {CELL_MM[1]:g} mm"
+            msg = (
+                f"cell_mm = {self.cell_mm:g} is not allowed: must be 0 (no grid) or {CELL_MM[0]:g} to {CELL_MM[1]:g} mm"
+            )
             raise ValueError(msg)
         if self.wall_mm < MIN_WALL_MM:
             msg = f"wall_mm = {self.wall_mm:g} is not allowed: must be at least {MIN_WALL_MM:g} mm"

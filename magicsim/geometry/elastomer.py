@@ -73,5 +73,6 @@ def _check(name: str, mesh: SurfaceMesh, volume_mm3: float) -> None:
         raise GeometryError(msg)
     error = mesh.volume_mm3() / volume_mm3 - 1
     if abs(error) > VOLUME_TOLERANCE:
-        msg = f"the {name} mesh has volume {mesh.volume_mm3():.6g} mm3, {error:+.2g} off the closed form {volume_mm3:.6g} mm3"
+        found = f"{mesh.volume_mm3():.6g} mm3, {error:+.2g} off the closed form {volume_mm3:.6g} mm3"
+        msg = f"the {name} mesh has volume {found}"
         raise GeometryError(msg)

@@ -1,6 +1,7 @@
 """Whole cells: how many fit in the core, and where their planes lie."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -78,7 +79,8 @@ def resolve_grid(design: ElastomerDesign) -> CellGrid | None:
     if abs(deviation[worst]) > MAX_CELL_DEVIATION:
         msg = (
             f"cell_mm = {design.cell_mm:g} resolves to {cell[worst]:.4g} mm along {'xyz'[worst]} "
-            f"({deviation[worst]:+.0%}): at most {MAX_CELL_DEVIATION:.0%} is allowed; change cell_mm, wall_mm or the core"
+            f"({deviation[worst]:+.0%}): at most {MAX_CELL_DEVIATION:.0%} is allowed; "
+            "change cell_mm, wall_mm or the core"
         )
         raise GeometryError(msg)
     if np.prod(counts) > MAX_CELLS:
@@ -115,6 +117,6 @@ SPACING_SLACK = 0.05
 def _split(coarse: npt.NDArray[np.float64], spacing: float) -> npt.NDArray[np.float64]:
     parts = [
         np.linspace(low, high, max(1, int(np.ceil((high - low) / spacing - SPACING_SLACK))), endpoint=False)
-        for low, high in zip(coarse[:-1], coarse[1:], strict=True)
+        for low, high in pairwise(coarse)
     ]
     return np.concatenate([*parts, coarse[-1:]])

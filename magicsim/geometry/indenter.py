@@ -53,6 +53,4 @@ def place_object(
         yaw=config.yaw_deg + twist_deg,
     )
     z_mm = -gap_mm - shape.support_mm(turned.rotation[2])
-    return Indenter(
-        shape=shape, pose=Pose(position_mm=np.array([x_mm, y_mm, z_mm]), rotation=turned.rotation)
-    )
+    return Indenter(shape=shape, pose=Pose(position_mm=np.array([x_mm, y_mm, z_mm]), rotation=turned.rotation))

@@ -23,9 +23,7 @@ class SurfaceMesh:
 
     def is_watertight(self) -> bool:
         """Whether every directed edge has exactly one opposite partner."""
-        edges = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]]).astype(
-            np.int64
-        )
+        edges = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]]).astype(np.int64)
         count = len(self.vertices)
         forward = np.sort(edges[:, 0] * count + edges[:, 1])
         backward = np.sort(edges[:, 1] * count + edges[:, 0])

@@ -11,6 +11,8 @@ from magicsim.geometry.shapes import RoundedBox, RoundedCylinder, Shape, Sphere
 Size = Annotated[float, Field(gt=0.01, le=200)]
 Reflectance = Annotated[float, Field(ge=0, le=1)]
 EDGE_RADIUS_MM = 0.1
+SEQUENCES = frozenset({"size_mm", "color"})
+"""Keys whose value may be several numbers, written `4x4x8` on the command line."""
 
 
 class ObjectBase(Config):
@@ -126,10 +128,7 @@ def parse_object(text: str) -> SphereObject | CylinderObject | PunchObject | Box
         if not separator:
             msg = f"object '{text}': '{setting}' is not of the form key=value"
             raise ConfigError(msg)
-        values[key.strip()] = (
-            [part for part in value.split("x")]
-            if key.strip() in {"size_mm", "color"} and "x" in value
-            else value
-        )
+        name = key.strip()
+        values[name] = value.split("x") if name in SEQUENCES and "x" in value else value
     model = validate(OBJECT_KINDS[kind], values, source=f"object '{text}'")
     return TypeAdapter(ObjectConfig).validate_python(model)

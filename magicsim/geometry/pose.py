@@ -31,9 +31,7 @@ class Pose:
         return (*self.position_mm.tolist(), *self.rotation.ravel().tolist())
 
     @classmethod
-    def from_degrees(
-        cls, position_mm: Array, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
-    ) -> Self:
+    def from_degrees(cls, position_mm: Array, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Self:
         """Rotations about the fixed axes x (roll), then y (pitch), then z (yaw) [degrees]."""
         (sr, sp, sy), (cr, cp, cy) = (
             np.sin(np.radians([roll, pitch, yaw])),

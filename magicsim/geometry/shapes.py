@@ -77,9 +77,7 @@ class RoundedBox:
         """See `Shape.mesh`."""
         core = np.array(self.size_mm) / 2 - self.edge_radius_mm
         ball = manifold3d.Manifold.sphere(self.edge_radius_mm, 32)
-        corners = [
-            ball.translate(tuple(core * sign)) for sign in np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1
-        ]
+        corners = [ball.translate(tuple(core * sign)) for sign in np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1]
         return from_manifold(manifold3d.Manifold.batch_hull(corners).refine_to_length(TRIANGLE_MM))
 
 

@@ -71,6 +71,4 @@ def to_svg(figure: Figure, *, name: str, label: str) -> str:
     for stand_in, color in THEME.items():
         svg = svg.replace(stand_in, color)
     svg = _SIZE.sub("", svg, count=2)
-    return svg.replace(
-        "<svg", f'<svg role="img" aria-label="{html.escape(label)}" style="stroke-linejoin: round"', 1
-    )
+    return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(label)}" style="stroke-linejoin: round"', 1)

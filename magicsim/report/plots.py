@@ -34,8 +34,7 @@ def plot_features(frames: Sequence[SimulatedFrame], judgement: Judgement, *, nam
     times = frame_times(frames)
     with plot_style():
         titles = [
-            f"{letter}: {words}, threshold {number(judgement.thresholds[tau])}"
-            for letter, words, _, tau, _, _ in rows
+            f"{letter}: {words}, threshold {number(judgement.thresholds[tau])}" for letter, words, _, tau, _, _ in rows
         ]
         figure, panels = time_panels(frames, titles)
         for panel, (_, _, field, tau, wrong, ends) in zip(panels, rows, strict=True):
@@ -62,9 +61,7 @@ def plot_forces(frames: Sequence[SimulatedFrame], *, name: str) -> str:
         figure, panels = time_panels(frames, ["force [N]", "depth [mm]", "gap [mm]"])
         panels[0].plot(times, force[:, 2], color=BLUE, label="along z", gid="force-z")
         panels[0].plot(times, sideways, color=ORANGE, label="sideways", dashes=(4, 1.5), gid="force-xy")
-        panels[0].legend(
-            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0.0, borderaxespad=0.2
-        )
+        panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0.0, borderaxespad=0.2)
         panels[1].plot(times, depth, color=LINE, gid="depth")
         panels[2].plot(times, gap, color=LINE, marker=".", ms=3, gid="gap")
         for panel, values in zip(panels, (np.append(force[:, 2], sideways), depth, gap), strict=True):

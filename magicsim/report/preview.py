@@ -37,7 +37,7 @@ def animate(
         frames: What to show, at least one frame.
         path: File to write; `.webp` or `.gif`.
         frames_per_second: Frame rate [1/s].
-        verdicts: One for each frame; left out, the strip states the truth alone.
+        verdicts: One for each frame; left out or empty, the strip states the truth alone.
         max_bytes: Size to stay below [bytes].
 
     Returns:
@@ -54,10 +54,10 @@ def animate(
     if not frames or frames_per_second <= 0.0:
         msg = f"{len(frames)} frames at {frames_per_second:g}/s make no preview; both must be above 0"
         raise OutputError(msg)
-    if verdicts is not None and len(verdicts) != len(frames):
+    if verdicts and len(verdicts) != len(frames):
         msg = f"{len(verdicts)} verdicts for {len(frames)} frames; must be one for each"
         raise OutputError(msg)
-    told = verdicts if verdicts is not None else [None] * len(frames)
+    told: Sequence[Verdict | None] = verdicts or [None] * len(frames)
     data = b""
     for scale in _SCALES:
         pictures = [with_strip(frame, one, scale=scale) for frame, one in zip(frames, told, strict=True)]

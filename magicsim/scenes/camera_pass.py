@@ -91,9 +91,7 @@ def gather_radiance(
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         on_object = active & segment.opaque & (si.shape == object_pointer)
-        sent = mi.Color3f(
-            *[dr.gather(mi.Float, exitance, si.prim_index * 3 + c, on_object) for c in range(3)]
-        )
+        sent = mi.Color3f(*[dr.gather(mi.Float, exitance, si.prim_index * 3 + c, on_object) for c in range(3)])
         radiance[on_object] += weight * sent
         weight[on_object] = 0
         opaque = active & segment.opaque & ~on_object

@@ -112,9 +112,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
     def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         """Smoothing of the object's irradiance; the object is rigid, so once is enough."""
         if self._irradiance_kernel is None:
-            self._irradiance_kernel = irradiance_kernel(
-                _mesh(shapes.object) if shapes.object is not None else NOTHING
-            )
+            self._irradiance_kernel = irradiance_kernel(_mesh(shapes.object) if shapes.object is not None else NOTHING)
         return self._irradiance_kernel
 
     def to_string(self) -> str:

@@ -49,7 +49,5 @@ def irradiance_kernel(mesh: SurfaceMesh) -> IrradianceKernel:
     facing = np.einsum("ij,ij->i", normals[row], normals[column]) > FACING
     values = np.exp(-(distances.data**2) / (2 * SMOOTHING_MM**2)) * facing
     count = len(mesh.faces)
-    weights = (
-        sp.csr_matrix((values, (row, column)), shape=(count, count)) + sp.eye(count, format="csr") * 1e-9
-    )
+    weights = sp.csr_matrix((values, (row, column)), shape=(count, count)) + sp.eye(count, format="csr") * 1e-9
     return IrradianceKernel(weights=sp.csr_matrix(weights), areas_mm2=weights @ (double_area / 2))

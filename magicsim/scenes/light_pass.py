@@ -47,9 +47,7 @@ def deposit_tracks(
         size=particles, initstate=dr.opaque(mi.UInt64, seed), initseq=dr.opaque(mi.UInt64, SEQUENCE + first)
     )
     start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed))
-    u = sequence(
-        dr.opaque(mi.UInt32, first) + dr.arange(mi.UInt32, particles), [start.next_uint32() for _ in range(4)]
-    )
+    u = sequence(dr.opaque(mi.UInt32, first) + dr.arange(mi.UInt32, particles), [start.next_uint32() for _ in range(4)])
     emitted = emitter.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3]))
     ray = mi.Ray3f(emitted[0])
     weight = mi.Color3f(emitted[1])

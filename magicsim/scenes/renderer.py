@@ -119,8 +119,7 @@ class Renderer:
             return _checked(np.array(image, np.float32))
         integrator = world.scene.integrator()
         fields = [
-            integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
-            for name in _lights(world)
+            integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in _lights(world)
         ]
         return self._gather(world, total(fields), self.settings.samples)
 
@@ -131,9 +130,7 @@ class Renderer:
             mi.render(world.scene, spp=1, seed=self.seed)
             return
         integrator = world.scene.integrator()
-        fields = [
-            integrator.light(world.scene, name, particles=64, seed=self.seed) for name in _lights(world)
-        ]
+        fields = [integrator.light(world.scene, name, particles=64, seed=self.seed) for name in _lights(world)]
         self._gather(world, total(fields), 1)
 
     def anchor(self) -> Anchor:
@@ -142,9 +139,7 @@ class Renderer:
             world = self._world(View())
             integrator, names = world.scene.integrator(), _lights(world)
             many = max(1, self.settings.anchor_particles // max(1, len(names)))
-            cheap = {
-                n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names
-            }
+            cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
             careful = {n: integrator.light(world.scene, n, particles=many, seed=self.seed) for n in names}
             field = total(list(careful.values()))
             self._anchor = Anchor(

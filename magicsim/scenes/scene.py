@@ -1,6 +1,7 @@
 """A scene: a design on a rig, and what moves. The configuration of `scenes/*.toml`."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -98,9 +99,7 @@ class SceneConfig(Config):
     @model_validator(mode="after")
     def _check_keyframes(self) -> Self:
         frames = [keyframe.frame for keyframe in self.keyframes]
-        if frames[0] != 0 or any(
-            later <= earlier for earlier, later in zip(frames, frames[1:], strict=False)
-        ):
+        if frames[0] != 0 or any(later <= earlier for earlier, later in pairwise(frames)):
             msg = f"keyframes.frame = {frames} is not allowed: must start at 0 and increase"
             raise ValueError(msg)
         if self.object is None and any(keyframe.gap_mm is not None for keyframe in self.keyframes):
@@ -133,9 +132,7 @@ def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
         data = apply_overrides(data, chosen)
         if isinstance(data.get(kind), str):
             data[kind] = read_toml(_beside(kind, data[kind], path))
-    data = apply_overrides(
-        data, [o for o in overrides if o.partition("=")[0].strip() not in {"design", "rig"}]
-    )
+    data = apply_overrides(data, [o for o in overrides if o.partition("=")[0].strip() not in {"design", "rig"}])
     if seed is not None:
         data["seed"] = seed
     return validate(SceneConfig, data, source=path.name)

@@ -33,8 +33,7 @@ def timeline(scene: SceneConfig) -> list[FrameState]:
     for start, end in zip(scene.keyframes, (*scene.keyframes[1:], None), strict=True):
         last = end.frame if end is not None else start.frame + 1
         states += [
-            _between(start, end, (frame - start.frame) / (last - start.frame))
-            for frame in range(start.frame, last)
+            _between(start, end, (frame - start.frame) / (last - start.frame)) for frame in range(start.frame, last)
         ]
     return states
 

@@ -37,9 +37,7 @@ class WorldContent:
 class World:
     """One Mitsuba scene whose vertices can be replaced."""
 
-    def __init__(
-        self, elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]
-    ) -> None:
+    def __init__(self, elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]) -> None:
         """Loads the scene at rest, the object parked where its own frame puts it."""
         self.elastomer = elastomer
         self.rig = rig
@@ -85,9 +83,7 @@ def with_lens(body: Array, elastomer: Elastomer, rig: Rig) -> Array:
     return moved
 
 
-def _scene(
-    elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]
-) -> dict[str, Any]:
+def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]) -> dict[str, Any]:
     materials = elastomer.design.materials
     body_medium = _medium(materials.body)
     scene: dict[str, Any] = {
@@ -95,9 +91,7 @@ def _scene(
         "integrator": integrator,
         "sensor": _camera(elastomer, rig),
         BODY: _mesh(
-            SurfaceMesh(
-                vertices=with_lens(elastomer.body.vertices, elastomer, rig), faces=elastomer.body.faces
-            ),
+            SurfaceMesh(vertices=with_lens(elastomer.body.vertices, elastomer, rig), faces=elastomer.body.faces),
             BODY,
             {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0},
             interior=body_medium,
@@ -122,9 +116,7 @@ def _scene(
     return scene
 
 
-def _mesh(
-    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None
-) -> Any:
+def _mesh(mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None) -> Any:
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(bsdf)
     properties["face_normals"] = True

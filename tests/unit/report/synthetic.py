@@ -83,9 +83,7 @@ def _verdict(frame: SimulatedFrame, profile: DetectorProfile) -> Verdict:
         entropy=max(0.0, 0.8 + 2.2 * nearness + 5.4 * light + noise[0]),
         correlation=float(np.clip(0.1 + 0.25 * nearness + 0.85 * light + noise[1], -1.0, 1.0)),
         similarity=float(
-            np.clip(
-                0.98 - 0.05 * nearness - 0.3 * frame.truth.depth_mm - 0.8 * light + 0.2 * noise[2], 0.0, 1.0
-            )
+            np.clip(0.98 - 0.05 * nearness - 0.3 * frame.truth.depth_mm - 0.8 * light + 0.2 * noise[2], 0.0, 1.0)
         ),
         profile=profile,
     )
@@ -127,10 +125,7 @@ def _frame(
 def _image(index: int, state: FrameState, depth: float, size: tuple[int, int]) -> np.ndarray:
     rows, columns = np.mgrid[-1.0 : 1.0 : size[0] * 1j, -1.0 : 1.0 : size[1] * 1j]
     grid = 0.6 + 0.4 * ((np.cos(28.0 * rows) > -0.6) & (np.cos(21.0 * columns) > -0.6))
-    image = (
-        np.stack([90.0 - 50.0 * columns, 70.0 + 30.0 * rows**2, 90.0 + 50.0 * columns], axis=-1)
-        * grid[..., None]
-    )
+    image = np.stack([90.0 - 50.0 * columns, 70.0 + 30.0 * rows**2, 90.0 + 50.0 * columns], axis=-1) * grid[..., None]
     if state.gap_mm is not None:
         spread = 0.15 + 0.05 * max(state.gap_mm, 0.0) + 0.1 * depth
         spot = np.exp(-((columns - 0.1 * state.x_mm) ** 2 + rows**2) / spread)

@@ -6,9 +6,7 @@ PAGE = ("magicsim.report.page", "magicsim.report.preview")
 
 def _loaded(modules: tuple[str, ...], watched: set[str]) -> str:
     code = f"import sys, {', '.join(modules)}; print(*sorted({watched!r} & set(sys.modules)))"
-    return subprocess.run(
-        [sys.executable, "-c", code], check=True, capture_output=True, text=True
-    ).stdout.strip()
+    return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip()
 
 
 def test_package_itself_loads_nothing_heavy():

@@ -37,9 +37,7 @@ def test_features_have_a_point_for_every_frame(episode, field):
 def test_features_mark_every_wrong_verdict(episode):
     judgement = make_judgement(episode, tau_e=1.9, tau_g=0.6)
     svg = plot_features(episode.scored, judgement, name="x")
-    pairs = [
-        (one, frame.truth.frame_class) for one, frame in zip(judgement.verdicts, episode.scored, strict=True)
-    ]
+    pairs = [(one, frame.truth.frame_class) for one, frame in zip(judgement.verdicts, episode.scored, strict=True)]
     near = sum(proximity_right(*pair) is False for pair in pairs)
     touch = sum(contact_right(*pair) is False for pair in pairs)
     assert near > 0

@@ -28,7 +28,7 @@ def test_preview_has_every_frame_and_loops(episode, tmp_path, name):
 def test_still_scene_keeps_every_frame(tmp_path, ending):
     still = make_episode([{"frame": 0}, {"frame": 9}], size=(64, 48))
     same = [replace(frame, image=still.scored[0].image) for frame in still.scored]
-    with Image.open(animate(same, tmp_path / f"still{ending}", 30.0)) as preview:
+    with Image.open(animate(same, tmp_path / f"still{ending}", 30.0, verdicts=())) as preview:
         assert preview.n_frames == 10
 
 
@@ -63,6 +63,6 @@ def test_preview_rejects_what_it_cannot_write(episode, tmp_path):
         animate([], tmp_path / "preview.webp", 15.0)
     with pytest.raises(OutputError, match="0/s"):
         animate(frames, tmp_path / "preview.webp", 0.0)
-    with pytest.raises(OutputError, match="0 verdicts for 90 frames"):
-        animate(frames, tmp_path / "preview.webp", 15.0, verdicts=[])
+    with pytest.raises(OutputError, match="1 verdicts for 90 frames"):
+        animate(frames, tmp_path / "preview.webp", 15.0, verdicts=make_judgement(episode).verdicts[:1])
     assert not list(tmp_path.iterdir())

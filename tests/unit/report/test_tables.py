@@ -40,9 +40,7 @@ def test_right_cells_of_a_row_add_up_to_its_recall(judgement):
 
 
 def test_mistakes_agree_with_the_score(episode, judgement):
-    pairs = [
-        (one, frame.truth.frame_class) for one, frame in zip(judgement.verdicts, episode.scored, strict=True)
-    ]
+    pairs = [(one, frame.truth.frame_class) for one, frame in zip(judgement.verdicts, episode.scored, strict=True)]
     for right, table in (
         (proximity_right, proximity_table(judgement.score)),
         (contact_right, contact_table(judgement.score)),
