@@ -93,12 +93,8 @@ def describe(scene: SceneConfig, estimator: str) -> dict[str, str]:
     design, render = scene.design, scene.render
     grid = f"cell {design.cell_mm:g} mm, wall {design.wall_mm:g} mm" if design.has_grid else "no grid"
     width, length = design.footprint_mm
-    thing = scene.object.kind if scene.object is not None else "none"
     return {
-        "Elastomer": f"{width:g} x {length:g} x {design.height_mm:g} mm, skin {design.skin_mm:g} mm, {grid}",
-        "Object": thing,
-        "Frames": f"{scene.references} references, {scene.frame_count} scored",
-        "Seed": str(scene.seed),
+        "Design": f"{width:g} x {length:g} x {design.height_mm:g} mm, skin {design.skin_mm:g} mm, {grid}",
         "Light": f"{estimator} ({activate_variant()}), {render.samples} samples a pixel, {render.particles} particles",
     }
 

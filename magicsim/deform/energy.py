@@ -10,6 +10,8 @@ affine motion W is the compressible neo-Hookean solid mu/2 (I1 - 3) - mu ln J + 
 and curvature, so that W stays finite for trial states.
 """
 
+# ruff: noqa: ANN001, ANN202 -- numba infers the types of the kernels.
+
 from dataclasses import dataclass
 
 import numba as nb
@@ -118,7 +120,7 @@ def negative_log(jacobian: float) -> tuple[float, float, float]:
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _deformation(x, nodes, dn, size, f, cof):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _deformation(x, nodes, dn, size, f, cof):  # type: ignore[no-untyped-def]
     """Deformation gradient and its cofactor at one Gauss point, in place; returns the Jacobian."""
     for i in range(3):
         for k in range(3):
@@ -135,7 +137,7 @@ def _deformation(x, nodes, dn, size, f, cof):  # type: ignore[no-untyped-def]  #
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobian, volume_gradient, gradient):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobian, volume_gradient, gradient):  # type: ignore[no-untyped-def]
     smallest = np.inf
     f, cof, own = np.empty((3, 3)), np.empty((3, 3)), np.empty((8, 3))
     for c in range(cells.shape[0]):
@@ -172,7 +174,7 @@ def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobi
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _fill_hessian(  # type: ignore[no-untyped-def]  # noqa: ANN202, PLR0912
+def _fill_hessian(  # type: ignore[no-untyped-def]  # noqa: PLR0912
     x,
     cells,
     gauss,
@@ -185,7 +187,7 @@ def _fill_hessian(  # type: ignore[no-untyped-def]  # noqa: ANN202, PLR0912
     volume_gradient,
     indptr,
     blocks,
-    values,  # noqa: ANN001
+    values,
 ):
     f, cof, m = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     g, own, dn = np.empty(24), np.empty((24, 24)), np.empty((8, 3))

@@ -79,7 +79,8 @@ class ContactSolver:
         return bool((indenter.distance(self._rest.contact_points_mm)[0] < 0).any())
 
     def _follow_path(self, indenter: Indenter, first: Pose, start: Deformation) -> Deformation:
-        reach = float(np.linalg.norm(self.lattice.nodes_mm[:, :2], axis=1).max())
+        touching = start.contact_points_mm[start.contact_traction_mpa > 0] - first.position_mm
+        reach = float(np.linalg.norm(touching[:, :2], axis=1).max(initial=0.0))
         count = max(1, int(np.ceil(_pose_distance(first, indenter.pose, reach) / self.max_step_mm - 1e-9)))
         state, done, stride, iterations = start, 0.0, 1.0 / count, 0
         shortest = stride / 32
@@ -141,7 +142,7 @@ def _first_contact(indenter: Indenter) -> Pose:
 
 
 def _pose_distance(first: Pose, last: Pose, reach_mm: float) -> float:
-    """Bound of the motion of any point of the object above the face [mm]."""
+    """Length of the way of the object's origin and of its points at a distance from the vertical through it [mm]."""
     turn = Rotation.from_matrix(last.rotation @ first.rotation.T).magnitude()
     return float(np.linalg.norm(last.position_mm - first.position_mm) + turn * reach_mm)
 

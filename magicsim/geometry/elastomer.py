@@ -7,13 +7,11 @@ import numpy as np
 
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import CellGrid, resolve_grid
+from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 
 FACE_EDGE_MM = 0.5
 """Longest edge of the body's surface triangles [mm]: fine enough to bend around a fingertip-sized object."""
-CELL_SUBDIVISION = 2
-"""Parts into which each edge of an infill cell is split, so that its faces can bulge."""
 VOLUME_TOLERANCE = 1e-6
 
 
@@ -41,7 +39,7 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
     _check("body", body, float(np.prod([*design.footprint_mm, design.height_mm])))
     if grid is None:
         return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
-    infill = _cells(grid)
+    infill = _cells(grid, subdivision(design, grid))
     _check("infill", infill, grid.infill_volume_mm3)
     return Elastomer(
         design=design,
@@ -59,8 +57,18 @@ def _block(design: ElastomerDesign) -> SurfaceMesh:
     return from_manifold(block.translate((-width / 2, -length / 2, 0)).refine_to_length(max(edge, 0.25)))
 
 
-def _cells(grid: CellGrid) -> SurfaceMesh:
-    cube = manifold3d.Manifold.cube(tuple(grid.cell_mm), True).refine(CELL_SUBDIVISION)
+def subdivision(design: ElastomerDesign, grid: CellGrid) -> int:
+    """Parts into which the edges of an infill cell are split: as many as the lattice has cells along a pitch.
+
+    A trilinear lattice cell keeps straight edges straight, so a finer surface would show nothing more.
+    """
+    planes = lattice_planes(design, grid)
+    return max(1, *(round((len(planes[axis]) - 1) / (grid.counts[axis] + 2)) for axis in range(3)))
+
+
+def _cells(grid: CellGrid, parts: int) -> SurfaceMesh:
+    cube = manifold3d.Manifold.cube(tuple(grid.cell_mm), True)
+    cube = cube.refine(parts) if parts > 1 else cube
     cell = from_manifold(cube)
     vertices = (grid.centres_mm()[:, None] + cell.vertices).reshape(-1, 3)
     first = np.arange(grid.cell_count, dtype=np.int32) * len(cell.vertices)

@@ -2,7 +2,8 @@
 
 Inside a cell with isotropic scattering the in-scattered radiance is sigma_s * fluence / (4 pi), so a ray that
 crosses a length l gains sigma_s / sigma_t * (1 - exp(-sigma_t l)) * fluence / (4 pi) and loses exp(-sigma_t l).
-A ray that meets the object ends there: the light pass knows how bright it is. Both branches are followed where a ray leaves the body, because a coin toss there costs most of the variance.
+A ray that meets the object ends there: the light pass knows how bright it is. Both branches are followed where a ray
+leaves the body, because a coin toss there costs most of the variance.
 """
 
 from typing import Any
