@@ -34,6 +34,9 @@ Progress = Callable[[int, int], None]
 WET_OVERLAP_MM = 0.008
 """How far the object's surface stands out of the skin where they are in optical contact [mm]: more than the
 3 micrometres that the renderer needs to see them as one."""
+SNAP_MM = 0.03
+"""Distance up to which the rendered skin counts as touching [mm]: what trilinear interpolation between lattice nodes
+leaves open inside the contact of a fingertip-sized object, spacing^2 / (8 radius)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +142,9 @@ def deformed_vertices(
         Body vertices, shape (body vertices, 3) [mm], and infill vertices or None without a grid.
     """
     clearance = -WET_OVERLAP_MM if optics.coupling == "wet" else optics.film_mm
-    body = settle(meshes.body.displaced(deformation.displacements_mm), meshes.is_face, indenter, clearance)
+    body = settle(
+        meshes.body.displaced(deformation.displacements_mm), meshes.is_face, indenter, clearance, snap_mm=SNAP_MM
+    )
     if meshes.infill is None:
         return body, None
     infill = meshes.infill.displaced(deformation.displacements_mm)

@@ -9,6 +9,9 @@ from magicsim.detectors.truth import classify_frame
 from magicsim.episode import FrameTruth, SolveFigures, Vector
 from magicsim.scenes.timeline import FrameState
 
+TOUCHING_GAP_MM = 0.01
+"""Contact points nearer to the object than this count as touching [mm], as in the solver's contact area."""
+
 
 def frame_truth(
     state: FrameState, deformation: Deformation, *, index: int, time_s: float, is_reference: bool
@@ -47,7 +50,9 @@ def frame_truth(
 
 
 def contact_mask(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """Pixels whose ray, refracted at the flat lens side, lands where the face carries pressure.
+    """Pixels whose ray, refracted at the flat lens side, lands where the face touches the object.
+
+    The gap decides, not the traction: with pointwise multipliers the tractions of touching points alternate.
 
     Args:
         deformation: Equilibrium of the lattice.
@@ -56,7 +61,7 @@ def contact_mask(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) 
     Returns:
         Mask of shape (rows, columns).
     """
-    touching = deformation.contact_traction_mpa > 0
+    touching = deformation.contact_gap_mm <= TOUCHING_GAP_MM
     if not touching.any():
         return np.zeros(landing_mm.shape[:2], bool)
     _, nearest = cKDTree(deformation.contact_points_mm[:, :2]).query(landing_mm.reshape(-1, 2))

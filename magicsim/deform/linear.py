@@ -7,6 +7,7 @@ conditional numerical reproducibility mode and with a thread count that is fixed
 import importlib
 import logging
 import weakref
+from contextlib import AbstractContextManager
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -14,16 +15,27 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
+from threadpoolctl import ThreadpoolController
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
-THREADS = 1
+THREADS = 2
 """MKL threads, fixed so that results do not depend on the machine's core count."""
 CBWR_AUTO_STRICT = 2
 """MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""
 POSITIVE_DEFINITE = 2
 """PARDISO's matrix type `real symmetric positive definite`."""
 LOGGER = logging.getLogger(__name__)
+
+
+def quiet_openblas() -> AbstractContextManager[object]:
+    """Keeps NumPy's own BLAS on one thread for a while: its idle threads would spin on the cores that MKL needs."""
+    return _controller().select(internal_api="openblas").limit(limits=1)
+
+
+@lru_cache(maxsize=1)
+def _controller() -> ThreadpoolController:
+    return ThreadpoolController()
 
 
 class SymmetricSolver(Protocol):

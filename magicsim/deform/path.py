@@ -12,7 +12,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import contact_face
 from magicsim.deform.lattice import Lattice
-from magicsim.deform.linear import symmetric_solver
+from magicsim.deform.linear import quiet_openblas, symmetric_solver
 from magicsim.deform.newton import Iterate, NewtonOptions, Problem
 from magicsim.deform.pattern import block_pattern
 from magicsim.errors import ConvergenceError
@@ -70,7 +70,8 @@ class ContactSolver:
             return self._rest
         start = previous if previous is not None and previous.pose is not None else None
         first = start.pose if start is not None and start.pose is not None else _first_contact(indenter)
-        return self._follow_path(indenter, first, start or self._rest)
+        with quiet_openblas():
+            return self._follow_path(indenter, first, start or self._rest)
 
     def can_touch(self, indenter: Indenter) -> bool:
         """Whether any point of the undeformed contact face lies inside the object."""

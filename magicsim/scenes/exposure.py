@@ -62,7 +62,7 @@ def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: in
     Returns:
         RGB frame, shape (rows, columns, 3).
     """
-    pattern = 1 + camera.fixed_pattern * _stream(seed, PATTERN_STREAM).standard_normal(radiance.shape)
+    pattern = 1 + camera.fixed_pattern * _stream(camera.pattern_seed, PATTERN_STREAM).standard_normal(radiance.shape)
     signal = np.clip(radiance * exposure.gain, 0, 4) * pattern
     electrons = np.clip(signal, 0, None) * camera.full_well_e
     random = _stream(seed, frame)

@@ -46,7 +46,8 @@ class Anchor:
     """The untouched sensor, rendered cheaply with a seed and once with care.
 
     A frame with the same seed differs from the cheap rendering only where something changed, so adding the careful
-    one and subtracting the cheap one removes the noise that all frames share (a control variate; unbiased).
+    one and subtracting the cheap one removes the noise that all frames share (a control variate; unbiased). The
+    careful one has a seed of its own, the same for every episode: an untouched sensor always looks the same.
     """
 
     cheap: dict[str, LightField]
@@ -108,7 +109,7 @@ class Renderer:
             field = integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
             known = name in anchor.careful
             fields.append(field.anchored(anchor.cheap[name], anchor.careful[name]) if known else field)
-        image = self._gather(world, total(fields), self.settings.samples)
+        image = self._gather(world, total(fields), self.settings.samples, self.seed)
         return np.maximum(image - anchor.cheap_image + anchor.image, 0)
 
     def plain_radiance(self, view: View) -> FloatImage:
@@ -121,7 +122,7 @@ class Renderer:
         fields = [
             integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in _lights(world)
         ]
-        return self._gather(world, total(fields), self.settings.samples)
+        return self._gather(world, total(fields), self.settings.samples, self.seed)
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
@@ -131,7 +132,7 @@ class Renderer:
             return
         integrator = world.scene.integrator()
         fields = [integrator.light(world.scene, name, particles=64, seed=self.seed) for name in _lights(world)]
-        self._gather(world, total(fields), 1)
+        self._gather(world, total(fields), 1, self.seed)
 
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""
@@ -140,18 +141,19 @@ class Renderer:
             integrator, names = world.scene.integrator(), _lights(world)
             many = max(1, self.settings.anchor_particles // max(1, len(names)))
             cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
-            careful = {n: integrator.light(world.scene, n, particles=many, seed=self.seed) for n in names}
+            seed = self.settings.anchor_seed
+            careful = {n: integrator.light(world.scene, n, particles=many, seed=seed) for n in names}
             field = total(list(careful.values()))
             self._anchor = Anchor(
                 cheap=cheap,
                 careful=careful,
-                cheap_image=self._gather(world, field, self.settings.samples),
-                image=self._gather(world, field, self.settings.anchor_samples),
+                cheap_image=self._gather(world, field, self.settings.samples, self.seed),
+                image=self._gather(world, field, self.settings.anchor_samples, seed),
             )
         return self._anchor
 
-    def _gather(self, world: World, field: LightField, samples: int) -> FloatImage:
-        image = world.scene.integrator().gather(world.scene, field, samples=samples, seed=self.seed)
+    def _gather(self, world: World, field: LightField, samples: int, seed: int) -> FloatImage:
+        image = world.scene.integrator().gather(world.scene, field, samples=samples, seed=seed)
         return _checked(np.array(image, np.float32))
 
     def _share(self, light: str) -> int:

@@ -73,6 +73,8 @@ class Camera(Config):
     """Standard deviation of the read noise [electrons]."""
     fixed_pattern: Annotated[float, Field(ge=0, le=0.2)] = 0.005
     """Relative standard deviation of the pixels' gains, constant in time."""
+    pattern_seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Seed of that pattern: it belongs to the camera, not to an episode."""
 
 
 class Rig(Config):

@@ -51,14 +51,16 @@ class RenderSettings(Config):
 
     estimator: Literal["fluence", "path"] = "fluence"
     """Cached fluence, or Mitsuba's volumetric path tracer."""
-    samples: Annotated[int, Field(ge=1, le=65536)] = 8
+    samples: Annotated[int, Field(ge=1, le=65536)] = 6
     """Camera samples a pixel."""
-    particles: Annotated[int, Field(ge=100, le=100_000_000)] = 100_000
+    particles: Annotated[int, Field(ge=100, le=100_000_000)] = 80_000
     """Light particles shared by the LED strips; an outside light gets as many again."""
-    anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 64
-    """Camera samples of the untouched state, to which an episode is anchored; 0 means no anchor."""
-    anchor_particles: Annotated[int, Field(ge=0, le=100_000_000)] = 2_000_000
+    anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 40
+    """Camera samples of the untouched state, to which every frame is anchored; 0 means no anchor."""
+    anchor_particles: Annotated[int, Field(ge=100, le=100_000_000)] = 1_200_000
     """Light particles of the untouched state."""
+    anchor_seed: Seed = 0
+    """Monte Carlo seed of the untouched state: a property of the sensor, the same for all its episodes."""
 
 
 class OutputSettings(Config):
