@@ -32,8 +32,8 @@ CANDIDATES = Candidates(
     grid_blur_px=(3, 5),
     difference_blur_px=(0, 5),
 )
-COMMENT = """Fitted by detectors/calibrate.py on four simulated episodes of mini-magictac on digit-rgb (a box, a cylinder, a
-small dark ball and a flat punch; seeds 101 to 104). Valid for that sensor only: fit again for another design or rig."""
+COMMENT = """Fitted by detectors/calibrate.py on four simulated episodes of mini-magictac on digit-rgb (a box, a cylinder,
+a small dark ball and a flat punch; seeds 101 to 104). Valid for that sensor only: fit again for another design or rig."""
 
 
 def training_scene(text: str, seed: int, offset_mm: tuple[float, float], depth: float) -> SceneConfig:
@@ -60,7 +60,8 @@ def labelled(episode: Episode) -> LabelledEpisode:
 
 def describe(calibration: Calibration) -> str:
     """The candidates, best first, one line each."""
-    lines = ["proximity contact margins      tau_b polarity similarity grid_blur difference_blur  tau_e  tau_c  tau_g"]
+    columns = "tau_b polarity similarity grid_blur difference_blur  tau_e  tau_c  tau_g"
+    lines = [f"proximity contact margins      {columns}"]
     for score in sorted(calibration.candidates, key=lambda each: -(each.accuracy or 0))[:12]:
         one, contact, margin = score.profile, score.contact_accuracy or 0, score.contact_margin or 0
         lines.append(

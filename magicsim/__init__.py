@@ -1,3 +1,55 @@
-"""magicsim: a physics-based simulator of the mini-MagicTac see-through touch sensor."""
+"""magicsim: a physics-based simulator of the mini-MagicTac see-through touch sensor.
+
+The functions below are loaded when they are first used, so that importing the package stays light.
+"""
+
+import importlib
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from magicsim.deform.press import press
+    from magicsim.detectors.offline import detect_sources
+    from magicsim.plan import plan_scene
+    from magicsim.scenes.scene import load_scene
+    from magicsim.simulate import simulate
+    from magicsim.still import render_still
 
 __version__ = "0.1.0"
+__all__ = ["detect_sources", "load_scene", "plan_scene", "press", "render_still", "simulate"]
+
+_HOMES = {
+    "detect_sources": "magicsim.detectors.offline",
+    "load_scene": "magicsim.scenes.scene",
+    "plan_scene": "magicsim.plan",
+    "press": "magicsim.deform.press",
+    "render_still": "magicsim.still",
+    "simulate": "magicsim.simulate",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Loads a public function from its module."""
+    if name not in _HOMES:
+        msg = f"module 'magicsim' has no attribute '{name}'"
+        raise AttributeError(msg)
+    function = getattr(importlib.import_module(_HOMES[name]), name)
+    setattr(sys.modules[__name__], name, function)
+    return function
+
+
+def __dir__() -> list[str]:
+    """Names of the package, the functions not yet loaded included."""
+    return sorted({*globals(), *__all__})
+
+
+class _Package(ModuleType):
+    """Python binds every imported submodule to its name; `simulate` is to stay the function of that module."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        public = name in _HOMES and isinstance(value, ModuleType)
+        super().__setattr__(name, getattr(value, name) if public else value)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -19,6 +19,7 @@ app = App(
     name="magicsim",
     version=magicsim.__version__,
     help="Simulator of the mini-MagicTac see-through touch sensor.",
+    suppress_keyboard_interrupt=False,
 )
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object on stdout.")]
@@ -107,7 +108,7 @@ def press(
 
 @app.command
 def render(
-    scene: str, *, frame: int = 0, estimator: Literal["fluence", "path"] = "fluence",
+    scene: str, *, frame: int = 0, estimator: Literal["fluence", "path"] | None = None,
     samples: int | None = None, particles: int | None = None,
     out: Annotated[Path | None, Parameter(name="--out")] = None,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
@@ -115,7 +116,7 @@ def render(
     """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3)."""
     from magicsim.scenes.scene import load_scene
 
-    choices = [f"render.estimator={estimator}"]
+    choices = [f"render.estimator={estimator}"] if estimator is not None else []
     choices += [f"render.samples={samples}"] if samples is not None else []
     choices += [f"render.particles={particles}"] if particles is not None else []
     config = load_scene(scene, [*(settings or []), *choices], seed=seed)
@@ -181,7 +182,7 @@ def main() -> None:
     """Entry point: errors are one line on stderr and exit code 2."""
     logging.basicConfig(level=logging.WARNING, format="magicsim: %(message)s", stream=sys.stderr)
     try:
-        app(exit_on_error=False, print_error=False)
+        app(sys.argv[1:], exit_on_error=False, print_error=False)
     except CycloptsError as error:
         _fail(" ".join(str(error).split()))
     except MagicsimError as error:
@@ -202,12 +203,9 @@ def _limit_threads(threads: int | None) -> None:
     if threads < 1:
         msg = f"threads = {threads} is not allowed: must be at least 1"
         raise ConfigError(msg)
-    from magicsim.scenes.variant import activate_variant
+    from magicsim.scenes.backend import dr
 
-    activate_variant()
-    import drjit
-
-    drjit.set_thread_count(threads)
+    dr.set_thread_count(threads)
 
 
 def _pair(name: str, text: str) -> tuple[float, float]:

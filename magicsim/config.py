@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.presets import find_preset
@@ -18,6 +18,18 @@ class Config(BaseModel):
     """Base of every configuration model: frozen, no unknown keys, finite numbers only."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_flags_for_numbers(cls, data: object) -> object:
+        """Pydantic alone would read `true` as 1."""
+        for key, value in data.items() if isinstance(data, Mapping) else ():
+            parts = value if isinstance(value, list | tuple) else (value,)
+            field = cls.model_fields.get(key)
+            if field is not None and field.annotation is not bool and any(isinstance(part, bool) for part in parts):
+                msg = f"{key} = {value!r} is not allowed: must not be true or false"
+                raise ValueError(msg)
+        return data
 
 
 ConfigT = TypeVar("ConfigT", bound=BaseModel)
@@ -45,10 +57,13 @@ def read_toml(path: Path) -> dict[str, Any]:
     """Parses a TOML file.
 
     Raises:
-        ConfigError: Not valid TOML, or not UTF-8.
+        ConfigError: Not readable, not valid TOML, or not UTF-8.
     """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        msg = f"cannot read {path}: {error.strerror or error}"
+        raise ConfigError(msg) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         msg = f"{path.name} is not valid TOML: {error}"
         raise ConfigError(msg) from None
@@ -102,18 +117,33 @@ def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> C
 
 
 def _describe(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
-    location = ".".join(str(part) for part in problem["loc"])
-    if problem["type"] == "extra_forbidden":
+    location = _written(model, problem["loc"])
+    kind = problem["type"]
+    if kind == "extra_forbidden":
+        table = _written(model, problem["loc"][:-1])
         valid = _keys_at(model, problem["loc"][:-1])
-        name = str(problem["loc"][-1])
-        table = ".".join(str(part) for part in problem["loc"][:-1])
-        return unknown_choice(f"key in [{table}]" if table else "key", name, valid)
-    if problem["type"] == "missing":
+        return unknown_choice(f"key in [{table}]" if table else "key", str(problem["loc"][-1]), valid)
+    if kind == "missing":
         return f"{location} is missing"
-    reason = problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    if problem["type"] == "value_error":
+    if kind == "union_tag_not_found":
+        return f"{location}.kind is missing"
+    if kind == "union_tag_invalid":
+        tags = [tag.strip(" '") for tag in problem["ctx"]["expected_tags"].split(",")]
+        return unknown_choice(f"{location}.kind", problem["ctx"]["tag"], tags)
+    reason = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
+    if kind == "value_error":
         return f"{location}: {reason}" if location else reason
-    return f"{location} = {problem['input']!r} is not allowed: must be {reason}"
+    return f"{location} = {problem['input']!r} is not allowed: {reason[0].lower()}{reason[1:]}"
+
+
+def _written(model: type[BaseModel], location: Sequence[str | int]) -> str:
+    """Dotted keys as the user writes them, without the names that pydantic adds for members of a union."""
+    keys = [
+        str(part)
+        for place, part in enumerate(location)
+        if isinstance(part, int) or part in _keys_at(model, location[:place])
+    ]
+    return ".".join(keys)
 
 
 def _keys_at(model: type[BaseModel], location: Sequence[str | int]) -> list[str]:
@@ -122,10 +152,10 @@ def _keys_at(model: type[BaseModel], location: Sequence[str | int]) -> list[str]
     for part in location:
         if isinstance(part, int):
             continue
+        current = _model_in(current, part)
         if part in getattr(current, "model_fields", {}):
             current = current.model_fields[part].annotation
-        current = _model_in(current, str(part))
-    return list(getattr(current, "model_fields", {}))
+    return list(getattr(_model_in(current, ""), "model_fields", {}))
 
 
 def _model_in(annotation: Any, tag: str) -> Any:  # noqa: ANN401 - annotations have no common type

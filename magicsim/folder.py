@@ -2,13 +2,15 @@
 
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from magicsim.errors import OutputError
 
 MARKER = "config.toml"
 """File that tells a folder of results, which may be replaced, from anybody else's folder."""
+SIGNATURE = "# Written by magicsim"
+"""How that file begins: many a folder holds a `config.toml` of its own."""
 
 
 @contextmanager
@@ -19,6 +21,7 @@ def result_folder(target: Path) -> Iterator[Path]:
         OutputError: The target is a file, somebody else's folder, or cannot be written.
     """
     check_target(target)
+    target = target.resolve()  # `.` has no name of its own
     partial = target.with_name(f".{target.name}.partial")
     try:
         shutil.rmtree(partial, ignore_errors=True)
@@ -43,9 +46,16 @@ def check_target(target: Path) -> None:
     if target.is_file():
         msg = f"output folder '{target}' is a file; name a new folder"
         raise OutputError(msg)
-    if target.is_dir() and any(target.iterdir()) and not (target / MARKER).is_file():
+    if target.is_dir() and any(target.iterdir()) and not _is_result(target):
         msg = f"output folder '{target}' holds other files; name a new or empty folder"
         raise OutputError(msg)
+
+
+def _is_result(folder: Path) -> bool:
+    try:
+        return (folder / MARKER).read_bytes().startswith(SIGNATURE.encode())
+    except OSError:
+        return False
 
 
 @contextmanager
@@ -67,4 +77,5 @@ def result_file(target: Path) -> Iterator[Path]:
         msg = f"cannot write {target}: {error.strerror or error}"
         raise OutputError(msg) from None
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)

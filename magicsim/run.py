@@ -9,7 +9,7 @@ import cv2
 import tomli_w
 
 from magicsim.episode import Episode, Judgement
-from magicsim.folder import MARKER, result_folder
+from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge import PROFILES, judge
 from magicsim.report.page import render_report
 from magicsim.report.preview import animate
@@ -76,7 +76,7 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         if scene.output.report:
             facts = describe(scene, sensor.renderer.estimator)
             (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")
-        (folder / MARKER).write_text(tomli_w.dumps(_resolved(scene)), encoding="utf-8")
+        (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
     return _summary(scene, out, episode, judgements, sensor, episode.seconds + judging, time.perf_counter() - start)
 
 

@@ -18,15 +18,11 @@ from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, plan_scene
 from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
+from magicsim.scenes.renderer import Renderer, View
 from magicsim.scenes.scene import ContactOptics, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.scenes.variant import activate_variant
 from magicsim.scenes.viewing import pixel_landing_mm
 from magicsim.truth import contact_mask, frame_truth
-
-activate_variant()
-
-from magicsim.scenes.renderer import Renderer, View  # noqa: E402
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]

@@ -128,9 +128,7 @@ def _best(scores: Sequence[CandidateScore]) -> CandidateScore:
     """The candidate with the best accuracy, by margins among equals, and then the first."""
     ranked = [(_rank(each), each) for each in scores if each.accuracy is not None]
     if not ranked:
-        msg = (
-            f"none of {len(scores)} candidates can be fitted; tau_b and polarity must leave some grid visible"
-        )
+        msg = f"none of {len(scores)} candidates can be fitted; tau_b and polarity must leave some grid visible"
         raise ConfigError(msg)
     return max(ranked, key=lambda pair: pair[0])[1]
 

@@ -38,9 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit status: 0, or 2 after one line on standard error.
     """
     logging.basicConfig(format="%(levelname)s: %(message)s", stream=sys.stderr)
-    cv2.utils.logging.setLogLevel(
-        cv2.utils.logging.LOG_LEVEL_SILENT
-    )  # A broken image is reported once, by us.
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # A broken image is reported once, by us.
     try:
         options = _parser().parse_args(arguments)
         verdicts = detect_sources(options.source, options.reference, options.profile)

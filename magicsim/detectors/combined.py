@@ -59,9 +59,7 @@ def detect_stream(
         yield detect(frame, references, profile)
 
 
-def detect_all(
-    frames: Iterable[npt.ArrayLike], references: References, profile: DetectorProfile
-) -> list[Verdict]:
+def detect_all(frames: Iterable[npt.ArrayLike], references: References, profile: DetectorProfile) -> list[Verdict]:
     """Judge a batch of frames; the same as a loop over `detect`."""
     return list(detect_stream(frames, references, profile))
 

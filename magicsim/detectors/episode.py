@@ -36,9 +36,7 @@ class Episode:
     def __post_init__(self) -> None:
         """Refuse classes that do not match the frames."""
         if len(self.frames) != len(self.classes):
-            msg = (
-                f"episode has {len(self.frames)} frames and {len(self.classes)} classes; must be one for each"
-            )
+            msg = f"episode has {len(self.frames)} frames and {len(self.classes)} classes; must be one for each"
             raise ConfigError(msg)
 
 

@@ -58,9 +58,7 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
     first = check_frame(taken[0])
     checked = [check_frame(frame, shape=first.shape) for frame in taken]
     return References(
-        background=fuse_background(
-            checked, count=profile.background_count, blur_px=profile.difference_blur_px
-        ),
+        background=fuse_background(checked, count=profile.background_count, blur_px=profile.difference_blur_px),
         grid=fuse_grid(checked, tau_b=profile.tau_b, polarity=profile.polarity, blur_px=profile.grid_blur_px),
     )
 
@@ -75,10 +73,7 @@ def fuse_background(frames: Sequence[Frame], *, count: int, blur_px: int = 0) ->
     """
     edges = [index * len(frames) // count for index in range(count + 1)]
     images = np.stack(
-        [
-            _rounded_mean([blur(frame, blur_px) for frame in frames[start:stop]])
-            for start, stop in pairwise(edges)
-        ]
+        [_rounded_mean([blur(frame, blur_px) for frame in frames[start:stop]]) for start, stop in pairwise(edges)]
     )
     return BackgroundReference(images=images, ceiling=images.max(axis=0), blur_px=blur_px)
 

@@ -70,9 +70,7 @@ class DetectorProfile:
     schema_version: int = field(
         default=SCHEMA_VERSION, metadata=_metadata("Version of these keys.", SCHEMA_VERSION, SCHEMA_VERSION)
     )
-    tau_e: float = field(
-        default=0.5, metadata=_metadata("Entropy from which something brightens [bit].", 0.0, 8.0)
-    )
+    tau_e: float = field(default=0.5, metadata=_metadata("Entropy from which something brightens [bit].", 0.0, 8.0))
     tau_c: float = field(
         default=0.2, metadata=_metadata("Correlation from which a brightening is outside light.", -1.0, 1.0)
     )
@@ -122,8 +120,7 @@ class DetectorProfile:
             object.__setattr__(self, each.name, _checked(each, getattr(self, each.name)))
         if self.reference_count < self.background_count:
             msg = (
-                f"reference_count = {self.reference_count} must be at least "
-                f"background_count = {self.background_count}"
+                f"reference_count = {self.reference_count} must be at least background_count = {self.background_count}"
             )
             raise ConfigError(msg)
 

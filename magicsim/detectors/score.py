@@ -74,8 +74,7 @@ def _score_proximity(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> Task
     )
     truths = tuple(PROXIMITY_TRUTH.values())
     recall = {
-        str(truth): _share(row[columns.index(truth)], sum(row))
-        for truth, row in zip(truths, confusion, strict=True)
+        str(truth): _share(row[columns.index(truth)], sum(row)) for truth, row in zip(truths, confusion, strict=True)
     }
     return TaskScore(
         accuracy=_mean(list(recall.values())),
@@ -89,8 +88,7 @@ def _score_proximity(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> Task
 def _score_contact(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> TaskScore:
     rows, columns = tuple(FrameClass), tuple(Contact)
     confusion = tuple(
-        tuple(sum(each is row and one.combined is column for one, each in pairs) for column in columns)
-        for row in rows
+        tuple(sum(each is row and one.combined is column for one, each in pairs) for column in columns) for row in rows
     )
     touched = columns.index(Contact.TOUCHED)
     right = {

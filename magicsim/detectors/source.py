@@ -100,9 +100,7 @@ def _read_image_file(path: Path) -> Iterator[SourceFrame]:
 
 
 def _read_folder(path: Path) -> Iterator[SourceFrame]:
-    files = sorted(
-        each for each in path.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES and each.is_file()
-    )
+    files = sorted(each for each in path.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES and each.is_file())
     if not files:
         msg = f"source folder '{path}' holds no image ({', '.join(IMAGE_SUFFIXES)})"
         raise ConfigError(msg)

@@ -94,9 +94,7 @@ def fit_proximity(entropy: Features, correlation: Features, classes: Sequence[Fr
     return max(fits, key=lambda keyed: keyed[0])[1]
 
 
-def fit_contact(
-    similarity: Features, noise: npt.NDArray[np.bool_], classes: Sequence[FrameClass]
-) -> ContactFit:
+def fit_contact(similarity: Features, noise: npt.NDArray[np.bool_], classes: Sequence[FrameClass]) -> ContactFit:
     """Choose tau_g, given which frames proximity calls Noise (those are never `Touched`).
 
     Args:
@@ -112,9 +110,7 @@ def fit_contact(
     false_alarms = share_below(similarity[~touched & ~noise], cuts, int((~touched).sum()))
     accuracy = (hits + 1.0 - false_alarms) / 2.0
     chosen = _first_best(accuracy, margins)
-    return ContactFit(
-        tau_g=float(cuts[chosen]), accuracy=float(accuracy[chosen]), margin=float(margins[chosen])
-    )
+    return ContactFit(tau_g=float(cuts[chosen]), accuracy=float(accuracy[chosen]), margin=float(margins[chosen]))
 
 
 def candidate_cuts(values: Features, ends: tuple[float, float]) -> tuple[Features, Features]:

@@ -7,11 +7,12 @@ import numpy as np
 
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid
+from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 
 FACE_EDGE_MM = 0.5
-"""Longest edge of the body's surface triangles [mm]: fine enough to bend around a fingertip-sized object."""
+"""Length to which the edges of the block are split [mm]: fine enough to bend around a fingertip-sized object.
+Diagonals of the triangles inside a face are up to twice as long."""
 VOLUME_TOLERANCE = 1e-6
 
 
@@ -62,8 +63,7 @@ def subdivision(design: ElastomerDesign, grid: CellGrid) -> int:
 
     A trilinear lattice cell keeps straight edges straight, so a finer surface would show nothing more.
     """
-    planes = lattice_planes(design, grid)
-    return max(1, *(round((len(planes[axis]) - 1) / (grid.counts[axis] + 2)) for axis in range(3)))
+    return max(split_count(pitch, design.lattice.spacing_mm or pitch) for pitch in grid.pitch_mm.tolist())
 
 
 def _cells(grid: CellGrid, parts: int) -> SurfaceMesh:

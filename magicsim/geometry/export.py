@@ -1,5 +1,7 @@
 """Printable geometry: the clear part with its cavities, and the infill, as separate STL files in mm."""
 
+import contextlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,8 +45,7 @@ def export_design(design: ElastomerDesign, out: Path) -> Export:
     if elastomer.infill is not None:
         parts = {out: _with_cavities(elastomer.body, elastomer.infill)}
         parts[out.with_name(f"{out.stem}-infill{out.suffix}")] = elastomer.infill
-    for path, mesh in parts.items():
-        _write(path, mesh)
+    _write(parts)
     return Export(
         watertight=all(mesh.is_watertight() for mesh in parts.values()),
         volume_mm3=parts[out].volume_mm3(),
@@ -61,14 +62,22 @@ def _with_cavities(body: SurfaceMesh, infill: SurfaceMesh) -> SurfaceMesh:
     )
 
 
-def _write(path: Path, mesh: SurfaceMesh) -> None:
-    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+def _write(parts: Mapping[Path, SurfaceMesh]) -> None:
+    """Writes all parts beside their final names first, so that no part stands there alone."""
+    partials = {path: path.with_name(f".{path.stem}.partial{path.suffix}") for path in parts}
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(partial)
-        partial.replace(path)
+        for path, partial in partials.items():
+            if path.is_dir():
+                msg = f"output file '{path}' is a folder; name a file"
+                raise OutputError(msg)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            trimesh.Trimesh(parts[path].vertices, parts[path].faces, process=False).export(partial)
+        for path, partial in partials.items():
+            partial.replace(path)
     except OSError as error:
-        msg = f"cannot write {path}: {error.strerror or error}"
+        msg = f"cannot write {next(iter(parts))}: {error.strerror or error}"
         raise OutputError(msg) from None
     finally:
-        partial.unlink(missing_ok=True)
+        for partial in partials.values():
+            with contextlib.suppress(OSError):
+                partial.unlink(missing_ok=True)

@@ -1,5 +1,6 @@
 """Whole cells: how many fit in the core, and where their planes lie."""
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -114,9 +115,11 @@ SPACING_SLACK = 0.05
 """Part of a spacing that an interval may be longer than a whole number of them."""
 
 
+def split_count(length_mm: float, spacing_mm: float) -> int:
+    """Lattice cells along an interval: the fewest that keep to the spacing and its slack."""
+    return max(1, math.ceil(length_mm / spacing_mm - SPACING_SLACK))
+
+
 def _split(coarse: npt.NDArray[np.float64], spacing: float) -> npt.NDArray[np.float64]:
-    parts = [
-        np.linspace(low, high, max(1, int(np.ceil((high - low) / spacing - SPACING_SLACK))), endpoint=False)
-        for low, high in pairwise(coarse)
-    ]
+    parts = [np.linspace(low, high, split_count(high - low, spacing), endpoint=False) for low, high in pairwise(coarse)]
     return np.concatenate([*parts, coarse[-1:]])

@@ -8,9 +8,7 @@ leaves the body, because a coin toss there costs most of the variance.
 
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
-
+from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.medium import Media, Shapes, classify, fresnel
 from magicsim.scenes.sequence import sequence
 
@@ -60,6 +58,7 @@ def gather_radiance(
     context = mi.BSDFContext()
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
     triangles_per_cell = shapes.triangles_per_cell
+    environment = scene.environment()
     while active:
         si = scene.ray_intersect(ray, active)
         valid = si.is_valid()
@@ -72,6 +71,9 @@ def gather_radiance(
         radiance[inside] += weight * phi * source
         weight *= transmitted
         weight[segment.in_body & valid] *= dr.exp(-media.body_absorption * si.t)
+
+        if environment is not None:
+            radiance[active & ~valid] += weight * environment.eval(si, active & ~valid)
 
         reflectance, reflected, refracted, scale = fresnel(si, segment, media)
         first_hit = depth == 0

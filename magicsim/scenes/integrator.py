@@ -2,18 +2,18 @@
 
 from typing import Any
 
-import mitsuba as mi
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.scenes.backend import mi
 from magicsim.scenes.camera_pass import gather_radiance
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, cell_volumes_mm3, deposit_tracks
 from magicsim.scenes.medium import Media, Shapes
-from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL, OBJECT
+from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, INFILL, OBJECT
 
 FloatArray = npt.NDArray[np.float64]
 LIGHT_DEPTH = 400
@@ -59,11 +59,16 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
     ) -> Any:
         """Renders the scene's first sensor; returns a tensor of shape (rows, columns, 3)."""
         fields = [self.light(scene, light, particles=self.share(scene), seed=seed) for light in lights(scene)]
-        return self.gather(scene, total(fields), samples=spp or 16, seed=seed)
+        return self.gather(scene, total([self.darkness(scene), *fields]), samples=spp or 16, seed=seed)
+
+    def darkness(self, scene: Any) -> LightField:
+        """The light field of a scene without lights."""
+        shapes = self._shapes(scene)
+        return LightField(fluence=np.zeros((shapes.cells, 3)), irradiance=np.zeros((shapes.object_triangles, 3)))
 
     def share(self, scene: Any) -> int:
         """Particles of each light: all strips together get `particles`, an outside light gets as many again."""
-        strips = sum(name != FLASHLIGHT for name in lights(scene))
+        strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in lights(scene))
         return max(1, self.particles // max(1, strips))
 
     def light(self, scene: Any, name: str, *, particles: int, seed: int) -> LightField:
@@ -71,12 +76,12 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
         Args:
             scene: The loaded scene.
-            name: Identifier of the emitting shape, one of `lights(scene)`.
+            name: One of `lights(scene)`.
             particles: Number of particles.
             seed: Seed of the render; every light has a stream of its own.
         """
         shapes = self._shapes(scene)
-        emitter = _shape(scene, name).emitter()
+        emitter = scene.environment() if name == ENVIRONMENT else _shape(scene, name).emitter()
         stream = SEEDS_PER_RENDER * seed + 1 + lights(scene).index(name)
         deposits, landed = np.zeros(3 * shapes.cells), np.zeros(3 * shapes.object_triangles)
         for first in range(0, particles, CHUNK):
@@ -121,9 +126,10 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
 
 def lights(scene: Any) -> list[str]:
-    """Identifiers of the emitting shapes, in a fixed order with the outside light last."""
-    names = [shape.id() for shape in scene.shapes() if shape.is_emitter()]
-    return sorted(names, key=lambda name: (name == FLASHLIGHT, name))
+    """Names of the lights, in a fixed order: strips, flashlight, light from all around."""
+    names = sorted(shape.id() for shape in scene.shapes() if shape.is_emitter())
+    names.sort(key=lambda name: name == FLASHLIGHT)
+    return names + ([ENVIRONMENT] if scene.environment() is not None else [])
 
 
 def _shape(scene: Any, name: str) -> Any:

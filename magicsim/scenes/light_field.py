@@ -6,8 +6,11 @@ from typing import Self
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import gaussian_filter
 
 Array = npt.NDArray[np.float64]
+SMOOTHING_CELLS = 1.0
+"""Standard deviation of the local mean [cells]: well below a scattering free path of 3 mm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,10 +22,27 @@ class LightField:
     irradiance: Array
     """Irradiance of each of the object's triangles and channel, shape (triangles, 3)."""
 
-    def anchored(self, cheap: Self, careful: Self) -> "LightField":
-        """This field with the shared noise of the cells taken out: minus the cheap estimate, plus the careful one."""
-        fluence = np.maximum(self.fluence - cheap.fluence + careful.fluence, 0)
-        return LightField(fluence=fluence, irradiance=self.irradiance)
+    def anchored(self, cheap: Self, careful: Self, counts: tuple[int, int, int]) -> "LightField":
+        """The careful field, changed as much as this field differs from the cheap one, which shares its noise.
+
+        What changes fluence from cell to cell is scattering over a free path of several cells, so the ratio of the two
+        noisy fields is taken between their local means: noise falls several times, and equal fields stay equal.
+
+        Args:
+            cheap: The untouched state with this field's seed and particles.
+            careful: The untouched state with many particles.
+            counts: Cells along x, y and z.
+        """
+        now, before = (local_mean(field.fluence, counts) for field in (self, cheap))
+        ratio = np.divide(now, before, out=np.ones_like(now), where=before > 0)
+        return LightField(fluence=careful.fluence * ratio, irradiance=self.irradiance)
+
+
+def local_mean(fluence: Array, counts: tuple[int, int, int]) -> Array:
+    """Gaussian mean over neighbouring cells, shape (cells, 3), cells in x-fastest order."""
+    nx, ny, nz = counts
+    grid = fluence.reshape(nz, ny, nx, 3)
+    return gaussian_filter(grid, (SMOOTHING_CELLS,) * 3 + (0.0,), mode="nearest", truncate=2.5).reshape(-1, 3)
 
 
 def total(fields: Sequence[LightField]) -> LightField:

@@ -7,11 +7,10 @@ Deposits are integers in fixed point, because floating-point scatter-adds have n
 
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.medium import Media, Shapes, classify, fresnel
 from magicsim.scenes.sequence import sequence
 

@@ -8,8 +8,10 @@ memory decide. Rays displaced across an edge by the intersection offset therefor
 from dataclasses import dataclass
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
+from magicsim.scenes.backend import dr, mi
+
+CLEAR_PER_MM = 1e-12
+"""Extinction that stands for none [1/mm]."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -27,8 +29,8 @@ class Media:
 
     @property
     def sigma_t(self) -> float:
-        """Extinction of the infill [1/mm]."""
-        return self.sigma_s + self.sigma_a
+        """Extinction of the infill [1/mm]; never zero, because both passes divide by it."""
+        return max(self.sigma_s + self.sigma_a, CLEAR_PER_MM)
 
 
 @dataclass(slots=True, kw_only=True)

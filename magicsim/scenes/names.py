@@ -1,6 +1,7 @@
-"""Identifiers of the shapes in the Mitsuba scene."""
+"""Identifiers of the shapes in the Mitsuba scene, and of the light from all around."""
 
 BODY = "body"
 INFILL = "infill"
 OBJECT = "object"
 FLASHLIGHT = "flashlight"
+ENVIRONMENT = "environment"

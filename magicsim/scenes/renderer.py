@@ -1,12 +1,8 @@
-"""Radiance of one sensor in any state, with as little work as the state needs.
-
-Import only after `magicsim.scenes.variant.activate_variant`.
-"""
+"""Radiance of one sensor in any state, with as little work as the state needs."""
 
 from dataclasses import dataclass
 from typing import Any
 
-import mitsuba as mi
 import numpy as np
 import numpy.typing as npt
 
@@ -14,6 +10,7 @@ from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.scenes.backend import VARIANT, mi
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.names import FLASHLIGHT
 from magicsim.scenes.rig import Rig
@@ -103,12 +100,13 @@ class Renderer:
             return self.plain_radiance(view)
         anchor = self.anchor()
         world = self._world(view)
-        integrator = world.scene.integrator()
-        fields = []
+        integrator, grid = world.scene.integrator(), self.elastomer.grid
+        fields = [integrator.darkness(world.scene)]
         for name in _lights(world):
             field = integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
-            known = name in anchor.careful
-            fields.append(field.anchored(anchor.cheap[name], anchor.careful[name]) if known else field)
+            if name in anchor.careful and grid is not None:
+                field = field.anchored(anchor.cheap[name], anchor.careful[name], grid.counts)
+            fields.append(field)
         image = self._gather(world, total(fields), self.settings.samples, self.seed)
         return np.maximum(image - anchor.cheap_image + anchor.image, 0)
 
@@ -119,9 +117,9 @@ class Renderer:
             image = mi.render(world.scene, spp=self.settings.samples, seed=self.seed)
             return _checked(np.array(image, np.float32))
         integrator = world.scene.integrator()
-        fields = [
-            integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in _lights(world)
-        ]
+        fields = [integrator.darkness(world.scene)]
+        for name in _lights(world):
+            fields.append(integrator.light(world.scene, name, particles=self._share(name), seed=self.seed))
         return self._gather(world, total(fields), self.settings.samples, self.seed)
 
     def warm_up(self, view: View) -> None:
@@ -131,7 +129,8 @@ class Renderer:
             mi.render(world.scene, spp=1, seed=self.seed)
             return
         integrator = world.scene.integrator()
-        fields = [integrator.light(world.scene, name, particles=64, seed=self.seed) for name in _lights(world)]
+        fields = [integrator.darkness(world.scene)]
+        fields += [integrator.light(world.scene, name, particles=64, seed=self.seed) for name in _lights(world)]
         self._gather(world, total(fields), 1, self.seed)
 
     def anchor(self) -> Anchor:
@@ -143,7 +142,7 @@ class Renderer:
             cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
             seed = self.settings.anchor_seed
             careful = {n: integrator.light(world.scene, n, particles=many, seed=seed) for n in names}
-            field = total(list(careful.values()))
+            field = total([integrator.darkness(world.scene), *careful.values()])
             self._anchor = Anchor(
                 cheap=cheap,
                 careful=careful,
@@ -215,7 +214,7 @@ def choose_estimator(asked: str, elastomer: Elastomer) -> str:
             "estimator 'fluence': must be 0; use estimator 'path'"
         )
         raise RenderError(msg)
-    return "path" if mi.variant() != LLVM_VARIANT else asked
+    return "path" if VARIANT != LLVM_VARIANT else asked
 
 
 def _lights(world: World) -> list[str]:

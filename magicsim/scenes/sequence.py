@@ -5,8 +5,7 @@ Computed modulo 2^32 in integers, so that it stays exact for any index.
 
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
+from magicsim.scenes.backend import dr, mi
 
 
 def generators(dimensions: int) -> list[int]:

@@ -57,6 +57,9 @@ def activate_variant() -> str:
     """Sets the Mitsuba variant of this process and returns its name. The only place that does."""
     variant = os.environ.get(VARIANT_VARIABLE) or _choose()
     os.environ[VARIANT_VARIABLE] = variant
+    library = find_llvm()
+    if variant == LLVM_VARIANT and library is not None:
+        os.environ[LLVM_VARIABLE] = str(library)
     import mitsuba as mi
 
     mi.set_variant(variant)
@@ -67,7 +70,6 @@ def _choose() -> str:
     library = find_llvm()
     reason = "no libLLVM was found" if library is None else probe_llvm(library)
     if reason is None:
-        os.environ[LLVM_VARIABLE] = str(library)
         return LLVM_VARIANT
     _log.warning(
         "rendering with %s, many times slower, because %s; `pip install %s` brings LLVM on Linux",

@@ -1,18 +1,15 @@
-"""The persistent Mitsuba scene of one sensor: built once, afterwards only its vertices move.
-
-Call `magicsim.scenes.variant.activate_variant` before importing this module.
-"""
+"""The persistent Mitsuba scene of one sensor: built once, afterwards only its vertices move."""
 
 from dataclasses import dataclass
 from typing import Any
 
-import mitsuba as mi
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.design import Optics
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.scenes.backend import mi
 from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL, OBJECT
 from magicsim.scenes.rig import Camera, LedStrip, Rig
 from magicsim.scenes.viewing import horizontal_fov_deg

@@ -93,9 +93,7 @@ def test_chosen_candidate_has_the_best_accuracy_and_then_the_widest_margin():
 
 def test_candidates_without_a_grid_are_reported_without_a_number():
     fitted = fit_profile(BASE, EPISODES, SMALL)
-    hidden = [
-        each for each in fitted.candidates if each.profile.tau_b == 5 and each.profile.polarity == "dark"
-    ]
+    hidden = [each for each in fitted.candidates if each.profile.tau_b == 5 and each.profile.polarity == "dark"]
     assert hidden
     assert all(each.accuracy is None and each.contact_margin is None for each in hidden)
 

@@ -144,8 +144,6 @@ def test_module_runs_as_a_command_and_keeps_stdout_for_json(folders):
 
 
 def test_missing_arguments_exit_2_in_one_line():
-    done = subprocess.run(
-        [sys.executable, "-m", "magicsim.detectors"], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([sys.executable, "-m", "magicsim.detectors"], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1

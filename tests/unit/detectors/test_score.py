@@ -84,9 +84,7 @@ def test_class_without_frames_gives_no_number():
 
 
 def test_contact_needs_only_one_untouched_class():
-    assert score([pair for pair in FRAMES if pair[1] in (CLEAR, CONTACT)]).contact.accuracy == pytest.approx(
-        0.7
-    )
+    assert score([pair for pair in FRAMES if pair[1] in (CLEAR, CONTACT)]).contact.accuracy == pytest.approx(0.7)
 
 
 def test_no_frames_give_no_numbers():

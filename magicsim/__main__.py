@@ -1,0 +1,5 @@
+"""`python -m magicsim` is the command line."""
+
+from magicsim.cli import main
+
+main()

@@ -1,0 +1,100 @@
+"""Who may import whom, held by parsing every module."""
+
+import ast
+import sys
+
+import pytest
+
+from .source import imports, modules, top_level_imports
+
+LAYERS = (
+    {"errors", "presets", "conventions", "config"},
+    {"geometry"},
+    {"deform"},
+    {"scenes"},
+    {"plan"},
+    {"episode", "truth", "simulate"},
+    {"judge", "table", "folder", "still", "report", "run", "progress", "doctor", "schema"},
+    {"cli", "__main__"},
+)
+"""Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""
+LEAF_OF_DETECTORS = {"errors", "presets", "conventions"}
+BELOW_SIMULATE = {"config", "geometry", "deform", "scenes", "plan"} | LEAF_OF_DETECTORS
+RENDERER = {"mitsuba", "drjit"}
+
+
+def part_of(module: str) -> str:
+    """First name below the package, empty for the package itself."""
+    return module.partition(".")[2].partition(".")[0]
+
+
+def own_imports(module: str) -> set[str]:
+    return {name for name in imports(modules()[module]) if name.split(".")[0] == "magicsim" and name != "magicsim"}
+
+
+def layer_of(part: str) -> int:
+    return next(number for number, layer in enumerate(LAYERS) if part in layer)
+
+
+def inside(*parts: str) -> list[str]:
+    return [module for module in modules() if part_of(module) in parts]
+
+
+def test_every_part_of_the_package_has_a_layer():
+    parts = {part_of(module) for module in modules()} - {"", "detectors"}
+    assert parts <= set().union(*LAYERS)
+
+
+@pytest.mark.parametrize("module", [m for m in modules() if part_of(m) not in {"", "detectors"}])
+def test_module_imports_only_from_its_own_layer_and_those_below(module: str):
+    own = layer_of(part_of(module))
+    above = {name for name in own_imports(module) if part_of(name) != "detectors" and layer_of(part_of(name)) > own}
+    assert not above
+
+
+@pytest.mark.parametrize("module", inside("detectors"))
+def test_detectors_import_only_the_leaf_numpy_opencv_and_the_standard_library(module: str):
+    assert {part_of(name) for name in own_imports(module)} <= LEAF_OF_DETECTORS | {"detectors"}
+    roots = {name.split(".")[0] for name in imports(modules()[module])}
+    assert roots <= {"numpy", "cv2", "magicsim"} | set(sys.stdlib_module_names)
+
+
+@pytest.mark.parametrize("module", inside(*BELOW_SIMULATE))
+def test_nothing_below_the_simulation_imports_detectors(module: str):
+    assert "detectors" not in {part_of(name) for name in own_imports(module)}
+
+
+@pytest.mark.parametrize("module", inside("errors", "presets", "conventions"))
+def test_leaf_needs_the_standard_library_alone(module: str):
+    roots = {name.split(".")[0] for name in imports(modules()[module])}
+    assert roots <= {"magicsim"} | set(sys.stdlib_module_names)
+
+
+@pytest.mark.parametrize("module", inside("geometry"))
+def test_geometry_knows_neither_deformation_nor_scenes(module: str):
+    assert not {part_of(name) for name in own_imports(module)} & {"deform", "scenes"}
+
+
+@pytest.mark.parametrize("module", [m for m in modules() if part_of(m) != "scenes"])
+def test_renderer_is_imported_inside_scenes_alone(module: str):
+    assert not {name.split(".")[0] for name in imports(modules()[module])} & RENDERER
+
+
+def test_variant_is_set_in_exactly_one_function():
+    places = [
+        (module, function.name)
+        for module, tree in modules().items()
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef)
+        for node in ast.walk(function)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "set_variant"
+    ]
+    assert places == [("magicsim.scenes.variant", "activate_variant")]
+
+
+def test_nothing_is_imported_in_a_circle():
+    graph = {module: top_level_imports(tree) & set(modules()) - {module} for module, tree in modules().items()}
+    while leaves := [module for module, needs in graph.items() if not needs & set(graph)]:
+        for module in leaves:
+            del graph[module]
+    assert not graph

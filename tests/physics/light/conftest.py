@@ -1,0 +1,28 @@
+"""Small sensors that render in seconds."""
+
+from collections.abc import Callable
+
+import pytest
+
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
+
+SMALL = (
+    "rig.camera.columns=48",
+    "rig.camera.rows=64",
+    "render.samples=16",
+    "render.particles=60000",
+    "render.anchor_samples=0",
+)
+
+
+@pytest.fixture
+def small_scene() -> Callable[..., SceneConfig]:
+    """A scene preset at 48 x 64 pixels, unanchored, with further overrides."""
+    if activate_variant() != LLVM_VARIANT:
+        pytest.skip("the fluence estimator needs LLVM")
+
+    def load(name: str, *overrides: str, seed: int | None = None) -> SceneConfig:
+        return load_scene(name, [*SMALL, *overrides], seed=seed)
+
+    return load

@@ -1,0 +1,43 @@
+"""The cached-fluence estimator against Mitsuba's volumetric path tracer, an independent code."""
+
+import numpy as np
+import pytest
+
+from magicsim.plan import can_touch
+from magicsim.scenes.timeline import timeline
+from magicsim.simulate import Sensor
+
+AGREEMENT = 0.01
+
+
+def channel_means(scene, seeds):
+    """Mean radiance of each channel and its standard error over independent seeds."""
+    sensor = Sensor(scene)
+    state = timeline(scene)[0]
+    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    view = sensor.view(state, deformation)
+    means = []
+    for seed in seeds:
+        sensor.renderer.seed = seed
+        means.append(sensor.renderer.plain_radiance(view).mean((0, 1), dtype=np.float64))
+    return np.mean(means, 0), np.std(means, 0, ddof=1) / np.sqrt(len(means))
+
+
+@pytest.mark.parametrize("name", ["rest", "pressed"])
+def test_fluence_agrees_with_path_tracing_in_mean_radiance(name, small_scene):
+    fluence, error = channel_means(small_scene(name, "render.particles=300000"), range(4))
+    path, path_error = channel_means(small_scene(name, "render.estimator=path", "render.samples=192"), range(100, 104))
+    difference = np.abs(fluence / path - 1)
+    noise = np.hypot(error / fluence, path_error / path)
+    assert noise.max() < AGREEMENT, "too noisy to tell anything"
+    assert (difference < AGREEMENT + 2 * noise).all(), f"differ by {difference}, standard error {noise}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["rest", "near", "pressed"])
+def test_fluence_agrees_with_path_tracing_within_one_percent(name, small_scene):
+    fluence, error = channel_means(small_scene(name, "render.particles=600000", "render.samples=64"), range(6))
+    path, path_error = channel_means(small_scene(name, "render.estimator=path", "render.samples=1024"), range(100, 108))
+    noise = np.hypot(error / fluence, path_error / path)
+    assert noise.max() < AGREEMENT / 3
+    assert (np.abs(fluence / path - 1) < AGREEMENT).all()

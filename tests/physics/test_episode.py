@@ -1,0 +1,120 @@
+"""Whole episodes: leaving out changes nothing, and the same seed gives the same bytes."""
+
+import hashlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from magicsim.plan import plan_scene
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.simulate import simulate
+
+TINY = (
+    "rig.camera.columns=24",
+    "rig.camera.rows=32",
+    "render.samples=2",
+    "render.particles=2000",
+    "render.anchor_samples=4",
+    "render.anchor_particles=8000",
+    "design.lattice.spacing_mm=2.0",
+    "references=4",
+)
+
+STORY = """
+schema_version = 1
+design = "mini-magictac"
+rig = "digit-rgb"
+seed = 5
+
+[object]
+kind = "sphere"
+radius_mm = 5.0
+
+[[keyframes]]
+frame = 0
+
+[[keyframes]]
+frame = 1
+gap_mm = 2.0
+
+[[keyframes]]
+frame = 2
+gap_mm = -0.4
+
+[[keyframes]]
+frame = 3
+gap_mm = -0.4
+
+[[keyframes]]
+frame = 4
+gap_mm = 2.0
+
+[[keyframes]]
+frame = 5
+flashlight = true
+
+[[keyframes]]
+frame = 6
+"""
+
+
+@pytest.fixture
+def story(tmp_path: Path) -> SceneConfig:
+    """Clear, near, pressed, held, near again, flashlight, clear; small."""
+    path = tmp_path / "story.toml"
+    path.write_text(STORY)
+    return load_scene(path, TINY)
+
+
+def test_leaving_out_changes_no_frame_and_no_truth(story):
+    lean, full = plan_scene(story), plan_scene(story, leave_out=False)
+    assert sum(frame.same_as is None for frame in lean.frames) < sum(frame.same_as is None for frame in full.frames)
+    for one, other in zip(simulate(story, plan=lean).frames, simulate(story, plan=full).frames, strict=True):
+        np.testing.assert_array_equal(one.image, other.image)
+        np.testing.assert_array_equal(one.contact_mask, other.contact_mask)
+        assert one.truth.force_n == pytest.approx(other.truth.force_n, abs=1e-9)
+        assert one.truth.frame_class == other.truth.frame_class
+
+
+def test_outputs_not_asked_for_are_not_computed(story):
+    bare = story.model_copy(
+        update={"output": story.output.model_copy(update={"contact_mask": False, "displacements": False})}
+    )
+    asked, left = simulate(story), simulate(bare)
+    for one, other in zip(asked.frames, left.frames, strict=True):
+        assert other.contact_mask is None
+        assert other.displacements_mm is None
+        np.testing.assert_array_equal(one.image, other.image)
+
+
+def test_truth_follows_the_story(story):
+    scored = simulate(story).scored
+    assert [frame.truth.frame_class for frame in scored] == [
+        "Clear", "Near", "Contact", "Contact", "Near", "Light", "Clear",
+    ]  # fmt: skip
+    held = scored[3].truth
+    assert held.depth_mm == pytest.approx(0.4)
+    assert held.force_n[2] > 0.05
+    assert held.solve.iterations == 0
+    assert scored[2].truth.solve.iterations > 0
+    assert scored[1].truth.force_n == (0.0, 0.0, 0.0)
+
+
+def test_frames_are_byte_identical_with_one_and_two_threads(tmp_path):
+    scene = tmp_path / "story.toml"
+    scene.write_text(STORY)
+    hashes = []
+    for threads in ("1", "2"):
+        out = tmp_path / threads
+        settings = [
+            part for override in (*TINY, "output.report=false", "output.preview=false") for part in ("--set", override)
+        ]
+        command = [sys.executable, "-m", "magicsim", "simulate", str(scene), "--out", str(out), "--threads", threads]
+        subprocess.run([*command, *settings], check=True, capture_output=True)
+        frames = sorted((out / "frames").glob("*.png"))
+        hashes.append([hashlib.sha256(frame.read_bytes()).hexdigest() for frame in frames])
+    assert len(hashes[0]) == 11
+    assert hashes[0] == hashes[1]
