@@ -16,7 +16,7 @@ from magicsim.detectors.profile_file import load_profile, save_profile
 from magicsim.episode import Episode
 from magicsim.geometry.objects import parse_object
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.simulate import simulate
+from magicsim.simulation import simulate
 
 TRAINING = (
     # object, seed, offset along x and y [mm], depth in units of the demo's
@@ -32,8 +32,9 @@ CANDIDATES = Candidates(
     grid_blur_px=(3, 5),
     difference_blur_px=(0, 5),
 )
-COMMENT = """Fitted by detectors/calibrate.py on four simulated episodes of mini-magictac on digit-rgb (a box, a cylinder,
-a small dark ball and a flat punch; seeds 101 to 104). Valid for that sensor only: fit again for another design or rig."""
+COMMENT = """Fitted by detectors/calibrate.py on four simulated episodes of mini-magictac on digit-rgb (a box, a
+cylinder, a small dark ball and a flat punch; seeds 101 to 104). Valid for that sensor only: fit again for another
+design or rig."""
 
 
 def training_scene(text: str, seed: int, offset_mm: tuple[float, float], depth: float) -> SceneConfig:
@@ -65,8 +66,8 @@ def describe(calibration: Calibration) -> str:
     for score in sorted(calibration.candidates, key=lambda each: -(each.accuracy or 0))[:12]:
         one, contact, margin = score.profile, score.contact_accuracy or 0, score.contact_margin or 0
         lines.append(
-            f"{score.proximity_accuracy:9.3f} {contact:7.3f} {score.proximity_margin:6.2f} {margin:6.2f} {one.tau_b:6d} "
-            f"{one.polarity:8s} {one.similarity:10s} {one.grid_blur_px:9d} {one.difference_blur_px:15d} "
+            f"{score.proximity_accuracy:9.3f} {contact:7.3f} {score.proximity_margin:6.2f} {margin:6.2f} "
+            f"{one.tau_b:6d} {one.polarity:8s} {one.similarity:10s} {one.grid_blur_px:9d} {one.difference_blur_px:15d} "
             f"{one.tau_e:6.2f} {one.tau_c:6.3f} {one.tau_g:6.3f}"
         )
     return "\n".join(lines)

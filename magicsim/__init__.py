@@ -4,8 +4,6 @@ The functions below are loaded when they are first used, so that importing the p
 """
 
 import importlib
-import sys
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -13,7 +11,7 @@ if TYPE_CHECKING:
     from magicsim.detectors.offline import detect_sources
     from magicsim.plan import plan_scene
     from magicsim.scenes.scene import load_scene
-    from magicsim.simulate import simulate
+    from magicsim.simulation import simulate
     from magicsim.still import render_still
 
 __version__ = "0.1.0"
@@ -25,7 +23,7 @@ _HOMES = {
     "plan_scene": "magicsim.plan",
     "press": "magicsim.deform.press",
     "render_still": "magicsim.still",
-    "simulate": "magicsim.simulate",
+    "simulate": "magicsim.simulation",
 }
 
 
@@ -35,21 +33,10 @@ def __getattr__(name: str) -> object:
         msg = f"module 'magicsim' has no attribute '{name}'"
         raise AttributeError(msg)
     function = getattr(importlib.import_module(_HOMES[name]), name)
-    setattr(sys.modules[__name__], name, function)
+    globals()[name] = function
     return function
 
 
 def __dir__() -> list[str]:
     """Names of the package, the functions not yet loaded included."""
     return sorted({*globals(), *__all__})
-
-
-class _Package(ModuleType):
-    """Python binds every imported submodule to its name; `simulate` is to stay the function of that module."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        public = name in _HOMES and isinstance(value, ModuleType)
-        super().__setattr__(name, getattr(value, name) if public else value)
-
-
-sys.modules[__name__].__class__ = _Package

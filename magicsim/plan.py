@@ -102,10 +102,9 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
         "something moved",
         "nothing moved since an earlier frame that is reused",
     )
-    if _scatters(scene):
-        decide("light pass", rendered, "the light changes", "same pose and light as an earlier frame")
-    else:
-        left_out.append(Decision(stage="light pass", reason="nothing scatters, so no fluence is needed"))
+    lightened = sum(frame.same_as is None and (_scatters(scene) or frame.state.has_object) for frame in frames)
+    why_not = "same pose and light as an earlier frame"
+    decide("light pass", lightened, "the light changes", why_not if lightened == rendered else "nothing scatters")
     decide("camera pass", rendered, "the image changes", "same pose and light as an earlier frame")
     objects = sum(frame.state.has_object for frame in frames)
     decide("object in the optical scene", objects, "the object is there", "no object")

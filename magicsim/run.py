@@ -15,7 +15,7 @@ from magicsim.report.page import render_report
 from magicsim.report.preview import animate
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.variant import activate_variant
-from magicsim.simulate import Progress, Sensor, simulate_with
+from magicsim.simulation import Progress, Sensor, simulate_with
 from magicsim.table import frame_file, write_lattice, write_table
 
 REPORT = "report.html"

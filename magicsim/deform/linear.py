@@ -30,7 +30,8 @@ LOGGER = logging.getLogger(__name__)
 
 def quiet_openblas() -> AbstractContextManager[object]:
     """Keeps NumPy's own BLAS on one thread for a while: its idle threads would spin on the cores that MKL needs."""
-    return _controller().select(internal_api="openblas").limit(limits=1)
+    limit: AbstractContextManager[object] = _controller().select(internal_api="openblas").limit(limits=1)
+    return limit
 
 
 @lru_cache(maxsize=1)

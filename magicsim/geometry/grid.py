@@ -41,7 +41,7 @@ class CellGrid:
 
     def planes_mm(self, axis: int) -> npt.NDArray[np.float64]:
         """Grid planes along one axis, shape (counts[axis] + 1,) [mm]."""
-        return self.origin_mm[axis] + self.pitch_mm[axis] * np.arange(self.counts[axis] + 1)
+        return np.asarray(self.origin_mm[axis] + self.pitch_mm[axis] * np.arange(self.counts[axis] + 1))
 
     def centres_mm(self) -> npt.NDArray[np.float64]:
         """Cell centres in x-fastest order, shape (cells, 3) [mm]."""

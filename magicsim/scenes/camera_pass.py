@@ -18,7 +18,7 @@ PATTERN_SEED = 1
 """Pixel patterns are a fixed quadrature, the same for all seeds: only chance at interfaces depends on the seed."""
 
 
-@dr.syntax
+@dr.syntax  # type: ignore[untyped-decorator]
 def gather_radiance(
     scene: Any, shapes: Shapes, media: Media, fluence: Any, exitance: Any, *, samples: int, seed: int, max_depth: int,
 ) -> Any:  # fmt: skip

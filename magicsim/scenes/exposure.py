@@ -43,7 +43,8 @@ def meter(untouched: FloatImage, camera: Camera) -> Exposure:
     if not (mean > 0).all() or not np.isfinite(mean).all():
         msg = (
             f"auto-exposure fails: mean radiance of the untouched sensor is {mean.round(6).tolist()} (RGB), "
-            "each channel must be above 0; light reaches the camera only through scattering (materials.infill.sigma_s_per_mm)"
+            "each channel must be above 0; light reaches the camera only through scattering "
+            "(materials.infill.sigma_s_per_mm)"
         )
         raise RenderError(msg)
     return Exposure(gain=aim / mean)

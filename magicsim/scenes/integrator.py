@@ -69,7 +69,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
     def share(self, scene: Any) -> int:
         """Particles of each light: all strips together get `particles`, an outside light gets as many again."""
         strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in lights(scene))
-        return max(1, self.particles // max(1, strips))
+        return int(max(1, self.particles // max(1, strips)))
 
     def light(self, scene: Any, name: str, *, particles: int, seed: int) -> LightField:
         """Light that one emitter brings to every cell and to the object.
@@ -81,6 +81,8 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             seed: Seed of the render; every light has a stream of its own.
         """
         shapes = self._shapes(scene)
+        if shapes.object is None and (shapes.infill is None or self.media.sigma_s == 0):
+            return self.darkness(scene)
         emitter = scene.environment() if name == ENVIRONMENT else _shape(scene, name).emitter()
         stream = SEEDS_PER_RENDER * seed + 1 + lights(scene).index(name)
         deposits, landed = np.zeros(3 * shapes.cells), np.zeros(3 * shapes.object_triangles)

@@ -21,7 +21,7 @@ SEQUENCE = 2**32
 """Offset that keeps the random streams of particles apart from the camera's."""
 
 
-@dr.syntax
+@dr.syntax  # type: ignore[untyped-decorator]
 def deposit_tracks(
     scene: Any, emitter: Any, shapes: Shapes, media: Media, *, first: int, particles: int, seed: int, max_depth: int,
 ) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.uint64]]:  # fmt: skip
@@ -103,7 +103,7 @@ def deposit_tracks(
 
 
 def cell_volumes_mm3(
-    vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.uint32], cells: int
+    vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32], cells: int
 ) -> npt.NDArray[np.float64]:
     """Volume of each deformed cell by the divergence theorem, shape (cells,) [mm3].
 
@@ -114,4 +114,4 @@ def cell_volumes_mm3(
     """
     corners = vertices[faces].reshape(cells, -1, 3, 3)
     corners = corners - corners[:, :1, :1]
-    return np.einsum("cti,cti->c", corners[:, :, 0], np.cross(corners[:, :, 1], corners[:, :, 2])) / 6
+    return np.asarray(np.einsum("cti,cti->c", corners[:, :, 0], np.cross(corners[:, :, 1], corners[:, :, 2])) / 6)

@@ -108,7 +108,7 @@ class Renderer:
                 field = field.anchored(anchor.cheap[name], anchor.careful[name], grid.counts)
             fields.append(field)
         image = self._gather(world, total(fields), self.settings.samples, self.seed)
-        return np.maximum(image - anchor.cheap_image + anchor.image, 0)
+        return np.asarray(np.maximum(image - anchor.cheap_image + anchor.image, 0))
 
     def plain_radiance(self, view: View) -> FloatImage:
         """Linear radiance of a view by the estimator alone, shape (rows, columns, 3)."""
@@ -118,8 +118,9 @@ class Renderer:
             return _checked(np.array(image, np.float32))
         integrator = world.scene.integrator()
         fields = [integrator.darkness(world.scene)]
-        for name in _lights(world):
-            fields.append(integrator.light(world.scene, name, particles=self._share(name), seed=self.seed))
+        fields += [
+            integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in _lights(world)
+        ]
         return self._gather(world, total(fields), self.settings.samples, self.seed)
 
     def warm_up(self, view: View) -> None:

@@ -32,7 +32,8 @@ def pixel_landing_mm(design: ElastomerDesign, rig: Rig) -> Array:
     half = np.tan(np.radians(horizontal_fov_deg(design, rig) / 2))
     x_slope = half * ((np.arange(camera.columns) + 0.5) * 2 / camera.columns - 1)
     y_slope = half * camera.rows / camera.columns * (1 - (np.arange(camera.rows) + 0.5) * 2 / camera.rows)
-    x, y = _landing(*np.meshgrid(x_slope, y_slope), design, rig)
+    x_grid, y_grid = np.meshgrid(x_slope, y_slope)
+    x, y = _landing(x_grid, y_grid, design, rig)
     return np.stack([x, y], -1)
 
 

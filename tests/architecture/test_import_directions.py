@@ -13,7 +13,7 @@ LAYERS = (
     {"deform"},
     {"scenes"},
     {"plan"},
-    {"episode", "truth", "simulate"},
+    {"episode", "truth", "simulation"},
     {"judge", "table", "folder", "still", "report", "run", "progress", "doctor", "schema"},
     {"cli", "__main__"},
 )

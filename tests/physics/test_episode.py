@@ -10,7 +10,7 @@ import pytest
 
 from magicsim.plan import plan_scene
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.simulate import simulate
+from magicsim.simulation import simulate
 
 TINY = (
     "rig.camera.columns=24",

@@ -94,13 +94,15 @@ def test_kept_and_left_out_frames_of_a_stage_add_up_to_all():
         assert sum(counts) == len(planned.frames)
 
 
-def test_no_light_pass_where_nothing_scatters():
-    clear = plan("{frame=0, gap_mm=1.0}", "design=uniform-block")
+def test_no_light_pass_where_nothing_scatters_and_no_object_is_lit():
+    clear = plan("{frame=0, flashlight=true}", "design=uniform-block")
     assert reasons(clear.kept, "light pass") == []
-    assert reasons(clear.left_out, "light pass") == ["nothing scatters, so no fluence is needed"]
-    also_clear = plan("{frame=0, gap_mm=1.0}", "design.materials.infill.sigma_s_per_mm=0")
-    assert reasons(also_clear.kept, "light pass") == []
-    assert reasons(plan("{frame=0, gap_mm=1.0}").kept, "light pass")
+    assert reasons(clear.left_out, "light pass") == ["1 of 1 frames: nothing scatters"]
+
+
+def test_light_pass_is_kept_where_an_object_is_lit_through_a_clear_block():
+    clear = plan("{frame=0, gap_mm=1.0}", "design=uniform-block")
+    assert reasons(clear.kept, "light pass") == ["1 of 1 frames: the light changes"]
 
 
 def test_flashlight_and_object_are_left_out_of_the_optical_scene_when_absent():

@@ -36,12 +36,14 @@ def test_unknown_name_is_an_attribute_error():
 
 
 @pytest.mark.parametrize(
-    "before", ["", "import magicsim.simulate", "import magicsim.run", "from magicsim import simulate"]
+    "before", ["", "import magicsim.simulation", "import magicsim.run", "from magicsim import simulate"]
 )
 def test_simulate_is_the_function_whatever_was_imported_before(before: str):
-    code = f"{before}\nfrom magicsim import simulate\nimport magicsim.simulate\nfrom magicsim.simulate import Sensor\n"
-    code += "print(callable(simulate), simulate is magicsim.simulate, simulate.__module__, Sensor.__name__)"
-    assert run(code) == "True True magicsim.simulate Sensor"
+    code = (
+        f"{before}\nfrom magicsim import simulate\nimport magicsim.simulation\nfrom magicsim.simulation import Sensor\n"
+    )
+    code += "print(callable(simulate), simulate is magicsim.simulation.simulate, simulate.__module__, Sensor.__name__)"
+    assert run(code) == "True True magicsim.simulation Sensor"
 
 
 def test_public_functions_are_loaded_one_at_a_time():

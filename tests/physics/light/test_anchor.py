@@ -6,7 +6,7 @@ from magicsim.detectors import detect, fuse, load_profile
 from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.renderer import View
 from magicsim.scenes.timeline import timeline
-from magicsim.simulate import Sensor
+from magicsim.simulation import Sensor
 
 ANCHOR = ("render.anchor_samples=32", "render.anchor_particles=200000")
 

@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.plan import can_touch
 from magicsim.scenes.timeline import timeline
-from magicsim.simulate import Sensor
+from magicsim.simulation import Sensor
 
 AGREEMENT = 0.01
 
@@ -41,3 +41,15 @@ def test_fluence_agrees_with_path_tracing_within_one_percent(name, small_scene):
     noise = np.hypot(error / fluence, path_error / path)
     assert noise.max() < AGREEMENT / 3
     assert (np.abs(fluence / path - 1) < AGREEMENT).all()
+
+
+def test_mi_render_runs_the_fluence_estimator(small_scene):
+    from magicsim.scenes.backend import mi
+    from magicsim.scenes.renderer import View
+
+    scene = small_scene("rest", seed=7)
+    renderer = Sensor(scene).renderer
+    expected = renderer.plain_radiance(View())
+    loaded = renderer._world(View()).scene
+    image = np.array(mi.render(loaded, spp=scene.render.samples, seed=7))
+    np.testing.assert_array_equal(image, expected)

@@ -10,7 +10,7 @@ import pytest
 from magicsim.plan import can_touch
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import timeline
-from magicsim.simulate import Sensor
+from magicsim.simulation import Sensor
 
 CLEAR = (
     "design.materials.body.absorption_per_mm=0",

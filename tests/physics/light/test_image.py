@@ -4,7 +4,7 @@ import numpy as np
 
 from magicsim.scenes.renderer import View
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.simulate import Sensor
+from magicsim.simulation import Sensor
 
 
 def test_red_is_at_column_zero_and_blue_at_the_last(small_scene):

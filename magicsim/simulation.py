@@ -43,6 +43,8 @@ class Meshes:
     infill: FollowMap | None
     is_face: npt.NDArray[np.bool_]
     """Body vertices on the contact face, shape (body vertices,)."""
+    face_edges: npt.NDArray[np.int32]
+    """Edges of the contact face's triangles, where they cut deepest into a convex object, shape (edges, 2)."""
 
 
 class Sensor:
@@ -122,10 +124,13 @@ class Sensor:
 def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
     """Hangs the meshes of an elastomer on its lattice."""
     body = elastomer.body.vertices
+    is_face = body[:, 2] < 1e-9  # noqa: PLR2004
+    triangles = elastomer.body.faces[is_face[elastomer.body.faces].all(1)]
     return Meshes(
         body=follow_map(lattice, body),
         infill=follow_map(lattice, elastomer.infill.vertices) if elastomer.infill is not None else None,
-        is_face=body[:, 2] < 1e-9,  # noqa: PLR2004
+        is_face=is_face,
+        face_edges=triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
     )
 
 
@@ -138,9 +143,12 @@ def deformed_vertices(
         Body vertices, shape (body vertices, 3) [mm], and infill vertices or None without a grid.
     """
     clearance = -WET_OVERLAP_MM if optics.coupling == "wet" else optics.film_mm
-    body = settle(
-        meshes.body.displaced(deformation.displacements_mm), meshes.is_face, indenter, clearance, snap_mm=SNAP_MM
-    )
+    followed = meshes.body.displaced(deformation.displacements_mm)
+    body = settle(followed, meshes.is_face, indenter, clearance, snap_mm=SNAP_MM)
+    if optics.coupling == "dry":
+        middles = (body[meshes.face_edges[:, 0]] + body[meshes.face_edges[:, 1]]) / 2
+        clearance += max(0.0, clearance - float(indenter.distance(middles)[0].min()))
+        body = settle(followed, meshes.is_face, indenter, clearance, snap_mm=SNAP_MM)
     if meshes.infill is None:
         return body, None
     infill = meshes.infill.displaced(deformation.displacements_mm)
