@@ -29,7 +29,7 @@ def plot_features(frames: Sequence[SimulatedFrame], judgement: Judgement, *, nam
     rows = (
         ("E", "entropy [bit]", "entropy", "tau_e", far, (0.0, 1.0)),
         ("C", "correlation", "correlation", "tau_c", far, (0.0, 1.0)),
-        ("S", "grid similarity", "similarity", "tau_g", touch, (0.0, 1.0)),
+        ("S", "grid similarity", "similarity", "tau_g", touch, (judgement.thresholds["tau_g"], 1.0)),
     )
     times = frame_times(frames)
     with plot_style():

@@ -67,10 +67,11 @@ class Camera(Config):
     """Whether auto-exposure gives each channel its own gain, so that all have the same mean."""
     gamma: Annotated[float, Field(ge=0.3, le=4)] = 1.0
     """Exponent of the tone curve: grey = 255 * signal^(1 / gamma)."""
-    full_well_e: Positive = 100_000.0
-    """Photo-electrons at grey level 255 (after any temporal denoising in the driver)."""
-    read_noise_e: NonNegative = 30.0
-    """Standard deviation of the read noise [electrons]."""
+    full_well_e: Positive = 250_000.0
+    """Photo-electrons at grey level 255, counted over all exposures that the driver's temporal denoising averages:
+    about 0.3 grey levels rms in the middle of the range, which the published entropy threshold of 0.5 implies."""
+    read_noise_e: NonNegative = 50.0
+    """Standard deviation of the read noise [electrons], counted likewise."""
     fixed_pattern: Annotated[float, Field(ge=0, le=0.2)] = 0.005
     """Relative standard deviation of the pixels' gains, constant in time."""
     pattern_seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
