@@ -1,6 +1,6 @@
 """Draws the README's picture: the four states of the default sensor as its camera sees them.
 
-    python docs/pictures.py                    # writes docs/four-states.jpg, about half a minute
+python docs/pictures.py                    # writes docs/four-states.jpg, about half a minute
 """
 
 from pathlib import Path

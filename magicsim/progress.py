@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import (
     BarColumn,
-    MofNCompleteColumn,
     Progress,
+    TaskProgressColumn,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
@@ -21,13 +21,13 @@ LINE_SECONDS = 10.0
 
 @contextmanager
 def show_progress(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Gives a function that takes the number of finished parts and of all parts."""
+    """Gives a function that takes the work done and all work, in any unit."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield _plain_lines(title)
         return
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
+        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     )  # fmt: skip
     with Progress(*columns, console=console) as bar:
         task = bar.add_task(title, total=None)
@@ -44,6 +44,6 @@ def _plain_lines(title: str) -> Callable[[int, int], None]:
             return
         last = now
         left = (now - start) / done * (total - done)
-        sys.stderr.write(f"{title}: {done}/{total}, {now - start:.0f} s so far, about {left:.0f} s left\n")
+        sys.stderr.write(f"{title}: {done / total:.0%}, {now - start:.0f} s so far, about {left:.0f} s left\n")
 
     return report

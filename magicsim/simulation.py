@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ from magicsim.deform.settle import settle
 from magicsim.episode import Episode, SimulatedFrame
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, plan_scene
+from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, efforts, plan_scene
 from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
 from magicsim.scenes.renderer import Renderer, View
 from magicsim.scenes.scene import ContactOptics, SceneConfig
@@ -26,7 +27,7 @@ from magicsim.truth import contact_mask, frame_truth
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
-"""Called with the number of finished frames and of all frames."""
+"""Called after every frame with the work done and all work, in the same arbitrary unit."""
 WET_OVERLAP_MM = 0.008
 """How far the object's surface stands out of the skin where they are in optical contact [mm]: more than the
 3 micrometres that the renderer needs to see them as one."""
@@ -175,11 +176,12 @@ def simulate_with(sensor: Sensor, *, plan: ScenePlan | None = None, progress: Pr
     plan = plan or plan_scene(scene)
     sensor.warm_up(plan)
     start = time.perf_counter()
+    work = list(accumulate(efforts(scene, plan)))
     frames = []
-    for frame in stream_frames(sensor, plan):
+    for frame, done in zip(stream_frames(sensor, plan), work, strict=True):
         frames.append(frame)
         if progress is not None:
-            progress(len(frames), scene.references + scene.frame_count)
+            progress(done, work[-1])
     return Episode(scene=scene, frames=tuple(frames), seconds=time.perf_counter() - start)
 
 

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from magicsim.plan import UNTOUCHED_FRAME, ScenePlan, can_touch, plan_scene
+from magicsim.plan import UNTOUCHED_FRAME, ScenePlan, can_touch, efforts, plan_scene
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
 
@@ -129,3 +129,13 @@ def test_reference_frames_are_kept_only_where_there_are_some():
 def test_every_decision_gives_a_reason():
     planned = plan_scene(load_scene("demo"))
     assert all(decision.reason for decision in planned.kept + planned.left_out)
+
+
+def test_efforts_cover_the_stream_and_weigh_what_is_solved_and_rendered_most():
+    scene = load_scene("demo")
+    planned = plan_scene(scene)
+    costs = efforts(scene, planned)
+    assert len(costs) == scene.references + scene.frame_count
+    solved = costs[scene.references + next(n for n, frame in enumerate(planned.frames) if frame.solve)]
+    reused = costs[scene.references + next(n for n, frame in enumerate(planned.frames) if frame.same_as is not None)]
+    assert costs[0] > solved > 10 * reused > 0

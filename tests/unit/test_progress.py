@@ -20,7 +20,7 @@ def test_plain_lines_give_part_time_and_estimate(clock: SimpleNamespace, capsys:
     with show_progress("demo") as report:
         clock.now += 20
         report(1, 4)
-    assert capsys.readouterr().err == "demo: 1/4, 20 s so far, about 60 s left\n"
+    assert capsys.readouterr().err == "demo: 25%, 20 s so far, about 60 s left\n"
 
 
 def test_plain_lines_come_at_most_every_ten_seconds_and_at_the_end(
@@ -31,7 +31,7 @@ def test_plain_lines_come_at_most_every_ten_seconds_and_at_the_end(
             clock.now += 1
             report(done, 30)
     lines = capsys.readouterr().err.splitlines()
-    assert [line.split(",")[0] for line in lines] == ["demo: 10/30", "demo: 20/30", "demo: 30/30"]
+    assert [line.split(",")[0] for line in lines] == ["demo: 33%", "demo: 67%", "demo: 100%"]
     assert lines[-1].endswith("about 0 s left")
 
 
@@ -40,7 +40,7 @@ def test_quick_work_says_only_that_it_is_done(clock: SimpleNamespace, capsys: py
         for done in range(1, 4):
             clock.now += 0.1
             report(done, 3)
-    assert capsys.readouterr().err.splitlines() == ["demo: 3/3, 0 s so far, about 0 s left"]
+    assert capsys.readouterr().err.splitlines() == ["demo: 100%, 0 s so far, about 0 s left"]
 
 
 def test_nothing_goes_to_standard_output(
@@ -53,4 +53,4 @@ def test_nothing_goes_to_standard_output(
         report(1, 1)
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert "1/1" in captured.err
+    assert "100%" in captured.err
