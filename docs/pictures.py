@@ -1,6 +1,6 @@
 """Draws the README's picture: the four states of the default sensor as its camera sees them.
 
-python docs/pictures.py                    # writes docs/four-states.jpg, about half a minute
+python docs/pictures.py                    # writes docs/four-states.jpg, about two minutes
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation import Sensor
 
 STATES = {"rest": "at rest", "near": "ball 1 mm away", "pressed": "pressed 1 mm", "flashlight": "flashlight"}
-QUALITY = ("render.samples=32", "render.particles=1000000")
+QUALITY = ("render.samples=16", "render.particles=300000")
 STRIP_PX = 24
 
 
