@@ -113,7 +113,10 @@ def render(
     out: Annotated[Path | None, Parameter(name="--out")] = None,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3)."""
+    """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3).
+
+    Without --samples or --particles it takes those of the scene's anchor.
+    """
     from magicsim.scenes.scene import load_scene
 
     choices = [f"render.estimator={estimator}"] if estimator is not None else []
@@ -121,8 +124,9 @@ def render(
     choices += [f"render.particles={particles}"] if particles is not None else []
     config = load_scene(scene, [*(settings or []), *choices], seed=seed)
     _limit_threads(threads)
-    from magicsim.still import render_still
+    from magicsim.still import render_still, with_care
 
+    config = with_care(config, samples=samples is None, particles=particles is None)
     _print(_fields(render_still(config, frame, out)), as_json=json)
 
 

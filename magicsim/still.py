@@ -31,6 +31,22 @@ class Still:
     """File written, None without one."""
 
 
+def with_care(scene: SceneConfig, *, samples: bool, particles: bool) -> SceneConfig:
+    """The scene with the samples, the particles or both raised to those of the anchor: a still stands alone.
+
+    Args:
+        scene: What happens.
+        samples: Whether to raise the camera samples.
+        particles: Whether to raise the light particles.
+    """
+    render, changes = scene.render, {}
+    if samples:
+        changes["samples"] = max(render.samples, render.anchor_samples)
+    if particles:
+        changes["particles"] = max(render.particles, render.anchor_particles)
+    return scene.model_copy(update={"render": render.model_copy(update=changes)})
+
+
 def render_still(scene: SceneConfig, frame: int, out: Path | None) -> Still:
     """Renders the linear radiance of one scored frame.
 

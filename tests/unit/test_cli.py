@@ -267,7 +267,9 @@ def test_render_keeps_the_estimator_of_the_scene_unless_asked(
 ):
     asked = []
     monkeypatch.setitem(
-        sys.modules, "magicsim.still", SimpleNamespace(render_still=lambda scene, *_: asked.append(scene))
+        sys.modules,
+        "magicsim.still",
+        SimpleNamespace(render_still=lambda scene, *_: asked.append(scene), with_care=lambda scene, **_: scene),
     )
     monkeypatch.setattr(cli, "_fields", lambda _: {})
     shell.json("render", "near", "--set", "render.estimator=path", "--samples", 3, "--particles", 700, *options)
