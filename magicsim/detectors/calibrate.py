@@ -14,6 +14,9 @@ from magicsim.detectors.thresholds import COMPARED_DECIMALS, fit_contact, fit_pr
 from magicsim.detectors.truth import FrameClass
 from magicsim.errors import ConfigError
 
+WIDTHS_TO_END = 3.0
+"""Logistic widths between a fitted threshold and the end of its measure's range, at least."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidates:
@@ -65,8 +68,21 @@ class Calibration:
 
     @property
     def profile(self) -> DetectorProfile:
-        """The fitted profile."""
-        return self.best.profile
+        """The fitted profile, its probabilities as sharp as its thresholds ask for."""
+        return sharpen(self.best.profile)
+
+
+def sharpen(profile: DetectorProfile) -> DetectorProfile:
+    """A profile whose probabilities suit thresholds near the end of a measure's range.
+
+    Correlation and similarity end at 1, so a threshold close to 1 leaves no room for the base's widths. They are
+    narrowed until a frame at the end of the range is 3 widths, a probability of 0.95, away from the threshold.
+    """
+    return replace(
+        profile,
+        correlation_width=min(profile.correlation_width, max(1e-6, (1.0 - profile.tau_c) / WIDTHS_TO_END)),
+        similarity_width=min(profile.similarity_width, max(1e-6, (1.0 - profile.tau_g) / WIDTHS_TO_END)),
+    )
 
 
 def fit_profile(
@@ -79,7 +95,7 @@ def fit_profile(
     whose stronger margin is, then to the first. The same input gives the same result.
 
     Args:
-        base: Everything that is not fitted: numbers of references, widths of the probabilities.
+        base: Everything that is not fitted: numbers of references, largest widths of the probabilities.
         episodes: Training frames with classes, every class at least once over all episodes.
         candidates: Values to try; the defaults when left out.
 

@@ -1,4 +1,5 @@
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ from magicsim.detectors import (
     detect_all,
     fit_profile,
     fuse,
+    load_profile,
     score_verdicts,
 )
+from magicsim.detectors.calibrate import sharpen
 from magicsim.errors import ConfigError
 
 from .conftest import ROWS, grid_frame, light_frame, near_frame
@@ -124,3 +127,14 @@ def test_no_candidate_with_a_grid_is_an_error():
             EPISODES,
             Candidates(tau_b=(0,), polarity=("dark",), grid_blur_px=(0,), difference_blur_px=(0,)),
         )
+
+
+def test_probabilities_are_sure_at_the_end_of_the_range_of_a_threshold_near_one():
+    fitted = sharpen(dataclasses.replace(load_profile("published"), tau_c=0.94, tau_g=0.991))
+    assert 1 / (1 + math.exp((1 - fitted.tau_g) / fitted.similarity_width)) == pytest.approx(0.047, abs=0.001)
+    assert 1 / (1 + math.exp((fitted.tau_c - 1) / fitted.correlation_width)) == pytest.approx(0.953, abs=0.001)
+
+
+def test_probabilities_keep_their_widths_where_thresholds_leave_room():
+    published = load_profile("published")
+    assert sharpen(published) == published
