@@ -88,8 +88,9 @@ def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json
 @app.command
 def press(
     design: str, *, object: Annotated[str, Parameter(name="--object", help="KIND:key=value,...")],
-    depth_mm: float, shear_mm: str = "0,0", twist_deg: float = 0.0, friction: float = 0.0, settings: Settings = None,
-    seed: Seed = None, json: Json = False,
+    depth_mm: float,
+    shear_mm: Annotated[str, Parameter(allow_leading_hyphen=True, help="X,Y after the press.")] = "0,0",
+    twist_deg: float = 0.0, friction: float = 0.0, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Solve one quasi-static frictionless contact: press, then shear, then twist."""
     from magicsim.config import load_preset

@@ -120,7 +120,7 @@ def test_press_prints_the_contract_and_pushes_upwards(shell: Shell):
 
 
 def test_press_off_centre_with_shear_is_accepted(shell: Shell):
-    found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.3, "--shear-mm", "0.5,-0.5", "--twist-deg", 5)
+    found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.3, "--shear-mm", "-0.5,0.5", "--twist-deg", -5)
     assert found["converged"] is True
 
 
