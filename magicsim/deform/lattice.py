@@ -48,11 +48,6 @@ class Lattice:
         return len(self.planes_mm[0]) * len(self.planes_mm[1])
 
     @property
-    def layer_cells(self) -> int:
-        """Cells in one z layer; the first layer's cells carry the contact face."""
-        return (len(self.planes_mm[0]) - 1) * (len(self.planes_mm[1]) - 1)
-
-    @property
     def free_nodes(self) -> int:
         """Nodes that can move: all but the last plane, so the first so many."""
         return len(self.nodes_mm) - self.layer_nodes

