@@ -24,7 +24,7 @@ def test_anchor_changes_no_mean(small_scene):
     np.testing.assert_allclose(anchored.mean((0, 1)), plain.mean((0, 1)), rtol=0.02)
 
 
-def test_noise_of_other_seeds_is_not_an_object(small_scene):
+def test_empty_scene_stays_normal_against_references_of_another_seed(small_scene):
     profile = load_profile("calibrated")
     first, second = small_scene("rest", *ANCHOR, seed=1), small_scene("rest", *ANCHOR, seed=2)
     untouched, other = (Sensor(scene).renderer.radiance(View()) for scene in (first, second))
