@@ -7,6 +7,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from magicsim.deform.durometer import durometer
     from magicsim.deform.press import press
     from magicsim.detectors.offline import detect_sources
     from magicsim.plan import plan_scene
@@ -15,10 +16,11 @@ if TYPE_CHECKING:
     from magicsim.still import render_still
 
 __version__ = "0.1.0"
-__all__ = ["detect_sources", "load_scene", "plan_scene", "press", "render_still", "simulate"]
+__all__ = ["detect_sources", "durometer", "load_scene", "plan_scene", "press", "render_still", "simulate"]
 
 _HOMES = {
     "detect_sources": "magicsim.detectors.offline",
+    "durometer": "magicsim.deform.durometer",
     "load_scene": "magicsim.scenes.scene",
     "plan_scene": "magicsim.plan",
     "press": "magicsim.deform.press",

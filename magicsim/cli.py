@@ -92,19 +92,32 @@ def press(
     shear_mm: Annotated[str, Parameter(allow_leading_hyphen=True, help="X,Y after the press.")] = "0,0",
     twist_deg: float = 0.0, friction: float = 0.0, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Solve one quasi-static frictionless contact: press, then shear, then twist."""
+    """Solve one quasi-static contact: press, then shear, then twist."""
     from magicsim.config import load_preset
     from magicsim.geometry.design import ElastomerDesign
     from magicsim.geometry.objects import parse_object
 
-    if friction != 0:
-        msg = f"friction = {friction:g} is not allowed: must be 0 (contact is frictionless in this version)"
-        raise ConfigError(msg)
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
     from magicsim.deform.press import press as solve
 
-    _print(solve(block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg).as_dict(), as_json=json)
+    result = solve(block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction)
+    _print(result.as_dict(), as_json=json)
+
+
+@app.command
+def durometer(
+    design: str, *, settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Press a virtual Shore A durometer into a block."""
+    from magicsim.config import load_preset
+    from magicsim.geometry.design import ElastomerDesign
+
+    del seed  # nothing here is random; the option exists on every command
+    block = load_preset(ElastomerDesign, "design", design, settings or [])
+    from magicsim.deform.durometer import durometer as test
+
+    _print(_fields(test(block)), as_json=json)
 
 
 @app.command

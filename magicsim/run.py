@@ -69,7 +69,7 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         write_frames(folder, episode)
         write_table(folder / TABLE, episode, judgements)
         if scene.output.displacements:
-            write_lattice(folder / LATTICE, sensor.lattice)
+            write_lattice(folder / LATTICE, sensor.printed)
         if scene.output.preview:
             verdicts = judgements[0].verdicts if judgements else ()
             animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)

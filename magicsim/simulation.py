@@ -9,19 +9,21 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.follow import FollowMap, follow_map
 from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
 from magicsim.deform.settle import settle
+from magicsim.deform.zone import Zone, contact_zone
 from magicsim.episode import Episode, SimulatedFrame
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, efforts, plan_scene
+from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, can_touch, efforts, plan_scene
 from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
 from magicsim.scenes.renderer import Renderer, View
-from magicsim.scenes.scene import ContactOptics, SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.scenes.scene import ContactSettings, SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.scenes.viewing import pixel_landing_mm
 from magicsim.truth import contact_mask, frame_truth
 
@@ -60,7 +62,11 @@ class Sensor:
         """
         self.scene = scene
         self.elastomer: Elastomer = build_elastomer(scene.design)
-        self.lattice: Lattice = build_lattice(scene.design)
+        self.printed: Lattice = build_lattice(scene.design)
+        """All planes of the design's lattice, which the displacements of an episode refer to."""
+        self.lattice: Lattice = build_lattice(scene.design, zone=self._zone())
+        """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
+        self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         shape = scene.object.shape() if scene.object is not None else None
         self.renderer = Renderer(
@@ -73,6 +79,11 @@ class Sensor:
         )
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
+
+    def _zone(self) -> Zone | None:
+        states = [state for state in timeline(self.scene) if can_touch(state)]
+        placed = [self.indenter(state) for state in states]
+        return contact_zone([indenter for indenter in placed if indenter is not None], self.scene.design)
 
     def warm_up(self, plan: ScenePlan) -> None:
         """Compiles every kernel that a plan needs, so that the frames themselves are timed without it."""
@@ -105,8 +116,17 @@ class Sensor:
         if indenter is None:
             return self.rest
         if self._solver is None:
-            self._solver = ContactSolver(self.lattice)
+            self._solver = ContactSolver(
+                self.lattice,
+                friction=self.scene.contact.friction,
+                point_spacing_mm=point_spacing_mm(indenter.shape),
+            )
         return self._solver.solve(indenter, previous if not previous.is_rest else None)
+
+    def printed_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32]:
+        """Displacements of all nodes of the design's lattice, shape (printed nodes, 3) [mm]."""
+        moved = self._printed_nodes.displaced(deformation.displacements_mm) - self.printed.nodes_mm
+        return moved.astype(np.float32)
 
     def view(self, state: FrameState, deformation: Deformation) -> View:
         """Meshes, object and light of a state as the renderer wants them."""
@@ -136,17 +156,17 @@ def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
 
 
 def deformed_vertices(
-    meshes: Meshes, deformation: Deformation, indenter: Indenter, optics: ContactOptics
+    meshes: Meshes, deformation: Deformation, indenter: Indenter, contact: ContactSettings
 ) -> tuple[Array, Array | None]:
     """Vertices of body and infill under a deformation, the skin fitted to the object.
 
     Returns:
         Body vertices, shape (body vertices, 3) [mm], and infill vertices or None without a grid.
     """
-    clearance = -WET_OVERLAP_MM if optics.coupling == "wet" else optics.film_mm
+    clearance = -WET_OVERLAP_MM if contact.coupling == "wet" else contact.film_mm
     followed = meshes.body.displaced(deformation.displacements_mm)
     body = settle(followed, meshes.is_face, indenter, clearance, snap_mm=SNAP_MM)
-    if optics.coupling == "dry":
+    if contact.coupling == "dry":
         middles = (body[meshes.face_edges[:, 0]] + body[meshes.face_edges[:, 1]]) / 2
         clearance += max(0.0, clearance - float(indenter.distance(middles)[0].min()))
         body = settle(followed, meshes.is_face, indenter, clearance, snap_mm=SNAP_MM)
@@ -242,5 +262,5 @@ class _Shot:
                 is_reference=is_reference,
             ),
             contact_mask=contact_mask(deformation, self.landing_mm) if self.landing_mm is not None else None,
-            displacements_mm=deformation.displacements_mm.astype(np.float32) if scene.output.displacements else None,
+            displacements_mm=self.sensor.printed_displacements_mm(deformation) if scene.output.displacements else None,
         )

@@ -1,14 +1,18 @@
-"""Effective stiffness of a core cell: a small periodic problem on a soft cube in stiff walls.
+"""A core cell from the inside: the periodic problem on a soft cube in stiff walls, its stiffness and displacement.
 
 Linear elasticity on the unit cell: walls of the body's material around a centred cube of infill, trilinear
 hexahedra whose volume change is averaged over each sub-cell (selective integration: B-bar, Hughes 1980), so that a
 nearly incompressible infill does not lock. The cell is a cube with the printed cell's infill volume share: the
-printed pitches differ by a few percent between the axes, which this leaves out. By cubic symmetry three strain
-states give C11, C12 and C44.
+printed pitches differ by a few percent between the axes, which this leaves out.
 
-The lattice holds an isotropic stiffness: springs of cubic symmetry without rest length store mu/2 tr(F^T F)
-whatever their weights. The nearest isotropic tensor (orthogonal projection; Voigt average) keeps the bulk modulus
-and has mu = (2 (C11 - C12)/2 + 3 C44)/5; what it drops is the cubic anisotropy, whose figure is `anisotropy`.
+The cell has cubic symmetry. Two mean strains, xx and xy, give C11, C12 and C44, and permuting the axes gives the other
+four. Mirrors leave an eighth of the cell: for xx the normal displacement vanishes on its six planes; for xy the mirrors
+across x and y change the sign, so there the tangential displacement vanishes instead. The fluctuation, which is what
+the cell adds to its mean strain, is then zero at the crossings of the walls and in the middle of the infill without
+further ado. Sub-cells shrink towards the interface, whose edges are singular.
+
+A lattice cell keeps all three constants: mu = C44, walls of modulus beta = (C11 - C12)/2 - C44 that carry load along
+x, y and z alone, and lambda from the bulk modulus.
 """
 
 from dataclasses import dataclass
@@ -22,13 +26,19 @@ from scipy.sparse.linalg import splu
 from magicsim.deform.hexahedron import CORNERS, GAUSS_GRADIENTS
 
 Array = npt.NDArray[np.float64]
-SUBCELLS = 10
-"""Sub-cells along each edge of the cell problem."""
+SUBCELLS = 8
+"""Sub-cells along each half edge of the cell: the shear stiffness is then within 0.5 % of its limit."""
+WALL_SHARE = 0.3
+"""Share of the sub-cells that lies in the half wall."""
+INFILL_GRADING = 2.0
+"""Exponent by which sub-cells shrink towards the interface from the middle of the infill."""
+WALL_GRADING = 1.5
+"""The same from the middle of the wall."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CellStiffness:
-    """Cubic stiffness of a core cell and its isotropic part."""
+    """Cubic stiffness of a core cell, and what the lattice makes of it."""
 
     c11_mpa: float
     """Axial stiffness along the walls [MPa]."""
@@ -39,7 +49,7 @@ class CellStiffness:
 
     @property
     def bulk_modulus_mpa(self) -> float:
-        """Bulk modulus (C11 + 2 C12)/3 [MPa]; the projection keeps it."""
+        """Bulk modulus (C11 + 2 C12)/3 [MPa]."""
         return (self.c11_mpa + 2 * self.c12_mpa) / 3
 
     @property
@@ -49,79 +59,127 @@ class CellStiffness:
 
     @property
     def shear_modulus_mpa(self) -> float:
-        """Shear modulus mu of the nearest isotropic stiffness [MPa]."""
-        return (2 * self.tetragonal_modulus_mpa + 3 * self.c44_mpa) / 5
+        """Shear modulus mu = C44 of the network [MPa]."""
+        return self.c44_mpa
+
+    @property
+    def wall_modulus_mpa(self) -> float:
+        """Modulus beta = (C11 - C12)/2 - C44 of the walls [MPa]: energy beta eps_kk^2 per volume and axis k."""
+        return self.tetragonal_modulus_mpa - self.c44_mpa
 
     @property
     def lame_mpa(self) -> float:
-        """First Lame parameter lambda = K - 2/3 mu of the nearest isotropic stiffness [MPa]."""
-        return self.bulk_modulus_mpa - 2 / 3 * self.shear_modulus_mpa
+        """First Lame parameter lambda = K - 2/3 mu - 2/3 beta of the cell pressure [MPa]; equals C12."""
+        return self.bulk_modulus_mpa - 2 / 3 * self.tetragonal_modulus_mpa
 
     @property
     def anisotropy(self) -> float:
-        """Zener ratio C44 / ((C11 - C12)/2): 1 is isotropic; the lattice drops the difference."""
+        """Zener ratio C44 / ((C11 - C12)/2): 1 is isotropic."""
         return self.c44_mpa / self.tetragonal_modulus_mpa
 
 
-@lru_cache(maxsize=64)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellFields:
+    """Solution of the cell problem on the eighth of a unit cell that is nearest to the origin."""
+
+    stiffness: CellStiffness
+    planes: Array
+    """Node planes along each half edge, from the middle of the wall to the middle of the infill, in units of the
+    pitch, shape (subcells + 1,)."""
+    half_wall: float
+    """Where the wall ends, in units of the pitch; 0 without walls, 1/2 without infill."""
+    axial: Array
+    """Fluctuation for the mean strain xx = 1 in units of the pitch, shape (n, n, n, 3) over z, y, x."""
+    shear: Array
+    """Fluctuation for the mean strain 2 xy = 1, same shape."""
+
+
 def effective_stiffness(
     *, body: tuple[float, float], infill: tuple[float, float], infill_share: float, subcells: int = SUBCELLS
 ) -> CellStiffness:
+    """Effective stiffness of a cell; see `cell_fields`, which caches it."""
+    return cell_fields(body=body, infill=infill, infill_share=infill_share, subcells=subcells).stiffness
+
+
+@lru_cache(maxsize=64)
+def cell_fields(
+    *, body: tuple[float, float], infill: tuple[float, float], infill_share: float, subcells: int = SUBCELLS
+) -> CellFields:
     """Solves the periodic cell problem; cached by its numbers.
 
     Args:
         body: Shear and bulk modulus of the walls [MPa].
         infill: Shear and bulk modulus of the cube [MPa].
         infill_share: Volume share of the cube, in 0..1.
-        subcells: Sub-cells along each edge; the material boundary always falls between two.
+        subcells: Sub-cells along each half edge, at least 2; the material boundary always falls between two.
 
     Returns:
-        The three cubic constants.
+        The three cubic constants and the displacement inside the cell.
     """
-    edges, is_infill = _subdivide(infill_share, subcells)
-    shear = np.where(is_infill, infill[0], body[0])
-    bulk = np.where(is_infill, infill[1], body[1])
-    numbers = _periodic_numbers(subcells)
-    matrices, loads, energies = _element_matrices(edges, shear, bulk)
-    dofs = (3 * numbers[:, :, None] + np.arange(3)).reshape(-1, 24)
-    size = 3 * subcells**3
-    stiffness = sp.csc_matrix(
-        (matrices.ravel(), (np.repeat(dofs, 24, 1).ravel(), np.tile(dofs, (1, 24)).ravel())), shape=(size, size)
+    planes, in_wall = _half_edge(infill_share, subcells)
+    k, j, i = (axis.ravel() for axis in np.indices((subcells,) * 3))
+    sizes = np.diff(planes)[np.stack([i, j, k], 1)]
+    is_infill = (i >= in_wall) & (j >= in_wall) & (k >= in_wall)
+    shear, bulk = np.where(is_infill, infill[0], body[0]), np.where(is_infill, infill[1], body[1])
+    matrices, loads, energies = _element_matrices(sizes, shear, bulk)
+    count = subcells + 1
+    nodes = np.stack([((k + c[2]) * count + j + c[1]) * count + i + c[0] for c in CORNERS], 1)
+    dofs = (3 * nodes[:, :, None] + np.arange(3)).reshape(-1, 24)
+    stiffness = sp.csr_matrix(
+        (matrices.ravel(), (np.repeat(dofs, 24, 1).ravel(), np.tile(dofs, (1, 24)).ravel())), shape=(3 * count**3,) * 2
     )
-    load = np.zeros((size, 3))
-    for case in range(3):
-        np.add.at(load[:, case], dofs.ravel(), loads[:, case].ravel())
-    fluctuation = np.zeros((size, 3))
-    fluctuation[3:] = splu(stiffness[3:, 3:].tocsc()).solve(-load[3:])  # one node held against translation
-    gram = energies + load.T @ fluctuation
-    return CellStiffness(c11_mpa=float(gram[0, 0]), c12_mpa=float(gram[0, 1]), c44_mpa=float(gram[2, 2]))
-
-
-def _subdivide(share: float, count: int) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Edges of the sub-cells, shape (count^3, 3), and which are infill; the cube fills the low corner (periodic)."""
-    side = float(share) ** (1 / 3)
-    inside = int(np.clip(round(side * count), 1, count - 1)) if 0 < side < 1 else count * int(side > 0)
-    steps = np.concatenate(
-        [
-            np.full(inside, side / max(inside, 1)),
-            np.full(count - inside, (1 - side) / max(count - inside, 1)),
-        ]
+    load = np.stack([np.bincount(dofs.ravel(), loads[:, case].ravel(), 3 * count**3) for case in range(3)], 1)
+    axial, sheared = (
+        _fluctuation(stiffness, load[:, case], _moving(count, sign)) for case, sign in ((XX, False), (XY, True))
     )
-    k, j, i = (axis.ravel() for axis in np.indices((count,) * 3))
-    edges = np.stack([steps[i], steps[j], steps[k]], 1)
-    return edges, np.asarray((i < inside) & (j < inside) & (k < inside))
-
-
-def _periodic_numbers(count: int) -> npt.NDArray[np.int64]:
-    """Corner nodes of each sub-cell with opposite faces identified, shape (count^3, 8)."""
-    k, j, i = (axis.ravel() for axis in np.indices((count,) * 3))
-    return np.stack(
-        [((k + c[2]) % count * count + (j + c[1]) % count) * count + (i + c[0]) % count for c in CORNERS], 1
+    c11 = energies[XX, XX] + load[:, XX] @ axial
+    c12 = energies[XX, YY] + load[:, YY] @ axial
+    c44 = energies[XY, XY] + load[:, XY] @ sheared
+    shape = (count,) * 3 + (3,)
+    return CellFields(
+        stiffness=CellStiffness(c11_mpa=8 * float(c11), c12_mpa=8 * float(c12), c44_mpa=8 * float(c44)),
+        planes=planes,
+        half_wall=float(planes[in_wall]),
+        axial=axial.reshape(shape),
+        shear=sheared.reshape(shape),
     )
+
+
+def _half_edge(share: float, count: int) -> tuple[Array, int]:
+    """Node planes from the middle of the wall to that of the infill, and how many sub-cells lie in the wall."""
+    half_infill = float(share) ** (1 / 3) / 2
+    in_wall = max(1, round(WALL_SHARE * count)) if 0 < share < 1 else count * int(share <= 0)
+    wall = (0.5 - half_infill) * (1 - np.linspace(1, 0, in_wall + 1) ** WALL_GRADING)
+    infill = 0.5 - half_infill * (1 - np.linspace(0, 1, count - in_wall + 1) ** INFILL_GRADING)
+    return np.concatenate([wall[:-1], infill]), in_wall
+
+
+def _moving(count: int, antisymmetric: bool) -> npt.NDArray[np.bool_]:
+    """Which displacements of the eighth's nodes are free, shape (3 nodes,).
+
+    Args:
+        count: Nodes along each half edge.
+        antisymmetric: Whether the mirrors across x and y change the sign (mean strain xy) or none does (xx).
+    """
+    index = np.stack(np.indices((count,) * 3)[::-1], -1).reshape(-1, 3)
+    on_plane = (index == 0) | (index == count - 1)  # (nodes, axis)
+    moving = np.ones((len(index), 3), bool)
+    for axis in range(3):
+        flips = antisymmetric and axis < 2  # noqa: PLR2004 -- x and y
+        held = [other for other in range(3) if (other != axis) == flips]
+        moving[np.ix_(on_plane[:, axis], held)] = False
+    return moving.ravel()
+
+
+def _fluctuation(stiffness: sp.csr_matrix, load: Array, moving: npt.NDArray[np.bool_]) -> Array:
+    solution = np.zeros(len(load))
+    solution[moving] = splu(stiffness[moving][:, moving].tocsc(), permc_spec="MMD_AT_PLUS_A").solve(-load[moving])
+    return solution
 
 
 MACRO_STRAINS = np.array([[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 0, 0, 0, 1]], float)
 """Mean strains xx, yy and (engineering) xy in the order xx, yy, zz, yz, xz, xy."""
+XX, YY, XY = range(3)
 DEVIATOR = np.diag([2, 2, 2, 1, 1, 1.0]) - np.pad(np.full((3, 3), 2 / 3), (0, 3))
 """Isotropic stiffness of unit shear and no bulk modulus, engineering shear strains."""
 

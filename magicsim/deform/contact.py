@@ -1,30 +1,63 @@
-"""Rigid, frictionless contact of an object with the contact face, by an augmented Lagrangian.
+"""Rigid contact of an object with the contact face: an augmented Lagrangian, and Coulomb friction by return mapping.
 
 Contact is tested on the points of `face`; the sides of the block are never in contact. With gap d (signed distance
-to the object), multiplier m and penalty e the traction is t = max(0, m - e d) along the object's outward normal; a
-multiplier update m <- t lowers the penetration without a stiffer matrix (Simo and Laursen 1992).
+to the object), multiplier m and penalty e the pressure is p = max(0, m - e d) along the object's outward normal; a
+multiplier update m <- p lowers the penetration without a stiffer matrix (Simo and Laursen 1992).
+
+Friction holds a point at an anchor that moves with the object: the trial traction is -e_t times the tangential part s
+of its distance from the anchor, and where that exceeds the limit r = mu p it is cut to r (slip) and the anchor is
+dragged along. While an iteration runs, r is frozen at the pressure it started from (the symmetrised algorithm of
+Laursen and Simo 1993): the problem then has a potential, so its matrix stays symmetric and a merit can be followed.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.face import ContactFace
+from magicsim.deform.face import ContactFace, scatter
 from magicsim.deform.pattern import BlockPattern
 from magicsim.geometry.indenter import Indenter
 
 Array = npt.NDArray[np.float64]
+Surface = Callable[[Array], tuple[Array, Array]]
+"""Signed distance, shape (count,) [mm], and outward normal, shape (count, 3), at points of shape (count, 3) [mm]."""
 CURVATURE_STEP_MM = 1e-4
 """Step of the finite differences of the object's normal."""
 AXIS_LIMIT = 0.9
 """Normals nearer to the x axis than this take y as the helper for their tangents."""
+TINY = 1e-300
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactLaw:
+    """Numbers of the contact that do not change along a path."""
+
+    penalty: float
+    """Stiffness along the normal [N/mm3]."""
+    slip_penalty: float
+    """Stiffness of a sticking point against tangential motion [N/mm3]: its elastic slip is traction over this."""
+    friction: float
+    """Coulomb's coefficient; 0 is frictionless."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactMemory:
+    """What contact knows beside the present positions."""
+
+    multipliers_mpa: Array
+    """Augmented Lagrangian multipliers, shape (points,) [MPa]."""
+    anchors_mm: Array
+    """Where friction holds each point, in the sensor's frame, shape (points, 3) [mm]."""
+    limit_mpa: Array
+    """Frozen limit of the tangential traction, shape (points,) [MPa]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactState:
-    """What the object does to the face at given positions and multipliers."""
+    """What the object does to the face at given positions and memory."""
 
     points_mm: Array
     """Positions of the quadrature points, shape (points, 3) [mm]."""
@@ -32,10 +65,12 @@ class ContactState:
     """Signed distance to the object, shape (points,) [mm]."""
     normal: Array
     """The object's outward normal, shape (points, 3)."""
-    traction_mpa: Array
+    pressure_mpa: Array
     """Pressure per rest area, non-negative, shape (points,) [MPa]."""
+    shear_mpa: Array
+    """Tangential traction per rest area, shape (points, 3) [MPa]."""
     energy_mj: float
-    """Augmented contact energy, up to a constant [N mm]."""
+    """Augmented contact energy with the frozen friction limit, up to a constant [N mm]."""
     node_force_n: Array
     """Force of the object on the nodes, shape (nodes, 3) [N]."""
 
@@ -44,32 +79,50 @@ class ContactState:
         """Deepest point inside the object [mm]."""
         return max(0.0, -float(self.gap_mm.min()))
 
+    @property
+    def misfit_mm(self) -> float:
+        """Deepest point inside the object, or widest gap under pressure (a multiplier that is out of date) [mm]."""
+        return max(self.max_penetration_mm, float(self.gap_mm[self.pressure_mpa > 0].max(initial=0.0)))
+
+    def traction_mpa(self) -> Array:
+        """Traction of the object on the face per rest area, shape (points, 3) [MPa]."""
+        return np.asarray(self.pressure_mpa[:, None] * self.normal + self.shear_mpa)
+
 
 def evaluate_contact(
-    face: ContactFace, nodes: Array, indenter: Indenter, multipliers: Array, penalty: float
+    face: ContactFace, nodes: Array, surface: Surface, memory: ContactMemory, law: ContactLaw
 ) -> ContactState:
     """Gaps, tractions and nodal forces.
 
     Args:
         face: The quadrature points.
         nodes: Node positions, shape (nodes, 3) [mm].
-        indenter: The object in its pose.
-        multipliers: Augmented Lagrangian multipliers, shape (points,) [MPa].
-        penalty: Stiffness [N/mm3].
+        surface: The object in its pose.
+        memory: Multipliers, anchors and friction limits.
+        law: Penalties and friction.
     """
     points = face.positions(nodes)
-    gap, normal = indenter.distance(points)
-    traction = np.maximum(0.0, multipliers - penalty * gap)
+    gap, normal = surface(points)
+    pressure = np.maximum(0.0, memory.multipliers_mpa - law.penalty * gap)
+    shear = np.zeros_like(points)
+    energy = float(face.area_mm2 @ pressure**2) / (2 * law.penalty)
+    touching = np.flatnonzero(pressure > 0)
+    if law.friction > 0 and len(touching) > 0:
+        slip, size = _slip(points[touching], memory.anchors_mm[touching], normal[touching])
+        limit = memory.limit_mpa[touching]
+        traction = np.minimum(law.slip_penalty * size, limit)
+        shear[touching] = -(traction / np.maximum(size, TINY))[:, None] * slip
+        energy += float(face.area_mm2[touching] @ (traction * size - traction**2 / (2 * law.slip_penalty)))
     force = np.zeros_like(nodes)
-    touching = np.flatnonzero(traction > 0)
-    corner_force = (face.area_mm2 * traction)[touching, None, None] * face.shape[touching][:, :, None]
-    np.add.at(force, face.patches[face.facet[touching]], corner_force * normal[touching][:, None, :])
+    vectors = face.area_mm2[touching, None] * (pressure[touching, None] * normal[touching] + shear[touching])
+    scatter(face.shape, face.facet, face.patches, touching, vectors, force)
     return ContactState(
         points_mm=points,
         gap_mm=gap,
         normal=normal,
-        traction_mpa=traction,
-        energy_mj=float(face.area_mm2 @ traction**2) / (2 * penalty),
+        pressure_mpa=pressure,
+        shear_mpa=shear,
+        energy_mj=energy,
         node_force_n=force,
     )
 
@@ -78,45 +131,103 @@ def add_contact_stiffness(
     values: Array,
     face: ContactFace,
     state: ContactState,
-    indenter: Indenter,
+    surface: Surface,
+    memory: ContactMemory,
+    law: ContactLaw,
     pattern: BlockPattern,
     *,
-    penalty: float,
     curvature_limit: float,
 ) -> None:
-    """Adds the contact's Hessian to the entries of an upper triangle, in place.
+    """Adds the contact's Hessian, friction limits frozen, to the entries of an upper triangle, in place.
 
     Args:
         values: Entries in the pattern's order, changed.
         face: The quadrature points.
         state: From `evaluate_contact`.
-        indenter: The object in its pose.
+        surface: The object in its pose.
+        memory: Multipliers, anchors and friction limits.
+        law: Penalties and friction.
         pattern: Where the entries go.
-        penalty: Stiffness [N/mm3].
-        curvature_limit: Largest traction times curvature that is taken into account [N/mm3]; below, convergence is
+        curvature_limit: Largest pressure times curvature that is taken into account [N/mm3]; below, convergence is
             quadratic; sharp edges and tractions far from equilibrium would only make the matrix indefinite.
     """
-    touching = np.flatnonzero(state.traction_mpa > 0)
+    touching = np.flatnonzero(state.pressure_mpa > 0)
     if len(touching) == 0:
         return
-    normal, traction = state.normal[touching], state.traction_mpa[touching]
-    curvature = _normal_gradient(indenter, state.points_mm[touching], normal)
+    normal, pressure = state.normal[touching], state.pressure_mpa[touching]
+    curvature = _normal_gradient(surface, state.points_mm[touching], normal)
     size = np.linalg.norm(curvature, axis=(1, 2))
-    scale = np.minimum(traction, curvature_limit / np.maximum(size, 1e-12))
-    local = penalty * normal[:, :, None] * normal[:, None, :] - scale[:, None, None] * curvature
+    scale = np.minimum(pressure, curvature_limit / np.maximum(size, 1e-12))
+    local = law.penalty * normal[:, :, None] * normal[:, None, :] - scale[:, None, None] * curvature
+    if law.friction > 0:
+        local += _friction_stiffness(state.points_mm[touching], normal, memory, law, touching)
     local *= face.area_mm2[touching][:, None, None]
     facet = face.facet[touching]
-    _scatter(local, face.shape[touching], facet, face.patches, pattern.indptr, pattern.patch_blocks, values)
+    _scatter_blocks(local, face.shape[touching], facet, face.patches, pattern.indptr, pattern.patch_blocks, values)
 
 
-def _normal_gradient(indenter: Indenter, points: Array, normal: Array) -> Array:
+def slip_mismatch(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> float:
+    """Difference between the frozen friction limits and mu times the pressure, over all of the contact force."""
+    total = float(face.area_mm2 @ state.pressure_mpa)
+    if law.friction == 0 or total == 0:
+        return 0.0
+    touching = state.pressure_mpa > 0
+    difference = np.abs(memory.limit_mpa / law.friction - state.pressure_mpa)[touching]
+    return float(face.area_mm2[touching] @ difference) / total
+
+
+def dragged_anchors(state: ContactState, law: ContactLaw) -> Array:
+    """Anchors after a converged step: a slipping point drags its own, a free point has it at itself, (points, 3)."""
+    return np.asarray(state.points_mm + state.shear_mpa / law.slip_penalty)
+
+
+def moved_surface(indenter: Indenter, before: Indenter) -> Surface:
+    """The object's surface as it stood before a motion, carried along by it to first order.
+
+    Points keep the side on which they were: a motion longer than a tip is wide would otherwise leave them nearest to
+    the far side. It predicts where the contact goes; the equilibrium itself is found on the true surface.
+
+    Args:
+        indenter: The object in its new pose.
+        before: The object in the pose of the last equilibrium.
+    """
+
+    def surface(points: Array) -> tuple[Array, Array]:
+        gap, normal = before.distance(points)
+        motion = indenter.pose.to_sensor(before.pose.to_object(points)) - points
+        return gap - np.einsum("qi,qi->q", normal, motion), normal
+
+    return surface
+
+
+def _slip(points: Array, anchors: Array, normal: Array) -> tuple[Array, Array]:
+    """Tangential offset from the anchors, shape (count, 3) [mm], and its length, shape (count,) [mm]."""
+    offset = points - anchors
+    slip = offset - np.einsum("qi,qi->q", offset, normal)[:, None] * normal
+    return slip, np.linalg.norm(slip, axis=1)
+
+
+def _friction_stiffness(
+    points: Array, normal: Array, memory: ContactMemory, law: ContactLaw, touching: npt.NDArray[np.int64]
+) -> Array:
+    slip, size = _slip(points, memory.anchors_mm[touching], normal)
+    limit = memory.limit_mpa[touching]
+    tangent = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    slides = law.slip_penalty * size > limit
+    along = np.where(slides, 1 / np.maximum(size, TINY), 0.0)[:, None] * slip
+    tangent -= along[:, :, None] * along[:, None, :]
+    stiffness = np.where(slides, limit / np.maximum(size, TINY), law.slip_penalty)
+    return np.asarray(stiffness[:, None, None] * tangent)
+
+
+def _normal_gradient(surface: Surface, points: Array, normal: Array) -> Array:
     """Symmetric gradient of the normal across itself, shape (count, 3, 3) [1/mm], by forward differences."""
     helper = np.where(np.abs(normal[:, :1]) < AXIS_LIMIT, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]))
     first = np.cross(normal, helper)
     first /= np.linalg.norm(first, axis=1)[:, None]
     gradient = np.zeros((len(points), 3, 3))
     for tangent in (first, np.cross(normal, first)):
-        moved = indenter.distance(points + CURVATURE_STEP_MM * tangent)[1]
+        moved = surface(points + CURVATURE_STEP_MM * tangent)[1]
         change = (moved - normal) / CURVATURE_STEP_MM
         gradient += change[:, :, None] * tangent[:, None, :]
     projector = np.eye(3) - normal[:, :, None] * normal[:, None, :]
@@ -125,7 +236,7 @@ def _normal_gradient(indenter: Indenter, points: Array, normal: Array) -> Array:
 
 
 @nb.njit(cache=True)
-def _scatter(local, shape, facet, patches, indptr, blocks, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _scatter_blocks(local, shape, facet, patches, indptr, blocks, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     for q in range(len(facet)):
         cell = facet[q]
         for a in range(patches.shape[1]):

@@ -6,8 +6,9 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.face import contact_face
+from magicsim.deform.face import ContactFace, contact_face
 from magicsim.deform.lattice import Lattice
+from magicsim.deform.relaxation import RelaxationState
 from magicsim.geometry.pose import Pose
 
 Array = npt.NDArray[np.float64]
@@ -25,10 +26,18 @@ class Deformation:
     """Contact multipliers of the next warm start, shape (points,) [MPa]."""
     contact_points_mm: Array
     """Deformed quadrature points of the contact face, shape (points, 3) [mm]."""
-    contact_traction_mpa: Array
+    anchors_mm: Array
+    """Where friction holds them, in the object's frame, shape (points, 3) [mm]."""
+    contact_pressure_mpa: Array
     """Contact pressure per rest area at them, zero where nothing touches, shape (points,) [MPa]."""
+    contact_traction_mpa: Array
+    """Traction of the object per rest area at them, pressure and friction, shape (points, 3) [MPa]."""
+    is_slipping: npt.NDArray[np.bool_]
+    """Which of them touch and slide, their friction at its limit, shape (points,); none without friction."""
     contact_gap_mm: Array
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
+    relaxation: RelaxationState | None
+    """What a rate-dependent body remembers; None in the long term."""
     pose: Pose | None
     """The object's pose; None when it cannot touch."""
     force_n: Array
@@ -45,6 +54,12 @@ class Deformation:
     """|contact force + reaction of the bonded face| / |contact force|; 0 without contact."""
     iterations: int
     """Newton iterations of this solve, cut-backs included."""
+    cutbacks: int
+    """Load steps of this solve that were halved."""
+    restarts: int
+    """Whether this solve was begun again from rest with shorter steps (1) or not (0)."""
+    shifted: int
+    """Iterations whose matrix needed a shift to be positive definite."""
     unknowns: int
     """Displacement unknowns."""
     converged: bool
@@ -56,16 +71,20 @@ class Deformation:
         return self.pose is None
 
     @classmethod
-    def rest(cls, lattice: Lattice) -> Self:
-        """The undeformed lattice."""
-        points = contact_face(lattice).positions(lattice.nodes_mm)
+    def rest(cls, lattice: Lattice, face: ContactFace | None = None) -> Self:
+        """The undeformed lattice, with the default contact points where no others are given."""
+        points = (face or contact_face(lattice)).positions(lattice.nodes_mm)
         return cls(
             displacements_mm=np.zeros_like(lattice.nodes_mm),
             pressure_mpa=np.zeros(len(lattice.cells)),
             multipliers_mpa=np.zeros(len(points)),
             contact_points_mm=points,
-            contact_traction_mpa=np.zeros(len(points)),
+            anchors_mm=points,
+            contact_pressure_mpa=np.zeros(len(points)),
+            contact_traction_mpa=np.zeros_like(points),
+            is_slipping=np.zeros(len(points), bool),
             contact_gap_mm=np.full(len(points), np.inf),
+            relaxation=None,
             pose=None,
             force_n=np.zeros(3),
             torque_nmm=np.zeros(3),
@@ -74,6 +93,9 @@ class Deformation:
             min_jacobian=1.0,
             force_balance=0.0,
             iterations=0,
+            cutbacks=0,
+            restarts=0,
+            shifted=0,
             unknowns=3 * lattice.free_nodes,
             converged=True,
         )

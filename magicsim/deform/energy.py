@@ -1,13 +1,14 @@
-"""Energy, gradient and Hessian of the lattice: numba kernels over box cells.
+"""Energy, gradient and Hessian of the lattice: numba kernels over its cells.
 
-    W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2
+    W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2 + walls
 
-The springs have no rest length, J is the Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the
-exact trilinear volume over V0 (the Jacobian is quadratic in each coordinate, so two points a direction integrate
-it). The pressure term is no stabiliser: a Gaussian network alone has no elastic constants and would collapse. For
-affine motion W is the compressible neo-Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood
-2008, 6.4.3, with that volume term). Below J = 0.1 the logarithm goes on as a parabola with the same value, slope
-and curvature, so that W stays finite for trial states.
+The network springs have no rest length (the structural springs of printed walls, in `walls`, have one). J is the
+Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the exact trilinear volume over V0 (the Jacobian is
+quadratic in each coordinate, so two points a direction integrate it). The pressure term is no stabiliser: a Gaussian
+network alone has no elastic constants and would collapse. For affine motion and no walls W is the compressible neo-
+Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood 2008, 6.4.3, with that volume term). Below
+J = 0.1 the logarithm goes on as a parabola with the same value, slope and curvature, so that W stays finite for trial
+states.
 """
 
 # ruff: noqa: ANN001, ANN202 -- numba infers the types of the kernels.
@@ -18,14 +19,18 @@ import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.hexahedron import GAUSS_GRADIENTS
+from magicsim.deform.hexahedron import CORNERS, EDGES, GAUSS_GRADIENTS, gauss_geometry
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.pattern import BlockPattern
-from magicsim.deform.springs import spring_matrices
+from magicsim.deform.springs import network_matrices, spring_matrices
+from magicsim.deform.walls import add_wall_stiffness, add_walls
 
 Array = npt.NDArray[np.float64]
 LOG_LIMIT = 0.1
 """Jacobian below which -ln J is continued as a parabola."""
+TINY = 1e-300
+BOX_SLACK_MM = 1e-9
+"""Largest deviation of a corner in a cell that counts as a box [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +38,7 @@ class ElasticState:
     """What the lattice's energy is at given positions."""
 
     energy_mj: float
-    """Springs and logarithm, without the volume term, zero at rest [N mm]."""
+    """Springs, logarithm and walls, without the volume term, zero at rest [N mm]."""
     gradient: Array
     """Of the whole energy, the volume term included, shape (nodes, 3) [N]."""
     jacobian: Array
@@ -50,15 +55,42 @@ class Elasticity:
 
     lattice: Lattice
     volumes: Array
-    """Rest volume, shape (cells,) [mm3]."""
+    """Rest volume of each cell, shape (cells,) [mm3]."""
+    inverse: Array
+    """Inverse Jacobian of the rest map at the Gauss points, shape (cells, 8, 3, 3) [1/mm]."""
+    weights: Array
+    """Rest volume of each Gauss point, shape (cells, 8) [mm3]."""
     springs: Array
-    """Spring Laplacian, shape (cells, 8, 8) [N/mm]."""
+    """Laplacian of the network springs, shape (cells, 8, 8) [N/mm]."""
+    log_modulus_mpa: Array
+    """Factor of -ln J: the shear modulus, shape (cells,) [MPa]."""
+    walls: Array
+    """Stiffness beta V / 4 of the structural springs of each cell, shape (cells,) [N mm]."""
+    wall_ratio: Array
+    """mu / 2 beta of each cell, see `walls`, shape (cells,)."""
+    edges_mm: Array
+    """Rest length of the edges, shape (cells, 12) [mm]."""
 
     @classmethod
     def of(cls, lattice: Lattice) -> "Elasticity":
         """Prepares a lattice."""
+        corners = lattice.nodes_mm[lattice.cells]
+        inverse, weights = gauss_geometry(corners)
         springs = spring_matrices(lattice.sizes_mm, lattice.shear_modulus_mpa)
-        return cls(lattice=lattice, volumes=lattice.volumes_mm3, springs=springs)
+        bent = ~_are_boxes(corners, lattice.sizes_mm)
+        springs[bent] = network_matrices(inverse[bent], weights[bent], lattice.shear_modulus_mpa[bent])
+        volumes = weights.sum(1)
+        return cls(
+            lattice=lattice,
+            volumes=volumes,
+            inverse=inverse,
+            weights=weights,
+            springs=springs,
+            log_modulus_mpa=lattice.shear_modulus_mpa,
+            walls=lattice.wall_modulus_mpa * volumes / 4,
+            wall_ratio=lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY),
+            edges_mm=np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2),
+        )
 
     def evaluate(self, positions: Array) -> ElasticState:
         """Energy, gradient and Jacobians.
@@ -71,8 +103,9 @@ class Elasticity:
         energy, jacobian, volume_gradient = np.empty(count), np.empty(count), np.empty((count, 24))
         gradient = np.zeros_like(positions)
         smallest = _evaluate(
-            positions, lattice.cells, GAUSS_GRADIENTS, lattice.sizes_mm, self.volumes, lattice.shear_modulus_mpa,
-            lattice.lame_mpa, self.springs, energy, jacobian, volume_gradient, gradient,
+            positions, lattice.cells, GAUSS_GRADIENTS, EDGES, self.inverse, self.weights, self.log_modulus_mpa,
+            lattice.lame_mpa, self.springs, self.walls, self.wall_ratio, self.edges_mm,
+            energy, jacobian, volume_gradient, gradient,
         )  # fmt: skip
         return ElasticState(
             energy_mj=float(energy.sum()),
@@ -100,11 +133,17 @@ class Elasticity:
         lattice = self.lattice
         values = np.zeros(pattern.entries)
         _fill_hessian(
-            positions, lattice.cells, GAUSS_GRADIENTS, lattice.sizes_mm, self.volumes, lattice.shear_modulus_mpa,
-            lattice.lame_mpa / self.volumes, pressure, self.springs * (1 + shift), volume_gradient,
-            pattern.indptr, pattern.blocks, values,
+            positions, lattice.cells, GAUSS_GRADIENTS, EDGES, self.inverse, self.weights, self.log_modulus_mpa,
+            lattice.lame_mpa / self.volumes, pressure, self.springs * (1 + shift), self.walls, self.wall_ratio,
+            self.edges_mm, volume_gradient, pattern.indptr, pattern.blocks, values,
         )  # fmt: skip
         return values
+
+
+def _are_boxes(corners_mm: Array, sizes_mm: Array) -> npt.NDArray[np.bool_]:
+    """Whether cells are boxes along the axes, of the sizes said, shape (cells,)."""
+    offset = corners_mm - corners_mm[:, :1] - CORNERS * sizes_mm[:, None]
+    return np.asarray((np.abs(offset) < BOX_SLACK_MM).all((1, 2)))
 
 
 @nb.njit(cache=True, error_model="numpy")
@@ -120,14 +159,17 @@ def negative_log(jacobian: float) -> tuple[float, float, float]:
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _deformation(x, nodes, dn, size, f, cof):  # type: ignore[no-untyped-def]
-    """Deformation gradient and its cofactor at one Gauss point, in place; returns the Jacobian."""
+def _deformation(x, nodes, gauss, inverse, dn, f, cof):  # type: ignore[no-untyped-def]
+    """Rest gradients, deformation gradient and its cofactor at one Gauss point, in place; returns the Jacobian."""
+    for p in range(8):
+        for k in range(3):
+            dn[p, k] = gauss[p, 0] * inverse[0, k] + gauss[p, 1] * inverse[1, k] + gauss[p, 2] * inverse[2, k]
     for i in range(3):
         for k in range(3):
             total = 0.0
             for p in range(8):
                 total += x[nodes[p], i] * dn[p, k]
-            f[i, k] = total / size[k]
+            f[i, k] = total
     for i in range(3):
         a, b = (i + 1) % 3, (i + 2) % 3
         for k in range(3):
@@ -137,13 +179,16 @@ def _deformation(x, nodes, dn, size, f, cof):  # type: ignore[no-untyped-def]
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobian, volume_gradient, gradient):  # type: ignore[no-untyped-def]
+def _evaluate(  # type: ignore[no-untyped-def]
+    x, cells, gauss, edges, inverse, weights, mu, lame, springs, walls, rho, lengths, energy, jacobian, volume_gradient,
+    gradient,
+):  # fmt: skip
     smallest = np.inf
-    f, cof, own = np.empty((3, 3)), np.empty((3, 3)), np.empty((8, 3))
+    f, cof, own, dn = np.empty((3, 3)), np.empty((3, 3)), np.empty((8, 3)), np.empty((8, 3))
     for c in range(cells.shape[0]):
-        nodes, weight = cells[c], volumes[c] / 8
+        nodes = cells[c]
         volume_gradient[c] = 0.0
-        mean, total = 0.0, -1.5 * mu[c] * volumes[c]
+        mean, total, volume = 0.0, 0.0, 0.0
         for p in range(8):
             for i in range(3):
                 force = 0.0
@@ -152,21 +197,23 @@ def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobi
                 own[p, i] = force
                 total += 0.5 * force * x[nodes[p], i]
         for q in range(8):
-            j = _deformation(x, nodes, gauss[q], sizes[c], f, cof)
+            j = _deformation(x, nodes, gauss[q], inverse[c, q], dn, f, cof)
             if not j >= smallest:
                 smallest = j
             value, first, _ = negative_log(j)
-            mean += j / 8
-            total += mu[c] * weight * value
+            weight = weights[c, q]
+            volume += weight
+            mean += j * weight
+            total += mu[c] * weight * (value - 1.5)
             for p in range(8):
                 for i in range(3):
-                    g = 0.0
-                    for k in range(3):
-                        g += cof[i, k] * gauss[q, p, k] / sizes[c, k]
+                    g = cof[i, 0] * dn[p, 0] + cof[i, 1] * dn[p, 1] + cof[i, 2] * dn[p, 2]
                     own[p, i] += mu[c] * weight * first * g
                     volume_gradient[c, 3 * p + i] += weight * g
-        energy[c], jacobian[c] = total, mean
-        pressure = lame[c] * (mean - 1)
+        if walls[c] > 0:
+            total += add_walls(x, nodes, edges, lengths[c], walls[c], rho[c], own)
+        energy[c], jacobian[c] = total, mean / volume
+        pressure = lame[c] * (mean / volume - 1)
         for p in range(8):
             for i in range(3):
                 gradient[nodes[p], i] += own[p, i] + pressure * volume_gradient[c, 3 * p + i]
@@ -175,24 +222,13 @@ def _evaluate(x, cells, gauss, sizes, volumes, mu, lame, springs, energy, jacobi
 
 @nb.njit(cache=True, error_model="numpy")
 def _fill_hessian(  # type: ignore[no-untyped-def]  # noqa: PLR0912
-    x,
-    cells,
-    gauss,
-    sizes,
-    volumes,
-    mu,
-    stiffness,
-    pressure,
-    springs,
-    volume_gradient,
-    indptr,
-    blocks,
-    values,
-):
+    x, cells, gauss, edges, inverse, weights, mu, stiffness, pressure, springs, walls, rho, lengths, volume_gradient,
+    indptr, blocks, values,
+):  # fmt: skip
     f, cof, m = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     g, own, dn = np.empty(24), np.empty((24, 24)), np.empty((8, 3))
     for c in range(cells.shape[0]):
-        nodes, weight = cells[c], volumes[c] / 8
+        nodes = cells[c]
         for a in range(24):
             for b in range(24):
                 own[a, b] = stiffness[c] * volume_gradient[c, a] * volume_gradient[c, b]
@@ -200,12 +236,13 @@ def _fill_hessian(  # type: ignore[no-untyped-def]  # noqa: PLR0912
             for r in range(8):
                 for i in range(3):
                     own[3 * p + i, 3 * r + i] += springs[c, p, r]
+        if walls[c] > 0:
+            add_wall_stiffness(x, nodes, edges, lengths[c], walls[c], rho[c], own)
         for q in range(8):
-            j = _deformation(x, nodes, gauss[q], sizes[c], f, cof)
+            weight = weights[c, q]
+            j = _deformation(x, nodes, gauss[q], inverse[c, q], dn, f, cof)
             _, first, second = negative_log(j)
             for p in range(8):
-                for k in range(3):
-                    dn[p, k] = gauss[q, p, k] / sizes[c, k]
                 for i in range(3):
                     g[3 * p + i] = cof[i, 0] * dn[p, 0] + cof[i, 1] * dn[p, 1] + cof[i, 2] * dn[p, 2]
             outer, geometric = mu[c] * second * weight, (mu[c] * first + pressure[c]) * weight

@@ -1,8 +1,8 @@
 """Quadrature points of the contact face: where contact is tested, and how they follow the lattice's nodes.
 
 The face at rest is divided into facets, the rectangles of the lattice's plane z = 0. Points a facet: a regular
-grid of n x n midpoints with equal weights, n odd so that the centre is one of them, spaced by at most
-`POINT_SPACING_MM` and at least `MIN_POINTS`.
+grid of midpoints with equal weights, their number along an edge odd so that the centre is one of them and at least
+`MIN_POINTS`; where contact is expected they are close enough to find every feature of the object.
 
 Between nodes the displacement is interpolated by cubics through the four nearest planes of each direction, not
 bilinearly: a flat facet cuts into an object of curvature 1/R by spacing^2 / 8 R (0.03 mm at 1 mm and R = 4 mm), so
@@ -12,10 +12,12 @@ area. Forces go to the nodes with the same weights, so force and torque of the p
 
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.lattice import Lattice
+from magicsim.geometry.shapes import Shape
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -23,8 +25,17 @@ POINT_SPACING_MM = 0.35
 """Largest distance between neighbouring contact points at rest."""
 MIN_POINTS = 3
 """Fewest points along a facet's edge."""
+FINEST_SPACING_MM = 0.05
+"""Contact points are never closer."""
 STENCIL = 4
 """Planes that one coordinate is interpolated from."""
+ROUNDING = 1e-9
+"""Slack of a whole number of spacings."""
+
+
+def point_spacing_mm(shape: Shape) -> float:
+    """Distance of contact points that finds every feature of an object: half of the smallest one [mm]."""
+    return min(POINT_SPACING_MM, max(shape.feature_mm / 2, FINEST_SPACING_MM))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,10 +55,7 @@ class ContactFace:
 
     def positions(self, nodes: Array) -> Array:
         """Points from node positions, shape (points, 3) [mm]."""
-        local = nodes[self.patches]
-        count = len(self.facet) // len(self.patches)
-        shape = self.shape.reshape(len(self.patches), count, -1)
-        return np.asarray((shape @ local).reshape(-1, 3))
+        return np.asarray(gather(self.shape, self.facet, self.patches, nodes))
 
     def current_area_mm2(self, nodes: Array) -> Array:
         """Deformed area of each point, shape (points,) [mm2]."""
@@ -55,46 +63,107 @@ class ContactFace:
         return np.asarray(self.area_mm2 * np.linalg.norm(np.cross(tangents[0], tangents[1]), axis=1))
 
 
-def contact_face(lattice: Lattice) -> ContactFace:
-    """The quadrature points of a lattice's contact face."""
+def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM) -> ContactFace:
+    """The quadrature points of a lattice's contact face.
+
+    Args:
+        lattice: The block; where its zone ends, the points are as coarse as `MIN_POINTS` allows.
+        point_spacing_mm: Largest distance between neighbouring points where contact is expected [mm].
+    """
     x, y = lattice.planes_mm[:2]
-    largest = max(float(np.diff(x).max()), float(np.diff(y).max()))
-    count = max(MIN_POINTS, int(np.ceil(largest / POINT_SPACING_MM)) | 1)
-    first_x, shape_x, slope_x, width_x = _along(x, count)
-    first_y, shape_y, slope_y, width_y = _along(y, count)
-    offsets_x, offsets_y = np.arange(shape_x.shape[2]), np.arange(shape_y.shape[2])
-    rows = (first_y[:, None] + offsets_y)[:, None, :, None] * len(x)
-    columns = (first_x[:, None] + offsets_x)[None, :, None, :]
-    facets = len(first_x) * len(first_y)
+    zone = lattice.zone
+    along_x, along_y = (
+        _along(planes, _counts(planes, point_spacing_mm, (zone.low_mm[axis], zone.high_mm[axis]) if zone else None))
+        for axis, planes in enumerate((x, y))
+    )
+    rows = (along_y.first[:, None] + np.arange(along_y.shape.shape[1]))[:, None, :, None] * len(x)
+    columns = (along_x.first[:, None] + np.arange(along_x.shape.shape[1]))[None, :, None, :]
+    facets = len(along_x.first) * len(along_y.first)
+    facet = (along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]).ravel()
+    order = np.argsort(facet, kind="stable")
     return ContactFace(
         patches=(rows + columns).reshape(facets, -1).astype(np.int64),
-        facet=np.repeat(np.arange(facets), count**2),
-        shape=_product(shape_y, shape_x),
-        slopes=np.stack([_product(shape_y, slope_x), _product(slope_y, shape_x)], -1),
-        area_mm2=np.repeat(np.outer(width_y, width_x).ravel() / count**2, count**2),
+        facet=facet[order],
+        shape=_product(along_y.shape, along_x.shape)[order],
+        slopes=np.stack([_product(along_y.shape, along_x.slope), _product(along_y.slope, along_x.shape)], -1)[order],
+        area_mm2=np.outer(along_y.width_mm, along_x.width_mm).ravel()[order],
     )
 
 
-def _along(planes: Array, count: int) -> tuple[Index, Array, Array, Array]:
-    """First stencil plane of each interval, weights and slopes (intervals, points, stencil), interval widths."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Axis:
+    """Points along one axis of the face."""
+
+    first: Index
+    """First stencil plane of each interval, shape (intervals,)."""
+    interval: Index
+    """Interval of each point, shape (points,)."""
+    shape: Array
+    """Weights, shape (points, stencil)."""
+    slope: Array
+    """Their derivatives, shape (points, stencil) [1/mm]."""
+    width_mm: Array
+    """Length that each point stands for, shape (points,) [mm]."""
+
+
+def _counts(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -> Index:
+    """Points in each interval: odd, at most `spacing_mm` apart inside the zone."""
+    width = np.diff(planes)
+    count: Index = np.maximum(MIN_POINTS, np.ceil(width / spacing_mm - ROUNDING).astype(np.int64) | 1)
+    if zone is not None:
+        count[(planes[1:] < zone[0]) | (planes[:-1] > zone[1])] = MIN_POINTS
+    return count
+
+
+def _along(planes: Array, counts: Index) -> _Axis:
     size = min(STENCIL, len(planes))
     width = np.diff(planes)
     first = np.clip(np.arange(len(width)) - (size // 2 - 1), 0, len(planes) - size)
-    nodes = planes[first[:, None] + np.arange(size)][:, None, :]
-    points = (planes[:-1, None] + width[:, None] * (np.arange(count) + 0.5) / count)[:, :, None]
-    shape, slope = np.ones((len(width), count, size)), np.zeros((len(width), count, size))
+    interval = np.repeat(np.arange(len(width)), counts)
+    number = np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)
+    points = planes[interval] + width[interval] * (number + 0.5) / counts[interval]
+    nodes = planes[first[interval][:, None] + np.arange(size)]
+    shape, slope = np.ones((len(points), size)), np.zeros((len(points), size))
     for a in range(size):
         for b in range(size):
             if a == b:
                 continue
-            run = nodes[:, :, a] - nodes[:, :, b]
-            slope[:, :, a] = slope[:, :, a] * (points[:, :, 0] - nodes[:, :, b]) / run + shape[:, :, a] / run
-            shape[:, :, a] *= (points[:, :, 0] - nodes[:, :, b]) / run
-    return first.astype(np.int64), shape, slope, width
+            run = nodes[:, a] - nodes[:, b]
+            slope[:, a] = slope[:, a] * (points - nodes[:, b]) / run + shape[:, a] / run
+            shape[:, a] *= (points - nodes[:, b]) / run
+    return _Axis(
+        first=first.astype(np.int64),
+        interval=interval.astype(np.int64),
+        shape=shape,
+        slope=slope,
+        width_mm=(width / counts)[interval],
+    )
 
 
 def _product(along_y: Array, along_x: Array) -> Array:
     """Weights on the plane from weights along its axes, shape (points, nodes a patch)."""
-    weights = np.einsum("jqb,ipa->jiqpba", along_y, along_x)
-    points = len(along_y) * len(along_x) * along_y.shape[1] * along_x.shape[1]
-    return np.asarray(weights.reshape(points, -1))
+    weights = along_y[:, None, :, None] * along_x[None, :, None, :]
+    return np.asarray(weights.reshape(len(along_y) * len(along_x), -1))
+
+
+@nb.njit(cache=True)
+def gather(shape, facet, patches, nodes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Weighted sums of node vectors at the points, shape (points, 3)."""
+    points = np.zeros((len(facet), 3))
+    for q in range(len(facet)):
+        for a in range(patches.shape[1]):
+            node = patches[facet[q], a]
+            for i in range(3):
+                points[q, i] += shape[q, a] * nodes[node, i]
+    return points
+
+
+@nb.njit(cache=True)
+def scatter(shape, facet, patches, touching, vectors, total):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Adds vectors at some points, shape (touching, 3), to the nodes that move them, shape (nodes, 3), in place."""
+    for t in range(len(touching)):
+        q = touching[t]
+        for a in range(patches.shape[1]):
+            node = patches[facet[q], a]
+            for i in range(3):
+                total[node, i] += shape[q, a] * vectors[t, i]

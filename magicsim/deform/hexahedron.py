@@ -49,3 +49,19 @@ GAUSS_POINTS = _ABSCISSAE[CORNERS]
 """The 2 x 2 x 2 Gauss points on the unit cube, shape (8, 3); every weight is 1/8."""
 GAUSS_GRADIENTS = shape_gradients(GAUSS_POINTS)
 """Shape function gradients at the Gauss points, shape (8 points, 8 corners, 3)."""
+EDGES = np.array([[p, r] for p in range(8) for r in range(p + 1, 8) if abs(CORNERS[p] - CORNERS[r]).sum() == 1])
+"""Corners of the twelve edges, shape (12, 2)."""
+
+
+def gauss_geometry(corners_mm: Array) -> tuple[Array, Array]:
+    """How cells of any shape map from the unit cube, at the Gauss points.
+
+    Args:
+        corners_mm: Rest positions of the corners, shape (cells, 8, 3) [mm].
+
+    Returns:
+        Inverse of the map's Jacobian, shape (cells, 8 points, 3, 3) [1/mm]: a gradient on the unit cube times it is
+        the gradient at rest; and the volume of each point, shape (cells, 8) [mm3].
+    """
+    jacobian = np.einsum("cpi,qpk->cqik", corners_mm, GAUSS_GRADIENTS, optimize=True)
+    return np.linalg.inv(jacobian), np.linalg.det(jacobian) / 8

@@ -4,13 +4,14 @@ Nodes and cells are numbered with x fastest and z slowest: the contact face z = 
 z = height last.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.cell_problem import effective_stiffness
 from magicsim.deform.hexahedron import CORNERS
+from magicsim.deform.zone import MARGIN_SPACINGS, Zone, graded_planes
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid
 
@@ -32,10 +33,14 @@ class Lattice:
     """Edges of each cell, shape (cells, 3) [mm]."""
     shear_modulus_mpa: Array
     """Shear modulus mu of each cell, shape (cells,) [MPa]."""
+    wall_modulus_mpa: Array
+    """What the walls add along x, y and z (beta of `walls`), shape (cells,) [MPa]; 0 where a cell is isotropic."""
     lame_mpa: Array
     """First Lame parameter lambda of each cell, shape (cells,) [MPa]."""
     is_core: npt.NDArray[np.bool_]
     """Whether a cell's centre lies in the printed core, shape (cells,)."""
+    zone: Zone | None = None
+    """Where contact is expected and the planes are fine; None is everywhere."""
 
     @property
     def height_mm(self) -> float:
@@ -78,27 +83,37 @@ def box_lattice(planes_mm: tuple[Array, Array, Array], *, shear_modulus_mpa: flo
         cells=cells.astype(np.int64),
         sizes_mm=sizes,
         shear_modulus_mpa=np.full(len(cells), float(shear_modulus_mpa)),
+        wall_modulus_mpa=np.zeros(len(cells)),
         lame_mpa=np.full(len(cells), float(lame_mpa)),
         is_core=np.zeros(len(cells), bool),
     )
 
 
-def build_lattice(design: ElastomerDesign) -> Lattice:
+def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Lattice:
     """The lattice of a design: its planes, the body's stiffness in the skin, the effective stiffness in the core.
 
-    A core cell gets the stiffness of the periodic cell problem even where `lattice.spacing_mm` splits a printed cell:
-    the lattice then resolves the deformation better, not the wall.
+    A core cell gets the stiffness of the periodic cell problem even where `lattice.spacing_mm` splits a printed cell or
+    the grading joins several: the lattice then resolves the deformation better or worse, not the wall.
+
+    Args:
+        design: The block.
+        zone: Part of the contact face that can be touched: planes spread away from it by `lattice.growth`; None keeps
+            all planes.
 
     Raises:
         GeometryError: The grid does not fit the block.
     """
     grid = resolve_grid(design)
     body = design.materials.body
+    planes = _as_triple(lattice_planes(design, grid))
+    if zone is not None:
+        planes = _graded(planes, zone, design)
     lattice = box_lattice(
-        _as_triple(lattice_planes(design, grid)),
+        planes,
         shear_modulus_mpa=body.shear_modulus_mpa,
         lame_mpa=body.bulk_modulus_mpa - 2 / 3 * body.shear_modulus_mpa,
     )
+    lattice = replace(lattice, zone=zone)
     if grid is None or design.materials.infill is None:
         return lattice
     core = effective_stiffness(
@@ -107,15 +122,43 @@ def build_lattice(design: ElastomerDesign) -> Lattice:
         infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
     )
     is_core = _inside_core(lattice, grid)
-    return Lattice(
-        planes_mm=lattice.planes_mm,
-        nodes_mm=lattice.nodes_mm,
-        cells=lattice.cells,
-        sizes_mm=lattice.sizes_mm,
+    return replace(
+        lattice,
         shear_modulus_mpa=np.where(is_core, core.shear_modulus_mpa, lattice.shear_modulus_mpa),
+        wall_modulus_mpa=np.where(is_core, core.wall_modulus_mpa, 0.0),
         lame_mpa=np.where(is_core, core.lame_mpa, lattice.lame_mpa),
         is_core=is_core,
     )
+
+
+def jittered(lattice: Lattice, *, share: float, seed: int) -> Lattice:
+    """A lattice with its nodes moved at random, the block's faces kept plane.
+
+    Args:
+        lattice: Box cells.
+        share: Largest motion along each axis in units of the shorter neighbouring edge.
+        seed: Of the random motion.
+    """
+    moved = lattice.nodes_mm.copy()
+    rng = np.random.default_rng(seed)
+    for axis, planes in enumerate(lattice.planes_mm):
+        room = np.zeros(len(planes))
+        room[1:-1] = share * np.minimum(np.diff(planes)[:-1], np.diff(planes)[1:])
+        number = np.searchsorted(planes, lattice.nodes_mm[:, axis])
+        moved[:, axis] += room[number] * rng.uniform(-1, 1, len(moved))
+    return replace(lattice, nodes_mm=moved)
+
+
+def _graded(planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDesign) -> tuple[Array, Array, Array]:
+    growth, skin = design.lattice.growth, design.skin_mm
+    spacing = float(max(np.diff(planes[axis]).max() for axis in range(3)))
+    fine = zone.grown(MARGIN_SPACINGS * spacing)
+    sizes = (*design.footprint_mm, design.height_mm)
+    low = (fine.low_mm[0], fine.low_mm[1], 0.0)
+    high = (fine.high_mm[0], fine.high_mm[1], zone.radius_mm + MARGIN_SPACINGS * spacing)
+    faces = [planes[axis][0] + np.array([skin, sizes[axis] - skin] if design.has_grid else []) for axis in range(3)]
+    x, y, z = (graded_planes(planes[axis], low[axis], high[axis], growth, keep_mm=faces[axis]) for axis in range(3))
+    return x, y, z
 
 
 def _inside_core(lattice: Lattice, grid: CellGrid) -> npt.NDArray[np.bool_]:

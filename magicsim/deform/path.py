@@ -1,20 +1,28 @@
-"""Poses in sequence: warm starts, sub-steps, cut-backs, and the check that what comes out is valid."""
+"""Poses in sequence: warm starts, sub-steps, the fallbacks of a step that fails, and the check of what comes out.
+
+A load step starts with one iteration on the object's surface carried along from its last pose (see
+`contact.moved_surface`), so that the face follows the object before the true surface decides. A step that fails is
+halved, down to `SHORTEST`; when that fails too the path is begun again from rest with `RESTART_STEPS` as many steps.
+"""
 
 import logging
-from dataclasses import replace
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from magicsim.deform import newton
+from magicsim.deform.contact import ContactMemory, dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.energy import Elasticity
-from magicsim.deform.face import contact_face
+from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import quiet_openblas, symmetric_solver
-from magicsim.deform.newton import Iterate, NewtonOptions, Problem
+from magicsim.deform.newton import Iterate, IterationFigures, NewtonOptions, Problem
 from magicsim.deform.pattern import block_pattern
+from magicsim.deform.relaxation import Branches, Relaxation
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
@@ -23,55 +31,114 @@ Array = npt.NDArray[np.float64]
 LOGGER = logging.getLogger(__name__)
 MAX_BALANCE = 1e-6
 """Largest relative difference between contact force and reaction that is accepted."""
-
 TOUCHING_SHARE = 0.01
 """Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
+ROUNDING = 1e-9
+SHORTEST = 1 / 32
+"""Shortest load step in units of the first one."""
+SHORTEST_FEATURE_MM = 0.1
+"""Objects with smaller features do not shorten the load steps further [mm]."""
+RESTART_STEPS = 4
+"""Load steps of a path begun again in units of the first attempt's."""
+
+
+@dataclass(slots=True)
+class Effort:
+    """What a solve has cost so far."""
+
+    iterations: list[IterationFigures] = field(default_factory=list)
+    cutbacks: int = 0
+    """Load steps that were halved."""
+    restarts: int = 0
+    """Paths begun again from rest with shorter steps."""
+    last: Iterate | None = None
+    """Where the last load step ended."""
 
 
 class ContactSolver:
     """Solves one lattice for any sequence of objects and poses; keeps the factorisation's analysis."""
 
-    def __init__(self, lattice: Lattice, *, tolerance_mm: float = 0.002, max_step_mm: float = 0.5) -> None:
+    def __init__(
+        self,
+        lattice: Lattice,
+        *,
+        tolerance_mm: float = 0.002,
+        max_step_mm: float = 0.5,
+        friction: float = 0.0,
+        point_spacing_mm: float = POINT_SPACING_MM,
+        branches: Branches | None = None,
+    ) -> None:
         """Prepares a lattice.
 
         Args:
             lattice: The block.
             tolerance_mm: Largest penetration at any contact point [mm].
             max_step_mm: Longest motion of the object between two load steps [mm]; halved where a step fails.
+            friction: Coulomb's coefficient between object and face.
+            point_spacing_mm: Largest distance between contact points at rest [mm].
+            branches: Relaxation of a timed path; None is the quasi-static, long-term response.
         """
         self.lattice = lattice
         self.max_step_mm = max_step_mm
-        face = contact_face(lattice)
+        face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
         pattern = block_pattern(lattice, face.patches)
+        elasticity = Elasticity.of(lattice)
+        self._relaxation = Relaxation.of(elasticity, branches) if branches is not None else None
+        added = branches.shear_modulus_mpa.sum(0) if branches is not None else 0.0
         self._problem = Problem(
-            elasticity=Elasticity.of(lattice),
+            elasticity=elasticity,
+            shear_modulus_mpa=lattice.shear_modulus_mpa + added,
             face=face,
             pattern=pattern,
             solver=symmetric_solver(pattern.indptr, pattern.indices),
             options=NewtonOptions(tolerance_mm=tolerance_mm),
+            friction=friction,
         )
-        self._rest = Deformation.rest(lattice)
+        rest = Deformation.rest(lattice, face)
+        self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
 
-    def solve(self, indenter: Indenter, previous: Deformation | None = None) -> Deformation:
+    def solve(self, indenter: Indenter, previous: Deformation | None = None, *, dt_s: float = math.inf) -> Deformation:
         """Equilibrium with the object in a pose, reached from a previous one or from first contact.
 
         Args:
             indenter: The object in its pose.
             previous: Where the path stands; None starts from rest.
+            dt_s: Time since then, for a lattice with branches [s].
 
         Returns:
             A valid deformation; the rest state, without a solve, when the object touches no point of the undeformed
-            face.
+            face (a dent that would still recover there is left out).
 
         Raises:
-            ConvergenceError: No valid equilibrium was found; the message has the figures.
+            ConvergenceError: No valid equilibrium was found; the message has the figures, `history` every iteration.
         """
         if not self.can_touch(indenter):
             return self._rest
-        start = previous if previous is not None and previous.pose is not None else None
-        first = start.pose if start is not None and start.pose is not None else _first_contact(indenter)
+        start = previous if previous is not None and previous.pose is not None else self._rest
+        problem, effort = self._timed(start, dt_s), Effort()
         with quiet_openblas():
-            return self._follow_path(indenter, first, start or self._rest)
+            state = self._follow_path(problem, indenter, start, effort, fineness=1)
+            if state is None and self._forgets_its_path:
+                effort.restarts += 1
+                state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
+        if state is None:
+            raise ConvergenceError(_report(problem, effort), history=tuple(effort.iterations))
+        if self._relaxation is None or start.relaxation is None:
+            return state
+        positions = self.lattice.nodes_mm + state.displacements_mm
+        return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
+
+    @property
+    def _forgets_its_path(self) -> bool:
+        """Whether the equilibrium does not depend on how it was reached, so that it may be sought from rest."""
+        return self._problem.friction == 0 and self._relaxation is None
+
+    def _timed(self, start: Deformation, dt_s: float) -> Problem:
+        """The problem of one time step: the branches make it another elastic one."""
+        if self._relaxation is None or start.relaxation is None:
+            return self._problem
+        elasticity = self._relaxation.timed_elasticity(start.relaxation, dt_s=dt_s)
+        return replace(self._problem, elasticity=elasticity)
 
     def can_touch(self, indenter: Indenter) -> bool:
         """Whether any point of the undeformed contact face lies inside the object."""
@@ -79,60 +146,95 @@ class ContactSolver:
             return False
         return bool((indenter.distance(self._rest.contact_points_mm)[0] < 0).any())
 
-    def _follow_path(self, indenter: Indenter, first: Pose, start: Deformation) -> Deformation:
-        touching = start.contact_points_mm[start.contact_traction_mpa > 0] - first.position_mm
+    def force_within_n(self, state: Deformation, centre_mm: tuple[float, float], radius_mm: float) -> Array:
+        """Force on the points of the face that lie, deformed, within a distance of a vertical axis, shape (3,) [N]."""
+        offset = state.contact_points_mm[:, :2] - np.array(centre_mm)
+        inside = np.flatnonzero(np.hypot(offset[:, 0], offset[:, 1]) < radius_mm)
+        return np.asarray(self._problem.face.area_mm2[inside] @ state.contact_traction_mpa[inside])
+
+    def _follow_path(
+        self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, fineness: int
+    ) -> Deformation | None:
+        first = start.pose or _first_contact(indenter)
+        touching = start.contact_points_mm[start.contact_pressure_mpa > 0] - first.position_mm
         reach = float(np.linalg.norm(touching[:, :2], axis=1).max(initial=0.0))
-        count = max(1, int(np.ceil(_pose_distance(first, indenter.pose, reach) / self.max_step_mm - 1e-9)))
-        state, done, stride, iterations = start, 0.0, 1.0 / count, 0
-        shortest = stride / 32
+        longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
+        count = max(1, int(np.ceil(_pose_distance(first, indenter.pose, reach) / longest - 1e-9)))
+        state, pose, done, stride = start, first, 0.0, 1.0 / count
+        shortest = stride * SHORTEST
         while done < 1:
             target = 1.0 if done + stride > 1 - 1e-9 else done + stride
-            pose = indenter.pose if target == 1 else _between(first, indenter.pose, target)
-            moved = replace(indenter, pose=pose)
-            iterate = self._solve_pose(moved, state)
-            iterations += iterate.iteration
-            if newton.has_converged(self._problem, iterate) and _balance(self._problem, iterate) <= MAX_BALANCE:
-                state, done = self._result(iterate, pose, iterations), target
+            next_pose = indenter.pose if target == 1 else _between(first, indenter.pose, target)
+            moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
+            iterate = self._solve_pose(problem, moved, before, state, effort)
+            if newton.has_converged(problem, iterate) and _balance(problem, iterate) <= MAX_BALANCE:
+                state, pose, done = self._result(problem, iterate, next_pose, effort), next_pose, target
                 stride = min(stride * 1.5, 1.0 / count)
                 continue
+            effort.cutbacks += 1
             stride /= 2
             if stride < shortest:
-                raise ConvergenceError(_report(self._problem, iterate, iterations))
+                return None
         return state
 
-    def _solve_pose(self, indenter: Indenter, start: Deformation) -> Iterate:
-        positions = self.lattice.nodes_mm + start.displacements_mm
-        iterate = newton.init(self._problem, indenter, positions, start.pressure_mpa, start.multipliers_mpa)
-        while not newton.terminate(self._problem, iterate):
-            iterate = newton.step(self._problem, indenter, iterate)
-            LOGGER.debug(
-                "iteration %d: residual %.2e, penetration %.2e mm, min J %.3f, shift %.3g",
-                iterate.iteration, iterate.residual, iterate.contact.max_penetration_mm,
-                iterate.elastic.min_jacobian, iterate.shift,
-            )  # fmt: skip
+    def _solve_pose(
+        self, problem: Problem, indenter: Indenter, before: Indenter, start: Deformation, effort: Effort
+    ) -> Iterate:
+        """Iterates on one pose: first on the surface carried along from the pose before, then on the true one."""
+        memory = ContactMemory(
+            multipliers_mpa=start.multipliers_mpa,
+            anchors_mm=indenter.pose.to_sensor(start.anchors_mm),
+            limit_mpa=problem.friction * start.contact_pressure_mpa,
+        )
+        if start.is_rest:
+            memory = replace(memory, anchors_mm=start.contact_points_mm)
+        positions, surface = self.lattice.nodes_mm + start.displacements_mm, moved_surface(indenter, before)
+        iterate = newton.init(problem, surface, positions, start.pressure_mpa, memory)
+        iterate = self._noted(newton.step(problem, surface, iterate), effort)
+        if not iterate.stuck:
+            guess = newton.init(problem, indenter.distance, iterate.positions, iterate.pressure, iterate.memory)
+            iterate = replace(guess, iteration=iterate.iteration, shift=iterate.shift)
+        while not newton.terminate(problem, iterate):
+            iterate = self._noted(newton.step(problem, indenter.distance, iterate), effort)
         return iterate
 
-    def _result(self, iterate: Iterate, pose: Pose, iterations: int) -> Deformation:
-        contact, face = iterate.contact, self._problem.face
-        forces = (face.area_mm2 * contact.traction_mpa)[:, None] * contact.normal
-        tolerance = self._problem.options.tolerance_mm
-        touching = contact.gap_mm <= max(tolerance, TOUCHING_SHARE * self._problem.smallest_edge_mm)
+    def _noted(self, iterate: Iterate, effort: Effort) -> Iterate:
+        figures = iterate.figures()
+        effort.iterations.append(figures)
+        effort.last = iterate
+        LOGGER.debug("iteration %d: %s", iterate.iteration, figures)
+        return iterate
+
+    def _result(self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort) -> Deformation:
+        contact, face = iterate.contact, problem.face
+        traction = contact.traction_mpa()
+        forces = face.area_mm2[:, None] * traction
+        friction = np.linalg.norm(contact.shear_mpa, axis=1)
+        tolerance = problem.options.tolerance_mm
+        touching = contact.gap_mm <= max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm)
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,
-            multipliers_mpa=iterate.multipliers,
+            multipliers_mpa=iterate.memory.multipliers_mpa,
+            anchors_mm=pose.to_object(dragged_anchors(contact, problem.law)),
             contact_points_mm=contact.points_mm,
-            contact_traction_mpa=contact.traction_mpa,
+            contact_pressure_mpa=contact.pressure_mpa,
+            contact_traction_mpa=traction,
+            is_slipping=(friction > 0) & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
+            relaxation=None,
             pose=pose,
             force_n=forces.sum(0),
             torque_nmm=np.cross(contact.points_mm, forces).sum(0),
             contact_area_mm2=float(face.current_area_mm2(iterate.positions)[touching].sum()),
             max_penetration_mm=contact.max_penetration_mm,
             min_jacobian=iterate.elastic.min_jacobian,
-            force_balance=_balance(self._problem, iterate),
-            iterations=iterations,
-            unknowns=self._problem.pattern.size,
+            force_balance=_balance(problem, iterate),
+            iterations=len(effort.iterations),
+            cutbacks=effort.cutbacks,
+            restarts=effort.restarts,
+            shifted=sum(figures.shift > 0 for figures in effort.iterations),
+            unknowns=problem.pattern.size,
             converged=True,
         )
 
@@ -162,11 +264,15 @@ def _balance(problem: Problem, iterate: Iterate) -> float:
     return float(np.linalg.norm(applied + reaction)) / size if size > 0 else 0.0
 
 
-def _report(problem: Problem, iterate: Iterate, iterations: int) -> str:
+def _report(problem: Problem, effort: Effort) -> str:
+    iterate, options = effort.last, problem.options
+    if iterate is None:
+        return "the deformation did not start"
     return (
-        f"the deformation did not reach a valid equilibrium after {iterations} iterations: residual "
-        f"{iterate.residual:.2g} (at most {problem.options.residual:g}), min J {iterate.elastic.min_jacobian:.3g} "
-        f"(above 0), penetration {iterate.contact.max_penetration_mm:.3g} mm (at most "
-        f"{problem.options.tolerance_mm:g} mm), force balance {_balance(problem, iterate):.2g} (at most "
-        f"{MAX_BALANCE:g})"
+        f"the deformation did not reach a valid equilibrium after {len(effort.iterations)} iterations, "
+        f"{effort.cutbacks} halved steps and {effort.restarts} restarts: residual {iterate.residual:.2g} (at most "
+        f"{options.residual:g}), min J {iterate.elastic.min_jacobian:.3g} (above 0), penetration "
+        f"{iterate.contact.max_penetration_mm:.3g} mm (at most {options.tolerance_mm:g} mm), force balance "
+        f"{_balance(problem, iterate):.2g} (at most {MAX_BALANCE:g}), friction limits off by {iterate.mismatch:.2g} "
+        f"(at most {options.slip_mismatch:g})"
     )

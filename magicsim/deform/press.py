@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.lattice import box_lattice, build_lattice
 from magicsim.deform.path import ContactSolver
+from magicsim.deform.zone import contact_zone
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
@@ -20,6 +22,7 @@ MAX_DEPTH_SHARE = 0.9
 """Deepest press in units of the block's height."""
 MAX_TWIST_DEG = 360.0
 MAX_TOLERANCE_MM = 0.1
+MAX_FRICTION = 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +43,10 @@ class PressResult:
     """Relative difference between contact force and the bonded face's reaction."""
     iterations: int
     """Newton iterations along the whole path."""
+    cutbacks: int
+    """Load steps along the path that had to be halved."""
+    restarts: int
+    """Parts of the path that were begun again from rest with shorter steps."""
     unknowns: int
     """Displacement unknowns."""
     seconds: float
@@ -59,9 +66,10 @@ def press(
     depth_mm: float,
     shear_mm: tuple[float, float] = (0.0, 0.0),
     twist_deg: float = 0.0,
+    friction: float = 0.0,
     tolerance_mm: float = 0.002,
 ) -> PressResult:
-    """Presses an object into a block, frictionless; the path is press, then shear, then twist.
+    """Presses an object into a block; the path is press, then shear, then twist.
 
     Args:
         design: The block.
@@ -69,6 +77,7 @@ def press(
         depth_mm: Depth from first contact along +z [mm].
         shear_mm: Motion along x and y after the press [mm].
         twist_deg: Rotation about z after the shear [degrees].
+        friction: Coulomb's coefficient between object and face.
         tolerance_mm: Largest penetration at any contact point [mm].
 
     Raises:
@@ -80,20 +89,27 @@ def press(
     for axis, motion, size in zip("xy", shear_mm, design.footprint_mm, strict=True):
         _check(f"shear_mm along {axis}", motion, -size / 2, size / 2, "half the footprint")
     _check("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
+    _check("friction", friction, 0.0, MAX_FRICTION, "rubber on most solids is below 2")
     _check("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     compile_kernels()
     start = time.perf_counter()
-    solver = ContactSolver(build_lattice(design), tolerance_mm=tolerance_mm)
-    state: Deformation | None = None
-    iterations = 0
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
-    for stage, (shear, twist) in enumerate(stages):
-        if stage > 0 and stages[stage] == stages[stage - 1]:
-            continue
-        pose = place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist)
-        state = solver.solve(pose, state)
-        iterations += state.iterations
-    return _summarise(state or Deformation.rest(solver.lattice), iterations, time.perf_counter() - start)
+    poses = [
+        place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist)
+        for stage, (shear, twist) in enumerate(stages)
+        if stage == 0 or stages[stage] != stages[stage - 1]
+    ]
+    lattice = build_lattice(design, zone=contact_zone(poses, design))
+    solver = ContactSolver(
+        lattice,
+        tolerance_mm=tolerance_mm,
+        friction=friction,
+        point_spacing_mm=point_spacing_mm(poses[0].shape),
+    )
+    states = [Deformation.rest(lattice)]
+    for pose in poses:
+        states.append(solver.solve(pose, states[-1]))
+    return _summarise(states[1:], time.perf_counter() - start)
 
 
 @lru_cache(maxsize=1)
@@ -111,7 +127,8 @@ def _check(name: str, value: float, low: float, high: float, meaning: str) -> No
         raise ConfigError(msg)
 
 
-def _summarise(state: Deformation, iterations: int, seconds: float) -> PressResult:
+def _summarise(states: list[Deformation], seconds: float) -> PressResult:
+    state = states[-1]
     fx, fy, fz = state.force_n.tolist()
     tx, ty, tz = state.torque_nmm.tolist()
     return PressResult(
@@ -121,7 +138,9 @@ def _summarise(state: Deformation, iterations: int, seconds: float) -> PressResu
         max_penetration_mm=state.max_penetration_mm,
         min_jacobian=state.min_jacobian,
         force_balance=state.force_balance,
-        iterations=iterations,
+        iterations=sum(each.iterations for each in states),
+        cutbacks=sum(each.cutbacks for each in states),
+        restarts=sum(each.restarts for each in states),
         unknowns=state.unknowns,
         seconds=seconds,
         converged=state.converged,

@@ -14,7 +14,7 @@ refinement the topology is a quadrature rule only: all choices have the same lim
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.hexahedron import CORNERS
+from magicsim.deform.hexahedron import CORNERS, GAUSS_GRADIENTS
 
 Array = npt.NDArray[np.float64]
 
@@ -63,3 +63,26 @@ def spring_matrices(sizes_mm: Array, shear_modulus_mpa: Array) -> Array:
             laplacian[:, p, q] -= share
             laplacian[:, q, p] -= share
     return laplacian
+
+
+def network_matrices(inverse: Array, volumes: Array, modulus_mpa: Array) -> Array:
+    """Graph Laplacian of a Gaussian network in cells of any shape, by their Gauss points.
+
+    The entries -sum_q V_q grad N_p . M_q grad N_r are springs that may push (negative ones in distorted cells), but
+    the matrix stays positive semi-definite and an affine motion is in exact equilibrium.
+
+    Args:
+        inverse: From `gauss_geometry`, shape (cells, 8, 3, 3) [1/mm].
+        volumes: From `gauss_geometry`, shape (cells, 8) [mm3].
+        modulus_mpa: Network tensor M, shape (cells, 8, 3, 3), or its isotropic value, shape (cells,) [MPa].
+
+    Returns:
+        Matrices, shape (cells, 8, 8) [N/mm].
+    """
+    gradients = GAUSS_GRADIENTS @ inverse
+    if modulus_mpa.ndim == 1:
+        weighted = gradients * (modulus_mpa[:, None] * volumes)[:, :, None, None]
+    else:
+        weighted = gradients @ (modulus_mpa * volumes[:, :, None, None])
+    left, right = (each.transpose(0, 1, 3, 2).reshape(len(inverse), 24, 8) for each in (weighted, gradients))
+    return np.asarray(left.transpose(0, 2, 1) @ right)

@@ -63,7 +63,9 @@ class LatticeOptions(Config):
     """Resolution of the lattice that carries the deformation."""
 
     spacing_mm: Annotated[float, Field(ge=0.1, le=5)] | None = None
-    """Largest node spacing [mm]; the pitch by default (1 mm without a grid)."""
+    """Largest node spacing where contact is [mm]; the pitch by default (1 mm without a grid)."""
+    growth: Annotated[float, Field(ge=1, le=3)] = 1.6
+    """Ratio of neighbouring node spacings away from the contact; 1 keeps the whole lattice as fine as the contact."""
 
 
 class ElastomerDesign(Config):

@@ -15,13 +15,23 @@ from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 Array = npt.NDArray[np.float64]
 SEGMENTS = 128
 """Segments of a full circle in meshes: sag of 0.0003 radii."""
+EDGE_SEGMENTS = 32
+"""Segments of a full circle on the edges of boxes."""
 TRIANGLE_MM = 0.6
-"""Longest edge of a mesh's triangles [mm]: they carry the irradiance of the object's surface."""
+"""Length to which the edges of meshes are split [mm]: triangles carry the irradiance of the object's surface."""
 TINY = 1e-300
 
 
 class Shape(Protocol):
     """What contact and rendering need to know of a solid."""
+
+    @property
+    def feature_mm(self) -> float:
+        """Smallest length that contact has to resolve [mm]: of the part that presses, not of rounded edges.
+
+        Contact points near the object lie at most about half of it apart, and the object moves at most about half of
+        it in a load step. It is a radius or half width: of ball, shaft, dot, ridge or groove, flat end.
+        """
 
     def distance(self, points: Array) -> tuple[Array, Array]:
         """Signed distance, shape (count,) [mm], and outward unit normal, shape (count, 3)."""
@@ -38,6 +48,11 @@ class Sphere:
     """A ball about the origin."""
 
     radius_mm: float
+
+    @property
+    def feature_mm(self) -> float:
+        """See `Shape.feature_mm`."""
+        return self.radius_mm
 
     def distance(self, points: Array) -> tuple[Array, Array]:
         """See `Shape.distance`."""
@@ -61,11 +76,16 @@ class RoundedBox:
     size_mm: tuple[float, float, float]
     edge_radius_mm: float
 
+    @property
+    def feature_mm(self) -> float:
+        """See `Shape.feature_mm`."""
+        return min(self.size_mm) / 2
+
     def distance(self, points: Array) -> tuple[Array, Array]:
         """See `Shape.distance`."""
         core = np.array(self.size_mm) / 2 - self.edge_radius_mm
         offset = np.abs(points) - core
-        distance, normal = _rounded(offset)
+        distance, normal = rounded(offset)
         return distance - self.edge_radius_mm, normal * np.where(points < 0, -1.0, 1.0)
 
     def support_mm(self, direction: Array) -> float:
@@ -75,10 +95,14 @@ class RoundedBox:
 
     def mesh(self) -> SurfaceMesh:
         """See `Shape.mesh`."""
+        return from_manifold(self.solid(EDGE_SEGMENTS).refine_to_length(TRIANGLE_MM))
+
+    def solid(self, segments: int) -> manifold3d.Manifold:
+        """The hull of eight balls, with so many segments on a full circle of an edge."""
         core = np.array(self.size_mm) / 2 - self.edge_radius_mm
-        ball = manifold3d.Manifold.sphere(self.edge_radius_mm, 32)
+        ball = manifold3d.Manifold.sphere(self.edge_radius_mm, segments)
         corners = [ball.translate(tuple(core * sign)) for sign in np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1]
-        return from_manifold(manifold3d.Manifold.batch_hull(corners).refine_to_length(TRIANGLE_MM))
+        return manifold3d.Manifold.batch_hull(corners)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +114,15 @@ class RoundedCylinder:
     axis: str
     edge_radius_mm: float
 
+    @property
+    def feature_mm(self) -> float:
+        """See `Shape.feature_mm`."""
+        return min(self.radius_mm, self.length_mm / 2)
+
     def distance(self, points: Array) -> tuple[Array, Array]:
         """See `Shape.distance`."""
         along, across = self._split(points)
-        radial = np.linalg.norm(across, axis=1)
+        radial, outward = around_axis(across)
         offset = np.stack(
             [
                 radial - (self.radius_mm - self.edge_radius_mm),
@@ -101,12 +130,12 @@ class RoundedCylinder:
             ],
             axis=1,
         )
-        distance, profile_normal = _rounded(offset)
+        distance, profile_normal = rounded(offset)
         normal = np.empty_like(points)
         axis = "xyz".index(self.axis)
         others = [other for other in range(3) if other != axis]
         normal[:, axis] = profile_normal[:, 1] * np.where(along < 0, -1.0, 1.0)
-        normal[:, others] = profile_normal[:, :1] * across / np.maximum(radial, TINY)[:, None]
+        normal[:, others] = profile_normal[:, :1] * outward
         return distance - self.edge_radius_mm, normal
 
     def support_mm(self, direction: Array) -> float:
@@ -141,7 +170,7 @@ class RoundedCylinder:
         return points[:, axis], np.delete(points, axis, axis=1)
 
 
-def _rounded(offset: Array) -> tuple[Array, Array]:
+def rounded(offset: Array) -> tuple[Array, Array]:
     """Distance and gradient of the positive orthant's corner, from per-axis offsets, shape (count, axes)."""
     outside = np.maximum(offset, 0)
     length = np.linalg.norm(outside, axis=1)
@@ -150,3 +179,11 @@ def _rounded(offset: Array) -> tuple[Array, Array]:
     nearest[np.arange(len(offset)), np.argmax(offset, axis=1)] = 1.0
     normal = np.where(is_outside[:, None], outside / np.maximum(length, TINY)[:, None], nearest)
     return np.where(is_outside, length, offset.max(axis=1)), normal
+
+
+def around_axis(across: Array) -> tuple[Array, Array]:
+    """Distance from an axis, shape (count,), and unit direction away from it, shape (count, 2); along x on the axis."""
+    radial = np.linalg.norm(across, axis=1)
+    outward = across / np.maximum(radial, TINY)[:, None]
+    outward[radial < TINY] = (1.0, 0.0)
+    return radial, outward

@@ -37,8 +37,11 @@ class Keyframe(Config):
     """Shift of the flashlight along x [mm]."""
 
 
-class ContactOptics(Config):
-    """What light sees between skin and object in contact."""
+class ContactSettings(Config):
+    """How skin and object meet, and what light sees between them."""
+
+    friction: Annotated[float, Field(ge=0, le=5)] = 0.0
+    """Coulomb's coefficient between skin and object."""
 
     coupling: Literal["wet", "dry"] = "wet"
     """Wet: the tacky skin couples optically to the object. Dry: a thin film of air stays between them."""
@@ -92,7 +95,7 @@ class SceneConfig(Config):
     """Frame rate [1/s]."""
     object: ObjectConfig | None = None
     """What approaches."""
-    contact: ContactOptics = ContactOptics()
+    contact: ContactSettings = ContactSettings()
     render: RenderSettings = RenderSettings()
     output: OutputSettings = OutputSettings()
     keyframes: Annotated[tuple[Keyframe, ...], Field(min_length=1)]

@@ -111,7 +111,7 @@ def test_press_prints_the_contract_and_pushes_upwards(shell: Shell):
     found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.5)
     assert set(found) == {
         "force_n", "torque_nmm", "contact_area_mm2", "max_penetration_mm", "min_jacobian", "force_balance",
-        "iterations", "unknowns", "seconds", "converged",
+        "iterations", "cutbacks", "restarts", "unknowns", "seconds", "converged",
     }  # fmt: skip
     assert len(found["force_n"]) == len(found["torque_nmm"]) == 3
     assert found["force_n"][2] > 0.5
@@ -204,7 +204,7 @@ def test_detect_prints_one_verdict_a_frame(shell: Shell, tmp_path: Path):
         (["press", *COARSE, *BALL], "--depth-mm"),
         (["press", *COARSE, *BALL, "--depth-mm", "1", "--shear-mm", "1"], "shear_mm = '1' is not allowed"),
         (["press", *COARSE, *BALL, "--depth-mm", "1", "--shear-mm", "nan,0"], "shear_mm along x = nan"),
-        (["press", *COARSE, *BALL, "--depth-mm", "1", "--friction", "0.5"], "friction = 0.5 is not allowed"),
+        (["press", *COARSE, *BALL, "--depth-mm", "1", "--friction", "-0.5"], "friction = -0.5 is not allowed"),
         (["render", "near", "--estimator", "photons"], '"photons"'),
         (["render", "near", "--samples", "0"], "render.samples = 0 is not allowed"),
         (["render", "near", "--frame", "1"], "frame = 1 is not allowed: must be 0 to 0"),

@@ -1,12 +1,14 @@
 """The lattice's energy against closed forms of the neo-Hookean solid, its zero modes and its derivatives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from magicsim.deform.energy import Elasticity, negative_log
 from magicsim.deform.face import contact_face
-from magicsim.deform.lattice import Lattice, box_lattice
+from magicsim.deform.lattice import Lattice, box_lattice, jittered
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.springs import spring_stiffness
 
@@ -17,6 +19,16 @@ def uneven_lattice(*, poisson_ratio: float = 0.49, refine: int = 1) -> Lattice:
     planes = (np.array([-1.0, -0.4, 0.5, 1.3]), np.array([-1.0, 0.2, 1.0]), np.array([0.0, 0.3, 1.1, 2.0]))
     fine = tuple(np.interp(np.linspace(0, len(p) - 1, refine * (len(p) - 1) + 1), np.arange(len(p)), p) for p in planes)
     return box_lattice(fine, shear_modulus_mpa=MU, lame_mpa=2 * MU * poisson_ratio / (1 - 2 * poisson_ratio))
+
+
+def walled_lattice(*, jitter: float = 0.0) -> Lattice:
+    """Cells with structural springs, half of them, and distorted ones if asked for."""
+    lattice = jittered(uneven_lattice(), share=jitter, seed=3)
+    walls = np.where(np.arange(len(lattice.cells)) % 2 == 0, 0.2, 0.0)
+    return replace(lattice, wall_modulus_mpa=walls)
+
+
+LATTICES = {"boxes": uneven_lattice(), "walls": walled_lattice(), "distorted": walled_lattice(jitter=0.2)}
 
 
 def whole_energy(elasticity: Elasticity, positions: np.ndarray) -> float:
@@ -65,13 +77,36 @@ def test_uniaxial_traction_matches_closed_form() -> None:
     np.testing.assert_allclose(force, [0, 0, -nominal * area], rtol=1e-10, atol=1e-12)
 
 
+def test_affine_motion_of_distorted_cells_is_exact_and_in_equilibrium() -> None:
+    lattice = jittered(uneven_lattice(refine=2), share=0.2, seed=4)
+    gradient = np.array([[1.1, 0.2, -0.1], [0.05, 0.9, 0.3], [0.2, -0.15, 1.2]])
+    positions, j, lame = lattice.nodes_mm @ gradient.T, np.linalg.det(gradient), lattice.lame_mpa[0]
+    elasticity = Elasticity.of(lattice)
+    density = MU / 2 * ((gradient**2).sum() - 3) - MU * np.log(j) + lame / 2 * (j - 1) ** 2
+    assert whole_energy(elasticity, positions) == pytest.approx(density * 2.3 * 2 * 2, rel=1e-12)
+    inner = np.ones(len(positions), bool)
+    for axis, planes in enumerate(lattice.planes_mm):
+        inner &= (lattice.nodes_mm[:, axis] > planes[0]) & (lattice.nodes_mm[:, axis] < planes[-1])
+    assert inner.sum() > 10
+    np.testing.assert_allclose(elasticity.evaluate(positions).gradient[inner], 0, atol=1e-13)
+
+
+def test_walls_add_a_neo_hookean_fibre_along_each_axis() -> None:
+    plain, walled = uneven_lattice(), replace(uneven_lattice(), wall_modulus_mpa=np.full(18, 0.15))
+    gradient = np.array([[0.9, 0.2, 0.0], [0.1, 1.1, 0.0], [0.0, 0.1, 0.95]])
+    squares = (gradient**2).sum(0)
+    fibres = 0.15 * ((squares - 1 - np.log(squares)) / 2).sum()
+    energies = [whole_energy(Elasticity.of(lattice), lattice.nodes_mm @ gradient.T) for lattice in (plain, walled)]
+    assert energies[1] - energies[0] == pytest.approx(fibres * 2.3 * 2 * 2, rel=1e-12)
+
+
 def test_springs_are_never_negative() -> None:
     sizes = np.random.default_rng(0).uniform(0.05, 3, (200, 3))
     assert all((stiffness >= -1e-12).all() for stiffness in spring_stiffness(sizes, np.ones(200)))
 
 
-def test_gradient_is_the_derivative_of_the_energy() -> None:
-    lattice = uneven_lattice()
+@pytest.mark.parametrize("lattice", LATTICES.values(), ids=LATTICES)
+def test_gradient_is_the_derivative_of_the_energy(lattice: Lattice) -> None:
     elasticity, rng = Elasticity.of(lattice), np.random.default_rng(1)
     positions = lattice.nodes_mm + 0.03 * rng.normal(size=lattice.nodes_mm.shape)
     direction, step = rng.normal(size=positions.shape), 1e-5
@@ -81,8 +116,8 @@ def test_gradient_is_the_derivative_of_the_energy() -> None:
     assert numeric / (2 * step) == pytest.approx(exact, rel=1e-7)
 
 
-def test_hessian_is_the_derivative_of_the_gradient() -> None:
-    lattice = uneven_lattice()
+@pytest.mark.parametrize("lattice", LATTICES.values(), ids=LATTICES)
+def test_hessian_is_the_derivative_of_the_gradient(lattice: Lattice) -> None:
     elasticity, rng = Elasticity.of(lattice), np.random.default_rng(2)
     positions = lattice.nodes_mm + 0.03 * rng.normal(size=lattice.nodes_mm.shape)
     direction, free = np.zeros_like(positions), lattice.free_nodes
@@ -94,8 +129,8 @@ def test_hessian_is_the_derivative_of_the_gradient() -> None:
     np.testing.assert_allclose(numeric[:free].ravel() / (2 * step), exact, atol=1e-7 * np.abs(exact).max())
 
 
-def test_unbonded_lattice_has_exactly_six_zero_modes() -> None:
-    lattice = uneven_lattice()
+@pytest.mark.parametrize("lattice", LATTICES.values(), ids=LATTICES)
+def test_unbonded_lattice_has_exactly_six_zero_modes(lattice: Lattice) -> None:
     elasticity = Elasticity.of(lattice)
     size, step = lattice.nodes_mm.size, 1e-5
     columns = []

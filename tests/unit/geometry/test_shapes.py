@@ -4,20 +4,49 @@ import scipy.optimize
 import trimesh
 
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.mesh_shape import MeshShape
 from magicsim.geometry.shapes import SEGMENTS, RoundedBox, RoundedCylinder, Shape, Sphere
+from magicsim.geometry.shapes_revolved import cone, domed_cylinder
+from magicsim.geometry.shapes_textured import RIDGE_SEGMENTS, DotPlate, Plate, RidgePlate
 
-SHAPES = {
+PLATE = Plate(size_mm=3.6, thickness_mm=1.2, edge_radius_mm=0.15)
+CONVEX = {
     "sphere": Sphere(2.5),
     "box": RoundedBox((3.0, 4.0, 5.0), 0.4),
     "sharp box": RoundedBox((3.0, 2.0, 2.0), 0.02),
     "cylinder along x": RoundedCylinder(1.5, 4.0, "x", 0.3),
     "cylinder along y": RoundedCylinder(1.5, 4.0, "y", 0.3),
     "cylinder along z": RoundedCylinder(2.0, 1.5, "z", 0.5),
+    "domed cylinder": domed_cylinder(1.2, 4.5, 0.2),
+    "hemisphere": domed_cylinder(2.0, 2.3, 0.3),
+    "pointed cone": cone(35.0, 3.0, tip_radius_mm=0.1, flat_radius_mm=0.0, edge_radius_mm=0.1),
+    "cut cone": cone(20.0, 4.0, tip_radius_mm=0.1, flat_radius_mm=0.8, edge_radius_mm=0.15),
+    "wide cone": cone(70.0, 1.1, tip_radius_mm=0.1, flat_radius_mm=0.0, edge_radius_mm=0.02),
 }
+ANALYTIC = CONVEX | {
+    "dots": DotPlate(radius_mm=0.5, spacing_mm=1.15, plate=PLATE),
+    "dots that leave no face": DotPlate(radius_mm=0.55, spacing_mm=1.1001, plate=PLATE),
+    "ridges": RidgePlate(width_mm=0.6, spacing_mm=1.3, height_mm=0.8, edge_radius_mm=0.1, plate=PLATE),
+    "round ridges": RidgePlate(width_mm=1.0, spacing_mm=1.6, height_mm=0.7, edge_radius_mm=0.35, plate=PLATE),
+}
+SAG_MM = {
+    "dots": 2 * 0.5 * (1 - np.cos(np.pi / 32)),
+    "dots that leave no face": 2 * 0.55 * (1 - np.cos(np.pi / 32)),
+    "ridges": 2 * 0.1 * (1 - np.cos(np.pi / RIDGE_SEGMENTS)),
+    "round ridges": 2 * 0.35 * (1 - np.cos(np.pi / RIDGE_SEGMENTS)),
+}
+"""Twice r (1 - cos(pi / segments)), as balls are faceted in two directions, where fewer segments are used."""
 
 
-@pytest.fixture(params=SHAPES.values(), ids=SHAPES.keys())
+@pytest.fixture(params=[*ANALYTIC, "mesh"])
 def shape(request: pytest.FixtureRequest) -> Shape:
+    if request.param == "mesh":
+        return MeshShape.of(RoundedBox((5.6, 5.7, 5.8), 0.4).mesh())
+    return ANALYTIC[request.param]
+
+
+@pytest.fixture(params=CONVEX.values(), ids=CONVEX.keys())
+def convex_shape(request: pytest.FixtureRequest) -> Shape:
     return request.param
 
 
@@ -28,6 +57,11 @@ def cloud(count: int = 200) -> np.ndarray:
 
 def sag_mm(shape: Shape) -> float:
     """How far a faceted mesh may lie inside a curved surface."""
+    if isinstance(shape, MeshShape):
+        return 1e-9
+    for name, sag in SAG_MM.items():
+        if shape is ANALYTIC[name]:
+            return sag
     size = max(shape.support_mm(axis) for axis in np.eye(3))
     return 3 * size * (1 - np.cos(np.pi / SEGMENTS)) + 0.02 * getattr(shape, "edge_radius_mm", 0.0)
 
@@ -99,7 +133,8 @@ def test_support_is_the_farthest_point_of_the_mesh(shape: Shape):
         assert shape.support_mm(unit) == pytest.approx(float((vertices @ unit).max()), abs=sag_mm(shape))
 
 
-def test_support_is_the_farthest_point_of_zero_distance(shape: Shape):
+def test_support_is_the_farthest_point_of_zero_distance(convex_shape: Shape):
+    shape = convex_shape
     unit = np.array([0.48, -0.6, 0.64])
 
     def outside_mm(height: float) -> float:
@@ -146,7 +181,28 @@ def test_mesh_has_the_volume_of_the_solid():
 
 
 def test_distance_at_the_middle_of_a_solid_is_finite():
-    for each in SHAPES.values():
+    for each in ANALYTIC.values():
         distance, normal = each.distance(np.zeros((1, 3)))
         assert distance[0] < 0
         assert np.isfinite(normal).all()
+
+
+def test_feature_is_the_radius_or_half_width_of_what_presses():
+    features = {name: each.feature_mm for name, each in ANALYTIC.items()}
+    assert features == pytest.approx({
+        "sphere": 2.5,
+        "box": 1.5,
+        "sharp box": 1.0,
+        "cylinder along x": 1.5,
+        "cylinder along y": 1.5,
+        "cylinder along z": 0.75,
+        "domed cylinder": 1.2,
+        "hemisphere": 2.0,
+        "pointed cone": 0.1,
+        "cut cone": 0.8,
+        "wide cone": 0.1,
+        "dots": 0.5,
+        "dots that leave no face": 0.55,
+        "ridges": 0.3,
+        "round ridges": 0.3,
+    })  # fmt: skip

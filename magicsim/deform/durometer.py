@@ -1,0 +1,178 @@
+"""Shore A hardness as a contact problem (ASTM D2240, type A).
+
+A truncated cone sticks out of a flat presser foot that lies on the sample. A spring pushes the cone with
+F = 0.55 + 0.075 S newtons when it sticks out by d = 2.5 (1 - S / 100) millimetres; the hardness S is where the sample
+pushes back with the same force. The sample lies bonded on a rigid table, and the foot keeps the face around the cone
+from rising above its plane.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice import build_lattice
+from magicsim.deform.path import ContactSolver
+from magicsim.deform.press import compile_kernels
+from magicsim.deform.zone import Zone
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.durometer_tool import SHAFT_RADIUS_MM, DurometerTool
+from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.pose import Pose
+
+EXTENSION_MM = 2.5
+"""How far the cone sticks out at S = 0 [mm]."""
+SPRING_N = (0.55, 0.075)
+"""Force of the spring at S = 0 and per unit of S [N]."""
+SPACING_MM = 0.2
+"""Node spacing under the cone by default [mm]."""
+STEP_MM = 0.1
+"""Motion of the cone in one load step [mm]."""
+FORCE_TOLERANCE_N = 1e-4
+"""Accuracy of the force at equilibrium [N]."""
+FOOT_STARTS_MM = 1.0
+"""Distance from the axis that separates the points that touch the cone from those that touch the foot [mm]."""
+DEPTH_TOLERANCE_MM = 1e-4
+"""Accuracy of the depth of equilibrium [mm]: 0.004 units of S."""
+HOLE_RADIUS_MM = 1.5
+"""Of the foot's hole; the standard allows diameters of 2.5 to 3.2 mm."""
+PENETRATION_MM = 0.002
+"""Largest penetration at any contact point [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DurometerResult:
+    """What `magicsim durometer` reports."""
+
+    shore_a: float
+    """Hardness S, 0 to 100."""
+    force_n: float
+    """Force of the cone at equilibrium [N]."""
+    depth_mm: float
+    """How far the cone sticks out of the foot there [mm]."""
+    height_mm: float
+    """Height of the sample [mm]."""
+    max_penetration_mm: float
+    """Deepest contact point inside the tool [mm]."""
+    min_jacobian: float
+    """Smallest Jacobian at any Gauss point."""
+    force_balance: float
+    """Relative difference between contact force and the bonded face's reaction."""
+    iterations: int
+    """Newton iterations along the whole path."""
+    unknowns: int
+    """Displacement unknowns."""
+    seconds: float
+    """Wall time of lattice and solve, compilation excluded [s]."""
+
+
+def durometer(
+    design: ElastomerDesign,
+    *,
+    spacing_mm: float = SPACING_MM,
+    friction: float = 0.0,
+    hole_radius_mm: float | None = HOLE_RADIUS_MM,
+    place_mm: tuple[float, float] = (0.0, 0.0),
+) -> DurometerResult:
+    """Shore A hardness of a block.
+
+    Args:
+        design: The block; `lattice.spacing_mm` counts where it is finer than `spacing_mm`.
+        spacing_mm: Node spacing under the cone [mm].
+        friction: Coulomb's coefficient between tool and sample.
+        hole_radius_mm: Of the presser foot's hole [mm]; None leaves the foot out.
+        place_mm: Where the cone presses, x and y [mm].
+
+    Raises:
+        GeometryError: The design cannot be built.
+        ConvergenceError: No valid equilibrium was found; thin and soft samples are pressed almost through.
+    """
+    compile_kernels()
+    start = time.perf_counter()
+    test = _Test(design, spacing_mm=spacing_mm, friction=friction, hole_radius_mm=hole_radius_mm, place_mm=place_mm)
+    depth, state = _equilibrium(test)
+    return DurometerResult(
+        shore_a=100 * (1 - depth / EXTENSION_MM),
+        force_n=test.cone_force_n(state),
+        depth_mm=depth,
+        height_mm=design.height_mm,
+        max_penetration_mm=state.max_penetration_mm,
+        min_jacobian=state.min_jacobian,
+        force_balance=state.force_balance,
+        iterations=test.iterations,
+        unknowns=state.unknowns,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def spring_force_n(depth_mm: float) -> float:
+    """Force of the instrument's spring when the cone sticks out by a depth [N]."""
+    return SPRING_N[0] + SPRING_N[1] * 100 * (1 - depth_mm / EXTENSION_MM)
+
+
+class _Test:
+    """A sample on the table, ready to be pressed to any depth."""
+
+    def __init__(
+        self,
+        design: ElastomerDesign,
+        *,
+        spacing_mm: float,
+        friction: float,
+        hole_radius_mm: float | None,
+        place_mm: tuple[float, float],
+    ) -> None:
+        fine = min(spacing_mm, design.lattice.spacing_mm or spacing_mm)
+        refined = design.model_copy(update={"lattice": design.lattice.model_copy(update={"spacing_mm": fine})})
+        spot = Zone(low_mm=place_mm, high_mm=place_mm).grown(SHAFT_RADIUS_MM)
+        self._solver = ContactSolver(
+            build_lattice(refined, zone=spot),
+            friction=friction,
+            tolerance_mm=PENETRATION_MM,
+            point_spacing_mm=fine / 3,
+        )
+        self._hole_radius_mm, self._place_mm = hole_radius_mm, place_mm
+        self.rest = Deformation.rest(self._solver.lattice)
+        self.iterations = 0
+
+    def pressed(self, depth_mm: float, previous: Deformation) -> Deformation:
+        """The sample with the cone sticking out by a depth, from an earlier state."""
+        tool = DurometerTool(depth_mm, self._hole_radius_mm)
+        pose = Pose(position_mm=np.array([*self._place_mm, depth_mm]), rotation=np.eye(3))
+        state = self._solver.solve(Indenter(shape=tool, pose=pose), previous)
+        self.iterations += state.iterations
+        return state
+
+    def cone_force_n(self, state: Deformation) -> float:
+        """Force on the cone, without that on the foot [N]."""
+        return float(self._solver.force_within_n(state, self._place_mm, FOOT_STARTS_MM)[2])
+
+
+def _equilibrium(test: _Test) -> tuple[float, Deformation]:
+    """Depth at which sample and spring push alike [mm], and the state there."""
+
+    def excess(depth: float, state: Deformation) -> float:
+        return test.cone_force_n(state) - spring_force_n(depth)
+
+    low, below, state = 0.0, -spring_force_n(0.0), test.rest
+    high = STEP_MM
+    pressed = test.pressed(high, state)
+    while excess(high, pressed) < 0:
+        if high >= EXTENSION_MM:  # softer than the scale
+            return high, pressed
+        low, below, state = high, excess(high, pressed), pressed
+        high = min(high + STEP_MM, EXTENSION_MM)
+        pressed = test.pressed(high, state)
+    above = excess(high, pressed)
+    while high - low > DEPTH_TOLERANCE_MM:
+        middle = float(np.clip(high - above * (high - low) / (above - below), low + 1e-6, high - 1e-6))
+        trial = test.pressed(middle, state)
+        rest = excess(middle, trial)
+        if abs(rest) < FORCE_TOLERANCE_N:
+            return middle, trial
+        if rest < 0:
+            low, below, state = middle, rest, trial
+        else:
+            high, above, pressed = middle, rest, trial
+    return high, pressed
