@@ -90,9 +90,12 @@ def press(
     design: str, *, object: Annotated[str, Parameter(name="--object", help="KIND:key=value,...")],
     depth_mm: float,
     shear_mm: Annotated[str, Parameter(allow_leading_hyphen=True, help="X,Y after the press.")] = "0,0",
-    twist_deg: float = 0.0, friction: float = 0.0, settings: Settings = None, seed: Seed = None, json: Json = False,
+    twist_deg: float = 0.0, friction: float = 0.0,
+    speed_mm_s: Annotated[float | None, Parameter(help="Speed, for a path that takes time.")] = None,
+    hold_s: Annotated[float, Parameter(help="Time at the end of such a path.")] = 0.0,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Solve one quasi-static contact: press, then shear, then twist."""
+    """Solve one contact: press, then shear, then twist; quasi-static unless a speed is given."""
     from magicsim.config import load_preset
     from magicsim.geometry.design import ElastomerDesign
     from magicsim.geometry.objects import parse_object
@@ -101,7 +104,10 @@ def press(
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
     from magicsim.deform.press import press as solve
 
-    result = solve(block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction)
+    result = solve(
+        block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction,
+        speed_mm_s=speed_mm_s, hold_s=hold_s,
+    )  # fmt: skip
     _print(result.as_dict(), as_json=json)
 
 

@@ -53,7 +53,8 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
     seen = {UNTOUCHED: UNTOUCHED_FRAME} if leave_out else {}
     for index, state in enumerate(states):
         touching = can_touch(state)
-        earlier = _same_as(states, seen, index, touching=touching) if leave_out else None
+        relaxing = touching and scene.contact.rate_dependent
+        earlier = _same_as(states, seen, index, touching=touching) if leave_out and not relaxing else None
         frames.append(FramePlan(state=state, solve=touching and earlier is None, same_as=earlier))
         if leave_out and earlier is None and not touching:
             seen[state] = index

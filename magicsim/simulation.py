@@ -15,6 +15,7 @@ from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
 from magicsim.deform.settle import settle
+from magicsim.deform.timed import body_branches
 from magicsim.deform.zone import Zone, contact_zone
 from magicsim.episode import Episode, SimulatedFrame
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
@@ -120,8 +121,10 @@ class Sensor:
                 self.lattice,
                 friction=self.scene.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
+                branches=body_branches(self.scene.design, self.lattice) if self.scene.contact.rate_dependent else None,
             )
-        return self._solver.solve(indenter, previous if not previous.is_rest else None)
+        start = previous if not previous.is_rest else None
+        return self._solver.solve(indenter, start, dt_s=1 / self.scene.frames_per_second)
 
     def printed_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32]:
         """Displacements of all nodes of the design's lattice, shape (printed nodes, 3) [mm]."""

@@ -128,7 +128,9 @@ def cell_fields(
     stiffness = sp.csr_matrix(
         (matrices.ravel(), (np.repeat(dofs, 24, 1).ravel(), np.tile(dofs, (1, 24)).ravel())), shape=(3 * count**3,) * 2
     )
-    load = np.stack([np.bincount(dofs.ravel(), loads[:, case].ravel(), 3 * count**3) for case in range(3)], 1)
+    load = np.zeros((3 * count**3, 3))
+    for case in range(3):
+        np.add.at(load[:, case], dofs.ravel(), loads[:, case].ravel())
     axial, sheared = (
         _fluctuation(stiffness, load[:, case], _moving(count, sign)) for case, sign in ((XX, False), (XY, True))
     )
@@ -161,7 +163,7 @@ def _moving(count: int, antisymmetric: bool) -> npt.NDArray[np.bool_]:
         count: Nodes along each half edge.
         antisymmetric: Whether the mirrors across x and y change the sign (mean strain xy) or none does (xx).
     """
-    index = np.stack(np.indices((count,) * 3)[::-1], -1).reshape(-1, 3)
+    index = np.indices((count,) * 3).reshape(3, -1)[::-1].T  # x, y, z of each node
     on_plane = (index == 0) | (index == count - 1)  # (nodes, axis)
     moving = np.ones((len(index), 3), bool)
     for axis in range(3):

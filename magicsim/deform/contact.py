@@ -6,8 +6,9 @@ multiplier update m <- p lowers the penetration without a stiffer matrix (Simo a
 
 Friction holds a point at an anchor that moves with the object: the trial traction is -e_t times the tangential part s
 of its distance from the anchor, and where that exceeds the limit r = mu p it is cut to r (slip) and the anchor is
-dragged along. While an iteration runs, r is frozen at the pressure it started from (the symmetrised algorithm of
-Laursen and Simo 1993): the problem then has a potential, so its matrix stays symmetric and a merit can be followed.
+dragged along. While an iteration runs, r is frozen at the pressure, and the tangent planes at the normals, it started
+from (the symmetrised algorithm of Laursen and Simo 1993): the problem then has a potential, so its matrix stays
+symmetric and a merit can be followed.
 """
 
 from collections.abc import Callable
@@ -53,6 +54,8 @@ class ContactMemory:
     """Where friction holds each point, in the sensor's frame, shape (points, 3) [mm]."""
     limit_mpa: Array
     """Frozen limit of the tangential traction, shape (points,) [MPa]."""
+    normal: Array
+    """Frozen normals of the tangent planes, shape (points, 3)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +111,7 @@ def evaluate_contact(
     energy = float(face.area_mm2 @ pressure**2) / (2 * law.penalty)
     touching = np.flatnonzero(pressure > 0)
     if law.friction > 0 and len(touching) > 0:
-        slip, size = _slip(points[touching], memory.anchors_mm[touching], normal[touching])
+        slip, size = _slip(points[touching], memory, touching)
         limit = memory.limit_mpa[touching]
         traction = np.minimum(law.slip_penalty * size, limit)
         shear[touching] = -(traction / np.maximum(size, TINY))[:, None] * slip
@@ -160,7 +163,7 @@ def add_contact_stiffness(
     scale = np.minimum(pressure, curvature_limit / np.maximum(size, 1e-12))
     local = law.penalty * normal[:, :, None] * normal[:, None, :] - scale[:, None, None] * curvature
     if law.friction > 0:
-        local += _friction_stiffness(state.points_mm[touching], normal, memory, law, touching)
+        local += _friction_stiffness(state.points_mm[touching], memory, law, touching)
     local *= face.area_mm2[touching][:, None, None]
     facet = face.facet[touching]
     _scatter_blocks(local, face.shape[touching], facet, face.patches, pattern.indptr, pattern.patch_blocks, values)
@@ -200,18 +203,18 @@ def moved_surface(indenter: Indenter, before: Indenter) -> Surface:
     return surface
 
 
-def _slip(points: Array, anchors: Array, normal: Array) -> tuple[Array, Array]:
+def _slip(points: Array, memory: ContactMemory, touching: npt.NDArray[np.int64]) -> tuple[Array, Array]:
     """Tangential offset from the anchors, shape (count, 3) [mm], and its length, shape (count,) [mm]."""
-    offset = points - anchors
+    offset, normal = points - memory.anchors_mm[touching], memory.normal[touching]
     slip = offset - np.einsum("qi,qi->q", offset, normal)[:, None] * normal
     return slip, np.linalg.norm(slip, axis=1)
 
 
 def _friction_stiffness(
-    points: Array, normal: Array, memory: ContactMemory, law: ContactLaw, touching: npt.NDArray[np.int64]
+    points: Array, memory: ContactMemory, law: ContactLaw, touching: npt.NDArray[np.int64]
 ) -> Array:
-    slip, size = _slip(points, memory.anchors_mm[touching], normal)
-    limit = memory.limit_mpa[touching]
+    slip, size = _slip(points, memory, touching)
+    limit, normal = memory.limit_mpa[touching], memory.normal[touching]
     tangent = np.eye(3) - normal[:, :, None] * normal[:, None, :]
     slides = law.slip_penalty * size > limit
     along = np.where(slides, 1 / np.maximum(size, TINY), 0.0)[:, None] * slip

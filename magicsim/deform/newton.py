@@ -46,6 +46,8 @@ class NewtonOptions:
     """Largest norm of the out-of-balance nodal forces over that of the contact forces."""
     update_residual: float = 0.1
     """Residual below which contact multipliers are updated."""
+    limit_residual: float = 0.3
+    """Residual below which the limits of friction are updated; far from balance the pressures mean nothing."""
     penalty_ratio: float = 100.0
     """Contact penalty in units of `Problem.stiffness`."""
     slip_penalty_ratio: float = 100.0
@@ -197,7 +199,9 @@ def step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
 
 def _updated_memory(problem: Problem, iterate: Iterate) -> ContactMemory:
     options, memory, contact = problem.options, iterate.memory, iterate.contact
-    if iterate.mismatch > options.slip_mismatch:
+    if problem.friction > 0:
+        memory = replace(memory, normal=contact.normal)
+    if iterate.mismatch > options.slip_mismatch and iterate.residual < options.limit_residual:
         memory = replace(memory, limit_mpa=problem.friction * contact.pressure_mpa)
     if iterate.residual < options.update_residual and contact.misfit_mm > 0.9 * options.tolerance_mm:
         memory = replace(memory, multipliers_mpa=contact.pressure_mpa)

@@ -185,6 +185,7 @@ class ContactSolver:
             multipliers_mpa=start.multipliers_mpa,
             anchors_mm=indenter.pose.to_sensor(start.anchors_mm),
             limit_mpa=problem.friction * start.contact_pressure_mpa,
+            normal=np.zeros_like(start.contact_points_mm),
         )
         if start.is_rest:
             memory = replace(memory, anchors_mm=start.contact_points_mm)

@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -12,6 +12,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.lattice import box_lattice, build_lattice
 from magicsim.deform.path import ContactSolver
+from magicsim.deform.timed import TimedForce, body_branches, timed_poses
 from magicsim.deform.zone import contact_zone
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
@@ -23,6 +24,8 @@ MAX_DEPTH_SHARE = 0.9
 MAX_TWIST_DEG = 360.0
 MAX_TOLERANCE_MM = 0.1
 MAX_FRICTION = 5.0
+MAX_SPEED_MM_S = 1e4
+MAX_HOLD_S = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,10 +56,15 @@ class PressResult:
     """Wall time of lattice and solve, compilation excluded [s]."""
     converged: bool
     """Always true: a solve that is not valid raises."""
+    history: tuple[TimedForce, ...] = ()
+    """Force over time, for a path that takes time."""
 
     def as_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
-        return asdict(self)
+        values = asdict(self)
+        if not self.history:
+            del values["history"]
+        return values
 
 
 def press(
@@ -67,9 +75,13 @@ def press(
     shear_mm: tuple[float, float] = (0.0, 0.0),
     twist_deg: float = 0.0,
     friction: float = 0.0,
+    speed_mm_s: float | None = None,
+    hold_s: float = 0.0,
     tolerance_mm: float = 0.002,
 ) -> PressResult:
     """Presses an object into a block; the path is press, then shear, then twist.
+
+    Without a speed the path is quasi-static: the body has its long-term stiffness.
 
     Args:
         design: The block.
@@ -78,6 +90,8 @@ def press(
         shear_mm: Motion along x and y after the press [mm].
         twist_deg: Rotation about z after the shear [degrees].
         friction: Coulomb's coefficient between object and face.
+        speed_mm_s: Speed of the object on a path that takes time [mm/s]; the body must have a Prony series.
+        hold_s: Time at the end of such a path [s].
         tolerance_mm: Largest penetration at any contact point [mm].
 
     Raises:
@@ -91,6 +105,7 @@ def press(
     _check("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
     _check("friction", friction, 0.0, MAX_FRICTION, "rubber on most solids is below 2")
     _check("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
+    _check_time(speed_mm_s, hold_s, twist_deg)
     compile_kernels()
     start = time.perf_counter()
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
@@ -105,11 +120,18 @@ def press(
         tolerance_mm=tolerance_mm,
         friction=friction,
         point_spacing_mm=point_spacing_mm(poses[0].shape),
+        branches=body_branches(design, lattice) if speed_mm_s is not None else None,
     )
+    steps = [(pose, math.inf) for pose in poses]
+    if speed_mm_s is not None:
+        first = place_object(object_config, gap_mm=0.0)
+        lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
+        steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     states = [Deformation.rest(lattice)]
-    for pose in poses:
-        states.append(solver.solve(pose, states[-1]))
-    return _summarise(states[1:], time.perf_counter() - start)
+    for pose, dt in steps:
+        states.append(solver.solve(pose, states[-1], dt_s=dt))
+    result = _summarise(states[1:], time.perf_counter() - start)
+    return result if speed_mm_s is None else replace(result, history=_history(states[1:], [dt for _, dt in steps]))
 
 
 @lru_cache(maxsize=1)
@@ -125,6 +147,25 @@ def _check(name: str, value: float, low: float, high: float, meaning: str) -> No
     if not (math.isfinite(value) and low <= value <= high):
         msg = f"{name} = {value:g} is not allowed: must be {low:g} to {high:g} ({meaning})"
         raise ConfigError(msg)
+
+
+def _check_time(speed_mm_s: float | None, hold_s: float, twist_deg: float) -> None:
+    _check("hold_s", hold_s, 0.0, MAX_HOLD_S, "eleven days")
+    if speed_mm_s is None:
+        if hold_s > 0:
+            msg = f"hold_s = {hold_s:g} is not allowed without speed_mm_s: a quasi-static path has no time"
+            raise ConfigError(msg)
+        return
+    _check("speed_mm_s", speed_mm_s, 1e-6, MAX_SPEED_MM_S, "quasi-static inertia-free motion")
+    if twist_deg != 0:
+        msg = f"twist_deg = {twist_deg:g} is not allowed with speed_mm_s: a timed path presses and shears"
+        raise ConfigError(msg)
+
+
+def _history(states: list[Deformation], steps_s: list[float]) -> tuple[TimedForce, ...]:
+    forces = [state.force_n.tolist() for state in states]
+    times = np.cumsum(steps_s).tolist()
+    return tuple(TimedForce(time_s=at, force_n=(x, y, z)) for at, (x, y, z) in zip(times, forces, strict=True))
 
 
 def _summarise(states: list[Deformation], seconds: float) -> PressResult:

@@ -24,13 +24,24 @@ class Optics(Config):
     """Mean cosine of the scattering angle."""
 
 
+class PronyTerm(Config):
+    """One relaxing part of a body's stiffness."""
+
+    time_s: Positive
+    """Relaxation time [s]."""
+    modulus_mpa: Positive
+    """Young's modulus that it adds to the long-term one [MPa]."""
+
+
 class BodyMaterial(Optics):
     """Skin and walls: a rubbery solid."""
 
     youngs_modulus_mpa: Positive
     """Long-term Young's modulus [MPa]."""
     poisson_ratio: Annotated[float, Field(gt=-1, lt=0.5)]
-    """Poisson's ratio."""
+    """Poisson's ratio of the long-term response."""
+    prony: tuple[PronyTerm, ...] = ()
+    """Relaxation, used on timed paths only; without it the body has its long-term stiffness at any rate."""
 
     @property
     def shear_modulus_mpa(self) -> float:
@@ -41,6 +52,11 @@ class BodyMaterial(Optics):
     def bulk_modulus_mpa(self) -> float:
         """Bulk modulus E / 3 (1 - 2 nu) [MPa]."""
         return self.youngs_modulus_mpa / (3 * (1 - 2 * self.poisson_ratio))
+
+    @property
+    def instantaneous_shear_modulus_mpa(self) -> float:
+        """Shear modulus before anything has relaxed [MPa]."""
+        return self.shear_modulus_mpa + sum(term.modulus_mpa for term in self.prony) / (2 * (1 + self.poisson_ratio))
 
 
 class InfillMaterial(Optics):

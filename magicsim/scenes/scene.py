@@ -42,6 +42,8 @@ class ContactSettings(Config):
 
     friction: Annotated[float, Field(ge=0, le=5)] = 0.0
     """Coulomb's coefficient between skin and object."""
+    rate_dependent: bool = False
+    """Whether the body relaxes from frame to frame (it needs a Prony series); otherwise its stiffness is long-term."""
 
     coupling: Literal["wet", "dry"] = "wet"
     """Wet: the tacky skin couples optically to the object. Dry: a thin film of air stays between them."""

@@ -43,19 +43,14 @@ def test_tractions_derive_from_the_energy_with_frozen_limits() -> None:
         multipliers_mpa=rng.uniform(0, 0.3, len(points)),
         anchors_mm=points + rng.normal(size=points.shape) * 0.004,
         limit_mpa=rng.uniform(0, 0.5, len(points)),
+        normal=surface(points)[1],
     )
     law = ContactLaw(penalty=60.0, slip_penalty=40.0, friction=0.5)
     nodes = lattice.nodes_mm + 0.002 * rng.normal(size=lattice.nodes_mm.shape)
-    flat = np.array([0.0, 0.0, 1.0])
-
-    def plane(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A fixed normal: the potential leaves out that the tangent plane turns."""
-        return points[:, 2] - 0.003, np.broadcast_to(flat, points.shape)
-
     assert surface(points)[0].min() < 0
     direction, step = rng.normal(size=nodes.shape), 1e-7
-    energies = [evaluate_contact(face, nodes + s * step * direction, plane, memory, law).energy_mj for s in (1, -1)]
-    force = evaluate_contact(face, nodes, plane, memory, law).node_force_n
+    energies = [evaluate_contact(face, nodes + s * step * direction, surface, memory, law).energy_mj for s in (1, -1)]
+    force = evaluate_contact(face, nodes, surface, memory, law).node_force_n
     assert -(energies[0] - energies[1]) / (2 * step) == pytest.approx((force * direction).sum(), rel=1e-5)
 
 

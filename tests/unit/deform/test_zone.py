@@ -49,9 +49,8 @@ def test_growth_of_one_keeps_every_plane() -> None:
 def test_spacing_grows_by_about_the_ratio() -> None:
     graded = graded_planes(np.linspace(0, 40, 401), 0.0, 1.0, 1.6, keep_mm=np.array([]))
     ratio = np.diff(graded)[1:] / np.diff(graded)[:-1]
-    outside = ratio[graded[1:-1] > 1.15][:-1]
-    assert (outside > 1.2).all()
-    assert (outside < 2.1).all()
+    assert (ratio[:-1] > 0.99).all()
+    np.testing.assert_allclose(ratio[-5:-1], 1.6, rtol=0.1)
 
 
 def test_graded_lattice_keeps_the_skin_and_its_stiffness() -> None:
