@@ -1,11 +1,13 @@
 """Decides before work starts what a scene needs, and says why the rest is left out.
 
-Every rule here is exact: leaving out changes no frame, which tests hold by rendering with and without.
+Every rule for frames is exact: leaving out changes no frame, which tests hold by rendering with and without. The one that
+is not, the coarse far field of the lattice, states its bound.
 """
 
 from collections import Counter
 from dataclasses import dataclass
 
+from magicsim.deform.zone import FAR_FIELD_BOUND
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 
@@ -99,6 +101,10 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     solved = sum(frame.solve for frame in frames)
     if solved:
         kept.append(Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"))
+    growth = scene.design.lattice.growth
+    if solved and growth > 1:
+        bound = f"node spacings grow by {growth:g} there; forces within {FAR_FIELD_BOUND:.0%} of the whole lattice's"
+        left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
     left_out += [
         Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}")
         for reason, count in reasons.items()

@@ -8,6 +8,7 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.deform.cell_correctors import CellCorrectors, cell_correctors
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.follow import FollowMap, follow_map
@@ -44,7 +45,7 @@ class Meshes:
     """How the rendered meshes hang on the lattice."""
 
     body: FollowMap
-    infill: FollowMap | None
+    infill: CellCorrectors | None
     is_face: npt.NDArray[np.bool_]
     """Body vertices on the contact face, shape (body vertices,)."""
     face_edges: npt.NDArray[np.int32]
@@ -152,10 +153,16 @@ def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
     triangles = elastomer.body.faces[is_face[elastomer.body.faces].all(1)]
     return Meshes(
         body=follow_map(lattice, body),
-        infill=follow_map(lattice, elastomer.infill.vertices) if elastomer.infill is not None else None,
+        infill=_attach_infill(elastomer, lattice),
         is_face=is_face,
         face_edges=triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
     )
+
+
+def _attach_infill(elastomer: Elastomer, lattice: Lattice) -> CellCorrectors | None:
+    if elastomer.infill is None or elastomer.grid is None:
+        return None
+    return cell_correctors(elastomer.design, elastomer.grid, lattice, elastomer.infill.vertices)
 
 
 def deformed_vertices(

@@ -25,9 +25,11 @@ EXTENSION_MM = 2.5
 """How far the cone sticks out at S = 0 [mm]."""
 SPRING_N = (0.55, 0.075)
 """Force of the spring at S = 0 and per unit of S [N]."""
-SPACING_MM = 0.2
+SPACING_MM = 0.3
 """Node spacing under the cone by default [mm]."""
-STEP_MM = 0.1
+GROWTH = 2.2
+"""Ratio of neighbouring spacings away from the cone."""
+STEP_MM = 0.25
 """Motion of the cone in one load step [mm]."""
 FORCE_TOLERANCE_N = 1e-4
 """Accuracy of the force at equilibrium [N]."""
@@ -124,7 +126,8 @@ class _Test:
         place_mm: tuple[float, float],
     ) -> None:
         fine = min(spacing_mm, design.lattice.spacing_mm or spacing_mm)
-        refined = design.model_copy(update={"lattice": design.lattice.model_copy(update={"spacing_mm": fine})})
+        lattice = design.lattice.model_copy(update={"spacing_mm": fine, "growth": GROWTH})
+        refined = design.model_copy(update={"lattice": lattice})
         spot = Zone(low_mm=place_mm, high_mm=place_mm).grown(SHAFT_RADIUS_MM)
         self._solver = ContactSolver(
             build_lattice(refined, zone=spot),

@@ -63,10 +63,11 @@ class DurometerTool:
         inner = (self.hole_radius_mm or 0.0) + EDGE_RADIUS_MM
         offset = np.stack([inner - radial, points[:, 2] + self.extension_mm + EDGE_RADIUS_MM], axis=1)
         distance, turned = rounded(offset)
+        distance = distance - EDGE_RADIUS_MM
         beyond = radial - FOOT_RADIUS_MM
         normal = np.concatenate([-turned[:, :1] * outward, turned[:, 1:]], axis=1)
         normal = np.where((beyond > 0)[:, None], [0.0, 0.0, 1.0], normal)
-        return np.where(beyond > 0, np.maximum(beyond, distance), distance) - EDGE_RADIUS_MM, normal
+        return np.where(beyond > 0, np.maximum(beyond, distance), distance), normal
 
 
 def _tip() -> Revolved:

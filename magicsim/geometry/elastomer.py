@@ -61,9 +61,9 @@ def _block(design: ElastomerDesign) -> SurfaceMesh:
 def subdivision(design: ElastomerDesign, grid: CellGrid) -> int:
     """Parts into which the edges of an infill cell are split: as many as the lattice has cells along a pitch.
 
-    A trilinear lattice cell keeps straight edges straight, so a finer surface would show nothing more.
+    At least two, so that a pressed cell can bulge and its walls bend.
     """
-    return max(split_count(pitch, design.lattice.spacing_mm or pitch) for pitch in grid.pitch_mm.tolist())
+    return max(2, *(split_count(pitch, design.lattice.spacing_mm or pitch) for pitch in grid.pitch_mm.tolist()))
 
 
 def _cells(grid: CellGrid, parts: int) -> SurfaceMesh:

@@ -8,7 +8,8 @@ layer of thickness h, bonded below, answers with the surface displacement (2 / E
 (Hayes, Keer, Herrmann and Mockros, J. Biomech. 5, 1972; Vorovich, Aleksandrov and Babeshko 1974). Abel's inversion of
 "displacement = depth - shape" for r < a leaves a Fredholm equation of the second kind for f,
 
-    f(t) - (1/pi) int_0^a [M(t + s) + M(t - s)] f(s) ds = (E*/pi) (depth - g(t)),   M(x) = (1/h) int (1 - L(u)) cos(u x / h) du
+    f(t) - (1/pi) int_0^a [M(t + s) + M(t - s)] f(s) ds = (E*/pi) (depth - g(t))
+    M(x) = (1/h) int (1 - L(u)) cos(u x / h) du
 
 with g(t) = d/dt int_0^t r shape(r) / sqrt(t^2 - r^2) dr, and F = 2 pi int_0^a f dt. It is the half-space for h -> inf.
 """
@@ -20,10 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-WAVENUMBERS = np.polynomial.legendre.leggauss(600)
+WAVENUMBERS = np.polynomial.legendre.leggauss(1500)
 LARGEST_WAVENUMBER = 24.0
 """In units of 1/h; 1 - L has decayed to 1e-17 there."""
-RADII = np.polynomial.legendre.leggauss(60)
+RADII = np.polynomial.legendre.leggauss(120)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +52,7 @@ def layer_contact(
 
     Args:
         shape: g of the object; None is a flat punch pressed by 1 mm.
-        contact_mm: Contact radius a [mm].
+        contact_mm: Contact radius a, up to about 50 heights [mm].
         height_mm: Thickness h [mm].
         modulus_mpa: E* = E / (1 - nu^2) [MPa].
         poisson: nu.
@@ -60,10 +61,7 @@ def layer_contact(
     u, du = (WAVENUMBERS[0] + 1) / 2 * LARGEST_WAVENUMBER, WAVENUMBERS[1] / 2 * LARGEST_WAVENUMBER
     k = 3 - 4 * poisson
     rest = 1 - (2 * k * np.sinh(2 * u) - 4 * u) / (2 * k * np.cosh(2 * u) + 4 * u**2 + 1 + k**2)
-
-    t = contact_mm * np.append(nodes, 1.0)
-    ds = contact_mm * np.append(weights, 0.0)
-
+    t, ds = contact_mm * np.append(nodes, 1.0), contact_mm * np.append(weights, 0.0)
     # cos u(t + s) + cos u(t - s) = 2 cos ut cos us
     wave = np.cos(np.outer(t, u) / height_mm)
     kernel = 2 * (wave * (rest * du)) @ wave.T / height_mm

@@ -10,6 +10,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import box_lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import press
+from magicsim.deform.zone import FAR_FIELD_BOUND
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
@@ -148,3 +149,22 @@ def test_core_cells_are_softer_than_the_skin() -> None:
     lattice = build_lattice(load_preset(ElastomerDesign, "design", "mini-magictac"))
     assert lattice.is_core.sum() == 22 * 30 * 5
     assert lattice.shear_modulus_mpa[lattice.is_core].max() < lattice.shear_modulus_mpa[~lattice.is_core].min() / 2
+
+
+@pytest.mark.parametrize("name", ["mini-magictac", "uniform-block"])
+def test_coarse_far_field_changes_the_force_by_less_than_its_bound(name: str) -> None:
+    forces = []
+    for growth in (1.0, ElastomerDesign.model_fields["lattice"].default.growth):
+        design = load_preset(ElastomerDesign, "design", name, ["footprint_mm=[16,16]", f"lattice.growth={growth}"])
+        forces.append(press(design, BALL, depth_mm=0.5, tolerance_mm=5e-4).force_n[2])
+    assert forces[1] == pytest.approx(forces[0], rel=FAR_FIELD_BOUND)
+    assert forces[1] != forces[0]
+
+
+def test_unloading_ends_where_loading_does() -> None:
+    """Multipliers that outlive a deeper press would pull the face across a gap."""
+    solver = ContactSolver(small_solver().lattice, tolerance_mm=2e-4)
+    deep = solver.solve(place_object(BALL, gap_mm=-0.8))
+    back, direct = (solver.solve(place_object(BALL, gap_mm=-0.2), start) for start in (deep, None))
+    assert back.force_n[2] == pytest.approx(direct.force_n[2], rel=0.01)
+    assert back.contact_gap_mm[back.contact_pressure_mpa > 0].max() <= 2e-4

@@ -96,7 +96,7 @@ def hang(design, grid, lattice: NetworkLattice, points: np.ndarray) -> tuple[Cel
 
 @pytest.mark.parametrize("motion", DIRECTIONS)
 def test_block_at_ten_percent(motion: str) -> None:
-    (found,) = compare(motion, [0.1], 0.5, infill=3, wall=1, skin=1)
+    (found,) = compare(motion, [0.1], 0.34, infill=3, wall=1, skin=2)
     assert abs(found.force) < 0.03
     assert found.corrected < 0.05
     assert found.corrected_rms < 0.9 * found.trilinear_rms
@@ -108,7 +108,7 @@ def test_block_up_to_thirty_percent(motion: str) -> None:
     for found in compare(motion, [0.1, 0.2, 0.3], 0.25, infill=3, wall=2, skin=3):
         assert abs(found.force) < 0.03
         assert found.corrected < 0.05
-        assert found.corrected_rms < 0.8 * found.trilinear_rms
+        assert found.corrected_rms < 0.85 * found.trilinear_rms
 
 
 def test_reference_gradient_and_matrix_agree() -> None:

@@ -107,14 +107,6 @@ class Linearised:
     min_jacobian: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Press:
-    """What the lower plate feels at each step."""
-
-    displacements_mm: list[np.ndarray]
-    force_n: list[np.ndarray]
-
-
 class ReducedMatrix:
     """Factorises moving^T K moving; SciPy's products drop zeros, so the entries are put back in a fixed pattern."""
 
@@ -139,37 +131,40 @@ class ReducedMatrix:
         return self.solver.factorise(values)
 
 
-def press(
-    model: NeoHookeanBoxes | NetworkLattice, moving: sp.csr_matrix, plate_mm: list[np.ndarray], height_mm: float
-) -> Press:
-    """Moves the lower plate step by step; the upper one is held.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equilibrium:
+    displacements_mm: np.ndarray
+    """Shape (nodes, 3)."""
+    force_n: np.ndarray
+    """What holds the nodes, shape (nodes, 3); zero where they move freely."""
+
+
+def follow_path(
+    model: NeoHookeanBoxes | NetworkLattice, moving: sp.csr_matrix, affine_mm: list[np.ndarray]
+) -> list[Equilibrium]:
+    """Stable equilibria along a path of prescribed displacements.
 
     Args:
         model: Elements.
-        moving: Displacements from reduced unknowns, to which the affine motion is added, shape (3 nodes, unknowns).
-        plate_mm: Displacement of the plate at each step.
-        height_mm: Distance of the plates.
+        moving: Displacements from reduced unknowns, which are added to the prescribed ones, shape (3 nodes, unknowns).
+        affine_mm: Prescribed displacement of all nodes at each step, from rest in equal steps, shape (nodes, 3).
     """
     rest = model.lattice.nodes_mm
-    share = 1 - rest[:, 2:] / height_mm
-    free, pressure = np.zeros(moving.shape[1]), np.zeros(len(model.volumes))
-    before: list[tuple[np.ndarray, np.ndarray]] = [(free, np.zeros(3))]
-    matrix = ReducedMatrix(moving, model.dofs)
-    displacements: list[np.ndarray] = []
-    forces: list[np.ndarray] = []
-    for plate in plate_mm:
-        if len(before) > 1:
-            (first, start), (last, end) = before[-2:]
-            free = last + (last - first) * np.linalg.norm(plate - end) / np.linalg.norm(end - start)
-        affine = rest + share * plate
-        state = model.linearise(affine + (moving @ free).reshape(-1, 3), pressure)
+    free = before = np.zeros(moving.shape[1])
+    pressure = np.zeros(len(model.volumes))
+    matrix, path = ReducedMatrix(moving, model.dofs), []
+    for affine in affine_mm:
+        free, before = 2 * free - before, free  # goes on as it went
+        state = model.linearise(rest + affine + (moving @ free).reshape(-1, 3), pressure)
         for iteration in range(40):
             residual = moving.T @ state.gradient
-            if iteration and np.linalg.norm(residual) < RESIDUAL * np.linalg.norm(state.gradient):
+            is_small = np.linalg.norm(residual) < RESIDUAL * np.linalg.norm(state.gradient)
+            is_stable = matrix.factorise(state.hessian)
+            if iteration and is_small and is_stable:
                 break
-            if not matrix.factorise(state.hessian):  # the pressure of an early iterate can do that
+            if not is_stable:  # the pressure of an early iterate can do that
                 pressure = pressure / 2
-                state = model.linearise(affine + (moving @ free).reshape(-1, 3), pressure)
+                state = model.linearise(rest + affine + (moving @ free).reshape(-1, 3), pressure)
                 continue
             step = -matrix.solver.solve(residual)
             growth = np.einsum("ca,ca->c", state.volume_gradient, (moving @ step)[model.dofs]) / model.volumes
@@ -177,16 +172,45 @@ def press(
             part, floor = 2.0, 0.3 * state.min_jacobian
             while part == 2 or state.min_jacobian < floor:
                 part /= 2
-                state = model.linearise(
-                    affine + (moving @ (free + part * step)).reshape(-1, 3), pressure + part * change
-                )
+                assert part > 1e-3, "folded"
+                positions = rest + affine + (moving @ (free + part * step)).reshape(-1, 3)
+                state = model.linearise(positions, pressure + part * change)
             free, pressure = free + part * step, pressure + part * change
         else:
-            raise AssertionError("no equilibrium")
-        before.append((free, plate))
-        displacements.append(affine + (moving @ free).reshape(-1, 3) - rest)
-        forces.append(state.gradient.reshape(-1, 3)[rest[:, 2] < TOLERANCE_MM].sum(0))
-    return Press(displacements_mm=displacements, force_n=forces)
+            raise AssertionError("no stable equilibrium")
+        displacements = affine + (moving @ free).reshape(-1, 3)
+        path.append(Equilibrium(displacements_mm=displacements, force_n=state.gradient.reshape(-1, 3)))
+    return path
+
+
+def periodic_cell(*, body: tuple[float, float], infill: tuple[float, float], share: float, parts: tuple[int, int]):
+    """A unit cell with opposite faces tied and the wall crossing held: elements and map from reduced unknowns.
+
+    Args:
+        body: Shear and bulk modulus of the walls [MPa].
+        infill: Shear and bulk modulus of the cube in the middle [MPa].
+        share: Volume share of the cube.
+        parts: Elements across half the cube and across half a wall.
+    """
+    side = share ** (1 / 3)
+    wall, half = (1 - side) / 2 * np.linspace(0, 1, parts[1] + 1)[:-1], _graded_half(1.0, side, parts[0])
+    planes = np.concatenate([wall, half, (1 - half[::-1])[1:], 1 - wall[::-1]])
+    lattice = box_lattice((planes, planes, planes), shear_modulus_mpa=1, lame_mpa=1)
+    soft = (np.abs(lattice.nodes_mm[lattice.cells].mean(1) - 0.5) < side / 2).all(1)
+    _fill(lattice, soft, body, infill)
+    count = len(planes) - 1
+    index = np.stack(np.indices((count + 1,) * 3), -1).reshape(-1, 3) % count
+    number = (index[:, 0] * count + index[:, 1]) * count + index[:, 2]
+    column = (3 * number[:, None] + np.arange(3)).ravel() - 3
+    rows = np.flatnonzero(column >= 0)
+    return NeoHookeanBoxes(lattice), sp.csr_matrix(
+        (np.ones(len(rows)), (rows, column[rows])), shape=(column.size, 3 * count**3 - 3)
+    )
+
+
+def mean_stress(model: NeoHookeanBoxes, state: Equilibrium) -> np.ndarray:
+    """First Piola-Kirchhoff stress from the forces on the boundary, shape (3, 3) [MPa]."""
+    return state.force_n.T @ model.lattice.nodes_mm / model.volumes.sum()
 
 
 def quarter_patch(
@@ -213,9 +237,12 @@ def quarter_patch(
     is_infill = (inside & (np.abs(local % 1 - 0.5) < grid.cell_mm / grid.pitch_mm / 2)).all(1)
     body, soft = design.materials.body, design.materials.infill
     assert soft is not None
-    lattice.shear_modulus_mpa[:] = np.where(is_infill, soft.shear_modulus_mpa, body.shear_modulus_mpa)
-    bulk = np.where(is_infill, soft.bulk_modulus_mpa, body.bulk_modulus_mpa)
-    lattice.lame_mpa[:] = bulk - 2 / 3 * lattice.shear_modulus_mpa
+    _fill(
+        lattice,
+        is_infill,
+        (body.shear_modulus_mpa, body.bulk_modulus_mpa),
+        (soft.shear_modulus_mpa, soft.bulk_modulus_mpa),
+    )
     return NeoHookeanBoxes(lattice), _half_turn(lattice), is_infill
 
 
@@ -229,13 +256,23 @@ def whole_block(lattice: Lattice) -> sp.csr_matrix:
 def _planes(design: ElastomerDesign, grid: CellGrid, axis: int, infill: int, wall: int, skin: int) -> np.ndarray:
     pitch, cube = grid.pitch_mm[axis], grid.cell_mm[axis]
     low = (pitch - cube) / 2 * np.linspace(0, 1, wall + 1)[:-1]
-    half = pitch / 2 - cube / 2 * (1 - np.linspace(0, 1, infill + 1) ** 1.5)
+    half = _graded_half(pitch, cube, infill)
     cell = np.concatenate([low, half, (pitch - half[::-1])[1:], (pitch - low[::-1])[:-1]])
     core = np.concatenate([cell + pitch * number for number in range(grid.counts[axis])])
     edge = design.skin_mm * np.linspace(0, 1, skin + 1)
     size = core[-1] + pitch - cell[-1] + 2 * design.skin_mm
     planes = np.concatenate([edge[:-1], design.skin_mm + core, (size - edge)[::-1]])
     return planes + grid.origin_mm[axis] - design.skin_mm
+
+
+def _graded_half(pitch: float, cube: float, count: int) -> np.ndarray:
+    """Planes from the interface to the middle of the cell, closer at the interface."""
+    return pitch / 2 - cube / 2 * (1 - np.linspace(0, 1, count + 1) ** 1.5)
+
+
+def _fill(lattice: Lattice, is_infill: np.ndarray, body: tuple[float, float], infill: tuple[float, float]) -> None:
+    lattice.shear_modulus_mpa[:] = np.where(is_infill, infill[0], body[0])
+    lattice.lame_mpa[:] = np.where(is_infill, infill[1], body[1]) - 2 / 3 * lattice.shear_modulus_mpa
 
 
 def _half_turn(lattice: Lattice) -> sp.csr_matrix:

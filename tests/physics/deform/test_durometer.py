@@ -1,0 +1,44 @@
+"""The virtual durometer: it ends where spring and sample agree, and orders samples by stiffness."""
+
+import pytest
+
+from magicsim.config import load_preset
+from magicsim.deform.durometer import durometer, spring_force_n
+from magicsim.geometry.design import ElastomerDesign
+
+
+def sample(*overrides: str) -> ElastomerDesign:
+    return load_preset(ElastomerDesign, "design", "uniform-block", ["footprint_mm=[10,10]", *overrides])
+
+
+@pytest.fixture(scope="module")
+def soft() -> float:
+    return durometer(sample("materials.body.youngs_modulus_mpa=1.0"), spacing_mm=0.6).shore_a
+
+
+def test_spring_is_that_of_the_standard() -> None:
+    assert spring_force_n(2.5) == pytest.approx(0.55)
+    assert spring_force_n(0.0) == pytest.approx(8.05)
+
+
+def test_equilibrium_is_on_the_spring_and_valid() -> None:
+    found = durometer(sample(), spacing_mm=0.6)
+    assert found.force_n == pytest.approx(spring_force_n(found.depth_mm), abs=1e-3)
+    assert found.shore_a == pytest.approx(100 * (1 - found.depth_mm / 2.5))
+    assert found.min_jacobian > 0
+    assert found.max_penetration_mm <= 0.002
+    assert found.force_balance < 1e-6
+
+
+def test_stiffer_is_harder(soft: float) -> None:
+    assert durometer(sample("materials.body.youngs_modulus_mpa=2.0"), spacing_mm=0.6).shore_a > soft + 5
+
+
+def test_thinner_is_harder(soft: float) -> None:
+    thin = sample("materials.body.youngs_modulus_mpa=1.0", "core_mm=2.0")
+    assert durometer(thin, spacing_mm=0.6).shore_a > soft + 2
+
+
+def test_foot_makes_the_reading_harder(soft: float) -> None:
+    bare = durometer(sample("materials.body.youngs_modulus_mpa=1.0"), spacing_mm=0.6, hole_radius_mm=None)
+    assert bare.shore_a < soft

@@ -1,0 +1,86 @@
+"""Bonded, nearly incompressible layers under a sphere: the formula of Long et al., and the lubrication limit.
+
+A layer of thickness h much smaller than the contact radius b moves like a lubricant. With pressure p(r) and shear
+modulus mu, mu u'' = p' across it. Bonded below and free to slide above, u = p' (z^2 - 2 h z) / 2 mu and the flux is
+q = -p' h^3 / 3 mu; held on both faces, u = p' z (z - h) / 2 mu and q = -p' h^3 / 12 mu: that is the factor of four, and
+"frictionless" means the sphere's side only. An incompressible layer carries away what the sphere displaces,
+2 pi r q = 2 pi int_0^r (d - s^2 / 2R) s ds, so q = d r / 2 - r^3 / 8R. Beyond the edge there is neither pressure nor
+flux, so q(b) = 0, b^2 = 4 R d, and frictionless
+
+    p = (3 mu / 32 R h^3) (b^2 - r^2)^2,    F = pi mu b^6 / 32 R h^3 = 2 pi mu R^2 d^3 / h^3.
+
+With increasing depth a held point starts to stick where the edge passes it, where q was zero so far: the integral over
+the path is four times the same. It needs h << b, d b << h^2 and a bulk modulus far above mu (b / h)^2.
+"""
+
+import numpy as np
+import pytest
+
+from .deep_block import SHEAR_MPA, Counts, DeepBlock, ball, order, reduced_modulus_mpa
+from .layer_theory import layer_contact, sphere
+
+POISSON = 0.49999
+LAYER = DeepBlock(height_mm=1.0, half_width_mm=40.0, poisson=POISSON, spread_per_mm=0.0)
+HELD_LAYER = DeepBlock(height_mm=1.0, half_width_mm=27.0, poisson=POISSON, spread_per_mm=0.0)
+THIN_LEVELS: tuple[Counts, ...] = ((9, 2), (12, 3), (15, 4))
+
+
+def long_n(radius_mm: float, height_mm: float, depth_mm: float) -> float:
+    """Long, Hall, Wu and Hui, Biophys. J. 101 (2011): neo-Hookean, nu = 0.5, R/h <= 2, d <= min(0.6 h, 0.4 R)."""
+    ratio = height_mm / radius_mm
+    omega = (radius_mm * depth_mm / height_mm**2) ** 1.5
+    alpha, beta = 10.05 - 0.63 * np.sqrt(ratio) * (3.1 + ratio**2), 4.8 - 4.23 * ratio**2
+    factor = (1 + 1.15 * omega ** (1 / 3) + alpha * omega + beta * omega**2) / (1 + 2.3 * omega)
+    return float(16 / 3 * SHEAR_MPA * np.sqrt(radius_mm) * depth_mm**1.5 * factor)
+
+
+def lubrication_n(radius_mm: float, depth_mm: float) -> float:
+    return float(2 * np.pi * SHEAR_MPA * radius_mm**2 * depth_mm**3 / LAYER.height_mm**3)
+
+
+def long_block() -> DeepBlock:
+    return DeepBlock(
+        height_mm=4.0, half_width_mm=12.0, poisson=0.499, spread_per_mm=0.7, flat_mm=1.5, flat_depth_mm=1.5
+    )
+
+
+@pytest.mark.parametrize("depth_mm", [0.4, 0.8])
+def test_sphere_on_a_layer_presses_as_long_et_al_found(depth_mm: float) -> None:
+    state = long_block().solver((9, 6), tolerance_mm=1e-4).solve(ball(4.0, depth_mm))
+    assert state.force_n[2] == pytest.approx(long_n(4.0, 4.0, depth_mm), rel=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("depth_mm", [0.4, 0.8])
+def test_sphere_on_a_layer_converges(depth_mm: float) -> None:
+    levels = ((6, 4), (9, 6), (13, 9))
+    solvers = [long_block().solver(level, tolerance_mm=1e-4) for level in levels]
+    forces = [float(solver.solve(ball(4.0, depth_mm)).force_n[2]) for solver in solvers]
+    assert forces[-1] == pytest.approx(long_n(4.0, 4.0, depth_mm), rel=0.03)
+    assert abs(forces[1] - forces[2]) < 0.6 * abs(forces[0] - forces[1])
+
+
+def test_thin_layer_slides_below_a_frictionless_sphere() -> None:
+    """b/h = 32, d b / h^2 = 0.16."""
+    radius, depth = 5e4, 0.005
+    edge, modulus = np.sqrt(4 * radius * depth), reduced_modulus_mpa(POISSON)
+    contacts = [
+        layer_contact(sphere(radius), share * edge, height_mm=1.0, modulus_mpa=modulus, poisson=POISSON)
+        for share in np.linspace(0.9, 1.0, 6)
+    ]
+    exact = np.interp(depth, [each.depth_mm for each in contacts], [each.force_n for each in contacts])
+    solvers = [LAYER.solver(level, tolerance_mm=depth / 500) for level in THIN_LEVELS]
+    forces = [float(solver.solve(ball(radius, depth)).force_n[2]) for solver in solvers]
+    assert forces[-1] == pytest.approx(lubrication_n(radius, depth), rel=0.05)
+    assert forces[-1] == pytest.approx(exact, rel=0.02)
+    print(forces / exact, forces / lubrication_n(radius, depth))
+
+
+@pytest.mark.slow
+def test_thin_layer_held_by_the_sphere_is_four_times_stiffer() -> None:
+    """b/h = 20, d b / h^2 = 0.2; friction of 10 holds every point."""
+    radius, depth = 1e4, 0.01
+    solver = HELD_LAYER.solver((12, 4), tolerance_mm=depth / 500, friction=10.0, max_step_mm=depth / 4)
+    state = solver.solve(ball(radius, depth))
+    assert not state.is_slipping.any()
+    assert state.force_n[2] == pytest.approx(4 * lubrication_n(radius, depth), rel=0.05)
