@@ -22,10 +22,10 @@ from magicsim.geometry.design import ElastomerDesign
 
 READINGS = (((10.0, 3.0), 33.25), ((10.0, 0.5), 17.1))
 """(Total height, skin) [mm] and Shore A."""
-START = (1.7, 0.03)
+START = (1.6, 0.012)
 """Young's modulus of the body and shear modulus of the infill to start from [MPa]."""
-TOLERANCE_A = 0.02
-DIFFERENCE = 0.15
+TOLERANCE_A = 0.1
+DIFFERENCE = 0.2
 """Step of the finite differences of the logarithms."""
 MAX_UPDATES = 8
 

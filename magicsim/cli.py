@@ -182,6 +182,24 @@ def export(design: str, *, out: Out, settings: Settings = None, seed: Seed = Non
 
 
 @app.command
+def bench(
+    kind: Literal["deform", "stress", "cost"] = "deform", *, out: Out = Path("magicsim-bench"),
+    quick: Annotated[bool, Parameter(negative="", help="A small part of it.")] = False,
+    recompute: Annotated[bool, Parameter(negative="", help="Solve the reference again (needs NGSolve).")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Report error against run time of the deformation, its validity at extremes, or cost against size."""
+    from magicsim.bench.run import run_bench
+
+    del seed  # the cases' random numbers are fixed; the option exists on every command
+    if settings:
+        msg = f"--set {settings[0]} is not allowed with bench: its cases are fixed"
+        raise ConfigError(msg)
+    found = run_bench(kind, out, quick=quick, recompute=recompute)
+    _print(found if json else {"results": found["results"], "written": str(out)}, as_json=json)
+
+
+@app.command
 def doctor(*, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
     """Say what this machine can do, and how to get the rest."""
     from magicsim.doctor import examine

@@ -29,7 +29,7 @@ SPACING_MM = 0.3
 """Node spacing under the cone by default [mm]."""
 GROWTH = 2.2
 """Ratio of neighbouring spacings away from the cone."""
-STEP_MM = 0.25
+STEP_MM = 0.1
 """Motion of the cone in one load step [mm]."""
 FORCE_TOLERANCE_N = 1e-4
 """Accuracy of the force at equilibrium [N]."""

@@ -22,7 +22,9 @@ from .layer_theory import layer_contact, sphere
 POISSON = 0.49999
 LAYER = DeepBlock(height_mm=1.0, half_width_mm=40.0, poisson=POISSON, spread_per_mm=0.0)
 HELD_LAYER = DeepBlock(height_mm=1.0, half_width_mm=27.0, poisson=POISSON, spread_per_mm=0.0)
-THIN_LEVELS: tuple[Counts, ...] = ((9, 2), (12, 3), (15, 4))
+THIN_RADIUS_MM, THIN_DEPTH_MM = 5e4, 0.005
+"""b/h = 32, d b / h^2 = 0.16."""
+THIN_LEVELS: tuple[Counts, ...] = ((8, 2), (12, 3), (16, 4))
 
 
 def long_n(radius_mm: float, height_mm: float, depth_mm: float) -> float:
@@ -46,7 +48,7 @@ def long_block() -> DeepBlock:
 
 @pytest.mark.parametrize("depth_mm", [0.4, 0.8])
 def test_sphere_on_a_layer_presses_as_long_et_al_found(depth_mm: float) -> None:
-    state = long_block().solver((9, 6), tolerance_mm=1e-4).solve(ball(4.0, depth_mm))
+    state = long_block().solver((9, 6), tolerance_mm=depth_mm / 1000).solve(ball(4.0, depth_mm))
     assert state.force_n[2] == pytest.approx(long_n(4.0, 4.0, depth_mm), rel=0.03)
 
 
@@ -54,26 +56,43 @@ def test_sphere_on_a_layer_presses_as_long_et_al_found(depth_mm: float) -> None:
 @pytest.mark.parametrize("depth_mm", [0.4, 0.8])
 def test_sphere_on_a_layer_converges(depth_mm: float) -> None:
     levels = ((6, 4), (9, 6), (13, 9))
-    solvers = [long_block().solver(level, tolerance_mm=1e-4) for level in levels]
+    solvers = [long_block().solver(level, tolerance_mm=depth_mm / 1000) for level in levels]
     forces = [float(solver.solve(ball(4.0, depth_mm)).force_n[2]) for solver in solvers]
     assert forces[-1] == pytest.approx(long_n(4.0, 4.0, depth_mm), rel=0.03)
     assert abs(forces[1] - forces[2]) < 0.6 * abs(forces[0] - forces[1])
 
 
-def test_thin_layer_slides_below_a_frictionless_sphere() -> None:
-    """b/h = 32, d b / h^2 = 0.16."""
-    radius, depth = 5e4, 0.005
-    edge, modulus = np.sqrt(4 * radius * depth), reduced_modulus_mpa(POISSON)
+@pytest.fixture(scope="module")
+def exact_n() -> float:
+    """Force of the thin layer by linear theory at any b/h."""
+    modulus, edge = reduced_modulus_mpa(POISSON), np.sqrt(4 * THIN_RADIUS_MM * THIN_DEPTH_MM)
     contacts = [
-        layer_contact(sphere(radius), share * edge, height_mm=1.0, modulus_mpa=modulus, poisson=POISSON)
+        layer_contact(sphere(THIN_RADIUS_MM), share * edge, height_mm=1.0, modulus_mpa=modulus, poisson=POISSON)
         for share in np.linspace(0.9, 1.0, 6)
     ]
-    exact = np.interp(depth, [each.depth_mm for each in contacts], [each.force_n for each in contacts])
-    solvers = [LAYER.solver(level, tolerance_mm=depth / 500) for level in THIN_LEVELS]
-    forces = [float(solver.solve(ball(radius, depth)).force_n[2]) for solver in solvers]
-    assert forces[-1] == pytest.approx(lubrication_n(radius, depth), rel=0.05)
-    assert forces[-1] == pytest.approx(exact, rel=0.02)
-    print(forces / exact, forces / lubrication_n(radius, depth))
+    depths, forces = [each.depth_mm for each in contacts], [each.force_n for each in contacts]
+    return float(np.interp(THIN_DEPTH_MM, depths, forces))
+
+
+def thin_force_n(level: Counts) -> float:
+    solver = LAYER.solver(level, tolerance_mm=THIN_DEPTH_MM / 200)
+    return float(solver.solve(ball(THIN_RADIUS_MM, THIN_DEPTH_MM)).force_n[2])
+
+
+def test_layer_theory_is_lubrication_on_a_thin_layer(exact_n: float) -> None:
+    assert exact_n == pytest.approx(lubrication_n(THIN_RADIUS_MM, THIN_DEPTH_MM), rel=0.02)
+
+
+def test_thin_layer_slides_below_a_frictionless_sphere(exact_n: float) -> None:
+    force = thin_force_n((12, 3))
+    assert force == pytest.approx(lubrication_n(THIN_RADIUS_MM, THIN_DEPTH_MM), rel=0.05)
+    assert force == pytest.approx(exact_n, rel=0.03)
+
+
+@pytest.mark.slow
+def test_thin_layer_converges_with_the_square_of_the_spacing(exact_n: float) -> None:
+    errors = [thin_force_n(level) - exact_n for level in THIN_LEVELS]
+    assert order(THIN_LEVELS, errors) > 1.5
 
 
 @pytest.mark.slow
