@@ -1,7 +1,7 @@
 """Decides before work starts what a scene needs, and says why the rest is left out.
 
-Every rule for frames is exact: leaving out changes no frame, which tests hold by rendering with and without. The one that
-is not, the coarse far field of the lattice, states its bound.
+Every rule for frames is exact: leaving out changes no frame, which tests hold by rendering with and without. The one
+that is not, the coarse far field of the lattice, states its bound.
 """
 
 from collections import Counter

@@ -32,6 +32,8 @@ from magicsim.deform.pattern import BlockPattern
 Array = npt.NDArray[np.float64]
 
 
+ROUNDING = 4 * float(np.finfo(np.float64).eps)
+"""Relative error of a cell's forces before they cancel."""
 FORCE_FLOOR = 1e-2
 """Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual."""
 
@@ -90,6 +92,17 @@ class Problem:
         """Instantaneous Young's modulus of the skin (nu = 1/2) over the smallest cell edge [N/mm3]."""
         skin = self.shear_modulus_mpa[: len(self.face.patches)].max()
         return float(3 * skin / self.smallest_edge_mm)
+
+    @property
+    def rounding_n(self) -> float:
+        """Contact force below which the residual's own rounding would exceed its tolerance [N].
+
+        Spring forces cancel those of the logarithm, and the rounding of a volume is multiplied by lambda.
+        """
+        lattice = self.elasticity.lattice
+        areas = np.sort(lattice.sizes_mm, axis=1)[:, 1:].prod(1)
+        moduli = lattice.lame_mpa + self.shear_modulus_mpa
+        return ROUNDING * float(np.sqrt(np.sum((moduli * areas) ** 2))) / self.options.residual
 
     @property
     def law(self) -> ContactLaw:
@@ -209,10 +222,10 @@ def _updated_memory(problem: Problem, iterate: Iterate) -> ContactMemory:
 
 
 def _relative_residual(problem: Problem, elastic: ElasticState, contact: ContactState) -> float:
-    free = problem.elasticity.lattice.free_nodes
-    residual = (elastic.gradient - contact.node_force_n)[:free]
-    floor = FORCE_FLOOR * float(problem.elasticity.lattice.shear_modulus_mpa.max()) * problem.smallest_edge_mm**2
-    return float(np.linalg.norm(residual) / max(floor, float(np.linalg.norm(contact.node_force_n))))
+    lattice = problem.elasticity.lattice
+    residual = (elastic.gradient - contact.node_force_n)[: lattice.free_nodes]
+    floor = FORCE_FLOOR * float(lattice.shear_modulus_mpa.max()) * problem.smallest_edge_mm**2
+    return float(np.linalg.norm(residual) / max(floor, problem.rounding_n, float(np.linalg.norm(contact.node_force_n))))
 
 
 def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> tuple[Array | None, float]:

@@ -86,7 +86,7 @@ def ball(radius_mm: float, depth_mm: float, *, x_mm: float = 0.0, twist_deg: flo
 
 
 def order(levels: Sequence[Counts], errors: Sequence[float]) -> float:
-    """p of error ~ spacing^p, by least squares of the logarithms."""
+    """Power p of error ~ spacing^p, by least squares of the logarithms."""
     slope = np.polyfit(np.log([across for across, _ in levels]), np.log(np.abs(errors)), 1)[0]
     return -float(slope)
 

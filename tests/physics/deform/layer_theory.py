@@ -1,7 +1,7 @@
 """Frictionless contact of a rigid body of revolution with a bonded elastic layer, by linear theory.
 
-A pressure with the Hankel transform p(xi) = integral_0^a f(t) cos(xi t) dt vanishes outside the contact radius a. The
-layer of thickness h, bonded below, answers with the surface displacement (2 / E*) int L(xi h) p(xi) J0(xi r) d xi, where
+A pressure with the Hankel transform p(xi) = integral_0^a f(t) cos(xi t) dt vanishes outside the contact radius a.
+The layer of thickness h, bonded below, answers with the surface displacement (2/E*) int L(xi h) p(xi) J0(xi r) d xi,
 
     L(x) = (2 k sinh 2x - 4x) / (2 k cosh 2x + 4x^2 + 1 + k^2),  k = 3 - 4 nu
 
@@ -36,12 +36,12 @@ class Contact:
 
 
 def sphere(radius_mm: float) -> Callable[[Array], Array]:
-    """g of a paraboloid r^2 / 2R."""
+    """Function g of a paraboloid r^2 / 2R."""
     return lambda t: t**2 / radius_mm
 
 
 def cone(half_angle_deg: float) -> Callable[[Array], Array]:
-    """g of a cone r / tan(alpha), alpha measured from the axis."""
+    """Function g of a cone r / tan(alpha), alpha measured from the axis."""
     return lambda t: np.pi / 2 * t / np.tan(np.radians(half_angle_deg))
 
 

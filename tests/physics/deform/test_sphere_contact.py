@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from magicsim.bench.reference import load_reference, reference_path
 from magicsim.config import load_preset
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import box_lattice, build_lattice
@@ -17,8 +18,8 @@ from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import SphereObject, parse_object
 
 BALL = SphereObject(kind="sphere", radius_mm=4.0)
-REFERENCE_N = {0.5: 1.604, 1.0: 5.082}
-"""Finite elements, benchmarks/sphere_on_block.py, `uniform-block`, sphere of 4 mm, elements of 0.36 mm."""
+REFERENCE_N = {depth.depth_mm: depth.force_n for depth in load_reference(reference_path()).depths}
+"""Finite elements on `uniform-block` under a sphere of 4 mm, benchmarks/reference_sphere_block.json."""
 
 
 def uniform_block(*overrides: str) -> ElastomerDesign:
@@ -119,11 +120,18 @@ def test_force_is_near_finite_elements_at_default_spacing(depth_mm: float) -> No
     assert result.max_penetration_mm <= 0.002
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("depth_mm", [0.5, 1.0])
-def test_force_is_near_finite_elements_at_fine_spacing(depth_mm: float) -> None:
+@pytest.mark.parametrize(("depth_mm", "error"), [(0.5, 0.02), pytest.param(2.5, 0.04, marks=pytest.mark.slow)])
+def test_force_is_near_finite_elements_at_fine_spacing(depth_mm: float, error: float) -> None:
     result = press(uniform_block("lattice.spacing_mm=0.5"), BALL, depth_mm=depth_mm)
-    assert result.force_n[2] == pytest.approx(REFERENCE_N[depth_mm], rel=0.03)
+    assert result.force_n[2] == pytest.approx(REFERENCE_N[depth_mm], rel=error)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("growth", [1.0, 1.6])
+def test_force_converges_to_finite_elements(growth: float) -> None:
+    design = uniform_block("lattice.spacing_mm=0.5", f"lattice.growth={growth}")
+    force = press(design, BALL, depth_mm=1.0).force_n[2]
+    assert force == pytest.approx(REFERENCE_N[1.0], rel=0.02)
 
 
 @pytest.mark.parametrize("depth_mm", [0.5, 1.0])

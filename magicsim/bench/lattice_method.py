@@ -1,0 +1,113 @@
+"""The package's own lattice as a method of the benchmark."""
+
+import time
+from collections.abc import Callable, Iterator
+from itertools import count
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import RectBivariateSpline
+
+from magicsim.bench.problem import Failure, Observation, Outcome, SphereOnBlock, repeats_left
+from magicsim.config import validate
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice import Lattice, build_lattice
+from magicsim.deform.path import ContactSolver
+from magicsim.deform.press import compile_kernels
+from magicsim.deform.zone import contact_zone
+from magicsim.errors import ConvergenceError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects import SphereObject
+
+Array = npt.NDArray[np.float64]
+Build = Callable[[SphereOnBlock, ElastomerDesign], Lattice]
+
+
+def uniform(problem: SphereOnBlock, design: ElastomerDesign) -> Lattice:
+    """The same spacing everywhere."""
+    del problem
+    return build_lattice(design)
+
+
+def graded(problem: SphereOnBlock, design: ElastomerDesign) -> Lattice:
+    """The design's spacing where the sphere can touch, coarser away from there."""
+    deepest = sphere_at(problem, problem.depths_mm[-1])
+    return build_lattice(design, zone=contact_zone([deepest], design))
+
+
+def sphere_at(problem: SphereOnBlock, depth_mm: float) -> Indenter:
+    """The sphere at a depth from first contact [mm]."""
+    return place_object(SphereObject(kind="sphere", radius_mm=problem.radius_mm), gap_mm=-depth_mm)
+
+
+def solve_lattice(
+    problem: SphereOnBlock, repeats: int, *, spacing_mm: float, tolerance_mm: float, build: Build = uniform
+) -> Iterator[Outcome]:
+    """Presses in steps, each a warm start from the one before.
+
+    Args:
+        problem: What to solve.
+        repeats: Runs of each timed step.
+        spacing_mm: Node spacing, the finest where it varies [mm].
+        tolerance_mm: Largest penetration [mm].
+        build: Makes the lattice of a design.
+    """
+    compile_kernels()
+    start = time.perf_counter()
+    data = problem.design.model_dump()
+    data["lattice"] |= {"spacing_mm": spacing_mm}
+    lattice = build(problem, validate(ElastomerDesign, data, source="benchmark"))
+    solver = ContactSolver(lattice, tolerance_mm=tolerance_mm)
+    total = time.perf_counter() - start
+    state: Deformation | None = None
+    for step in count(1):
+        depth = step * problem.step_mm
+        if depth > problem.depths_mm[-1] + 1e-9:
+            return
+        indenter, before = sphere_at(problem, depth), state
+        start = time.perf_counter()
+        try:
+            state = solver.solve(indenter, before)
+        except ConvergenceError as error:
+            total += time.perf_counter() - start
+            if problem.is_compared(step):
+                yield Failure(
+                    depth_mm=depth, message=str(error), seconds_total=total, unknowns=3 * lattice.free_nodes
+                )  # fmt: skip
+            continue
+        seconds = [time.perf_counter() - start]
+        total += seconds[0]
+        if problem.is_compared(step):
+            for _ in range(repeats_left(seconds[0], repeats)):
+                start = time.perf_counter()
+                solver.solve(indenter, before)
+                seconds.append(time.perf_counter() - start)
+            yield Observation(
+                depth_mm=depth,
+                force_n=float(state.force_n[2]),
+                contact_area_mm2=state.contact_area_mm2,
+                surface_mm=face_displacement(lattice, state.displacements_mm, problem.sample_points_mm),
+                seconds=tuple(seconds),
+                seconds_total=total,
+                unknowns=state.unknowns,
+                iterations=state.iterations,
+            )
+
+
+def face_displacement(lattice: Lattice, displacements_mm: Array, points_mm: Array) -> Array:
+    """Displacement at points of the undeformed contact face, from cubic splines through its nodes.
+
+    Args:
+        lattice: Box cells, its nodes on planes.
+        displacements_mm: Of the nodes, shape (nodes, 3) [mm].
+        points_mm: Positions on the face at rest, shape (points, 3) [mm].
+
+    Returns:
+        Displacements, shape (points, 3) [mm].
+    """
+    x, y = lattice.planes_mm[:2]
+    face = displacements_mm[: len(x) * len(y)].reshape(len(y), len(x), 3)
+    degree_y, degree_x = min(3, len(y) - 1), min(3, len(x) - 1)
+    splines = (RectBivariateSpline(y, x, face[:, :, axis], kx=degree_y, ky=degree_x) for axis in range(3))
+    return np.stack([spline.ev(points_mm[:, 1], points_mm[:, 0]) for spline in splines], 1)

@@ -1,0 +1,81 @@
+"""One call for the command line: runs a benchmark, writes its JSON and draws its plot from that file."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from magicsim.bench.compare import compare
+from magicsim.bench.cost import run_cost
+from magicsim.bench.cost_plot import plot_cost
+from magicsim.bench.error_plot import plot_errors
+from magicsim.bench.reference import reference_path
+from magicsim.bench.stress import run_stress
+from magicsim.bench.stress_plot import plot_stress
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.folder import result_file
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Benchmark:
+    """A question, how to answer it and how to draw the answer."""
+
+    run: Callable[..., dict[str, Any]]
+    """Takes `quick`; returns an object with `results`."""
+    plot: Callable[[dict[str, Any], Path], None]
+
+
+BENCHMARKS = {
+    "deform": Benchmark(run=compare, plot=plot_errors),
+    "stress": Benchmark(run=run_stress, plot=plot_stress),
+    "cost": Benchmark(run=run_cost, plot=plot_cost),
+}
+
+
+def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = False) -> dict[str, Any]:
+    """Runs one benchmark; `out` then holds `bench-KIND.json` and `bench-KIND.png`.
+
+    Args:
+        kind: `deform` (error against run time), `stress` (validity at extremes) or `cost` (cost against size).
+        out: Folder, made where missing.
+        quick: A small part of it, in a minute or two.
+        recompute: Solve the reference of `deform` again first, and replace its file (needs NGSolve).
+
+    Returns:
+        The object in the file: `results` and what belongs to them.
+
+    Raises:
+        ConfigError: An unknown kind, or NGSolve is missing where it is needed.
+        PresetError: There is no reference.
+    """
+    if kind not in BENCHMARKS:
+        raise ConfigError(unknown_choice("benchmark", kind, BENCHMARKS))
+    if recompute:
+        _recompute()
+    data = BENCHMARKS[kind].run(quick=quick)
+    file = out / f"bench-{kind}.json"
+    with result_file(file) as partial:
+        partial.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    draw(file, out / f"bench-{kind}.png")
+    return data
+
+
+def draw(file: Path, target: Path) -> None:
+    """Draws a benchmark from its JSON alone.
+
+    Args:
+        file: What `run_bench` wrote.
+        target: PNG or SVG file.
+    """
+    data = json.loads(file.read_text(encoding="utf-8"))
+    BENCHMARKS[data["kind"]].plot(data, target)
+
+
+def _recompute() -> None:
+    try:
+        from magicsim.bench.recompute import recompute_reference
+    except ModuleNotFoundError as error:
+        msg = f"recompute needs {error.name}; `pip install magicsim[reference]`"
+        raise ConfigError(msg) from None
+    recompute_reference(reference_path())
