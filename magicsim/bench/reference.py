@@ -12,10 +12,9 @@ import numpy.typing as npt
 
 from magicsim.errors import PresetError
 from magicsim.folder import result_file
-from magicsim.presets import preset_root
 
 Array = npt.NDArray[np.float64]
-FILE = Path("benchmarks") / "reference_sphere_block.json"
+FILE = Path(__file__).with_name("reference_sphere_block.json")
 DECIMALS = 6
 """Digits kept of a displacement in millimetres."""
 
@@ -63,7 +62,7 @@ class Reference:
 
 def reference_path() -> Path:
     """Where the shipped reference is."""
-    return preset_root() / FILE
+    return FILE
 
 
 def load_reference(path: Path | None = None) -> Reference:

@@ -19,7 +19,7 @@ from magicsim.geometry.objects import SphereObject, parse_object
 
 BALL = SphereObject(kind="sphere", radius_mm=4.0)
 REFERENCE_N = {depth.depth_mm: depth.force_n for depth in load_reference(reference_path()).depths}
-"""Finite elements on `uniform-block` under a sphere of 4 mm, benchmarks/reference_sphere_block.json."""
+"""Finite elements on `uniform-block` under a sphere of 4 mm, magicsim/bench/reference_sphere_block.json."""
 
 
 def uniform_block(*overrides: str) -> ElastomerDesign:
