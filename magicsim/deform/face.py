@@ -2,7 +2,8 @@
 
 The face at rest is divided into facets, the rectangles of the lattice's plane z = 0. Points a facet: a regular
 grid of midpoints with equal weights, their number along an edge odd so that the centre is one of them and at least
-`MIN_POINTS`; where contact is expected they are close enough to find every feature of the object.
+`MIN_POINTS`; where contact is expected they are close enough to find every feature of the object, as far as
+`MAX_POINTS` allow: textures much finer than the lattice want a finer `lattice.spacing_mm`.
 
 Between nodes the displacement is interpolated by cubics through the four nearest planes of each direction, not
 bilinearly: a flat facet cuts into an object of curvature 1/R by spacing^2 / 8 R (0.03 mm at 1 mm and R = 4 mm), so
@@ -25,6 +26,8 @@ POINT_SPACING_MM = 0.35
 """Largest distance between neighbouring contact points at rest."""
 MIN_POINTS = 3
 """Fewest points along a facet's edge."""
+MAX_POINTS = 5
+"""Most points along a facet's edge: a facet cannot follow more, and contact that it cannot follow does not converge."""
 FINEST_SPACING_MM = 0.05
 """Contact points are never closer."""
 STENCIL = 4
@@ -109,7 +112,7 @@ class _Axis:
 def _counts(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -> Index:
     """Points in each interval: odd, at most `spacing_mm` apart inside the zone."""
     width = np.diff(planes)
-    count: Index = np.maximum(MIN_POINTS, np.ceil(width / spacing_mm - ROUNDING).astype(np.int64) | 1)
+    count: Index = np.clip(np.ceil(width / spacing_mm - ROUNDING).astype(np.int64) | 1, MIN_POINTS, MAX_POINTS)
     if zone is not None:
         count[(planes[1:] < zone[0]) | (planes[:-1] > zone[1])] = MIN_POINTS
     return count

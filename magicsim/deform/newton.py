@@ -48,8 +48,11 @@ class NewtonOptions:
     """Largest norm of the out-of-balance nodal forces over that of the contact forces."""
     update_residual: float = 0.1
     """Residual below which contact multipliers are updated."""
-    limit_residual: float = 0.3
-    """Residual below which the limits of friction are updated; far from balance the pressures mean nothing."""
+    limit_residual: tuple[float, float] = (0.3, 1e-2)
+    """Residuals below which the limits of friction are updated, at first and later; far from balance the pressures mean
+    nothing."""
+    patience: int = 12
+    """Iterations after which limits are updated in balance only and by half, should they chase the pressures."""
     penalty_ratio: float = 100.0
     """Contact penalty in units of `Problem.stiffness`."""
     slip_penalty_ratio: float = 100.0
@@ -62,7 +65,7 @@ class NewtonOptions:
     """Multiple of the spring Laplacian added to a matrix that is not positive definite; four times more each try."""
     last_shift: float = 1e4
     """Multiple at which to give up."""
-    max_iterations: int = 40
+    max_iterations: int = 50
     """Iterations before the load step is given up."""
     max_halvings: int = 10
     """Shortenings of one Newton step."""
@@ -214,8 +217,10 @@ def _updated_memory(problem: Problem, iterate: Iterate) -> ContactMemory:
     options, memory, contact = problem.options, iterate.memory, iterate.contact
     if problem.friction > 0:
         memory = replace(memory, normal=contact.normal)
-    if iterate.mismatch > options.slip_mismatch and iterate.residual < options.limit_residual:
-        memory = replace(memory, limit_mpa=problem.friction * contact.pressure_mpa)
+    patient = iterate.iteration >= options.patience
+    if iterate.mismatch > options.slip_mismatch and iterate.residual < options.limit_residual[patient]:
+        wanted = problem.friction * contact.pressure_mpa
+        memory = replace(memory, limit_mpa=(wanted + memory.limit_mpa) / 2 if patient else wanted)
     if iterate.residual < options.update_residual and contact.misfit_mm > 0.9 * options.tolerance_mm:
         memory = replace(memory, multipliers_mpa=contact.pressure_mpa)
     return memory
