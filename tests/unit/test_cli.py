@@ -116,7 +116,7 @@ def test_press_prints_the_contract_and_pushes_upwards(shell: Shell):
     assert len(found["force_n"]) == len(found["torque_nmm"]) == 3
     assert found["force_n"][2] > 0.5
     assert found["converged"] is True
-    assert found["unknowns"] == 3 * 13 * 17 * 3
+    assert 0 < found["unknowns"] < 3 * 13 * 17 * 3  # coarser away from the contact
 
 
 def test_press_off_centre_with_shear_is_accepted(shell: Shell):

@@ -80,16 +80,18 @@ def test_block_without_a_grid_is_only_a_body():
 @pytest.mark.parametrize(
     ("changes", "parts"),
     [
-        ({}, 1),
+        ({}, 2),
         ({"lattice": {"spacing_mm": 1.0}}, 2),
         ({"lattice": {"spacing_mm": 0.55}}, 2),
         ({"lattice": {"spacing_mm": 0.3}}, 4),
         # Neither a thick nor a thin skin counts: only what the lattice does along a pitch.
-        ({"footprint_mm": (14.0, 14.0), "skin_mm": 5.0, "core_mm": 4.0, "lattice": {"spacing_mm": 1.0}}, 1),
+        ({"footprint_mm": (14.0, 14.0), "skin_mm": 5.0, "core_mm": 4.0, "lattice": {"spacing_mm": 1.0}}, 2),
         ({"footprint_mm": (2.2, 2.2), "skin_mm": 0.1, "core_mm": 2.0, "lattice": {"spacing_mm": 0.5}}, 2),
     ],
 )
-def test_infill_is_split_as_often_as_the_lattice_splits_a_pitch(changes: dict[str, object], parts: int):
+def test_infill_is_split_as_often_as_the_lattice_splits_a_pitch_and_at_least_in_two(
+    changes: dict[str, object], parts: int
+):
     assert build_elastomer(design(**changes)).triangles_per_cell == 12 * parts**2
 
 
