@@ -43,7 +43,7 @@ class SphereOnBlock:
     @property
     def lame_mpa(self) -> float:
         """The block's lambda [MPa]."""
-        return self.design.materials.body.bulk_modulus_mpa - 2 / 3 * self.shear_modulus_mpa
+        return self.design.materials.body.lame_mpa
 
     @property
     def steps(self) -> int:

@@ -8,7 +8,8 @@ Friction holds a point at an anchor that moves with the object: the trial tracti
 of its distance from the anchor, and where that exceeds the limit r = mu p it is cut to r (slip) and the anchor is
 dragged along. While an iteration runs, r is frozen at the pressure, and the tangent planes at the normals, it started
 from (the symmetrised algorithm of Laursen and Simo 1993): the problem then has a potential, so its matrix stays
-symmetric and a merit can be followed.
+symmetric and a merit can be followed. The frozen limit acts whether the point touches or not; were it to come and go
+with the contact, the potential would jump.
 """
 
 from collections.abc import Callable
@@ -23,6 +24,7 @@ from magicsim.deform.pattern import BlockPattern
 from magicsim.geometry.indenter import Indenter
 
 Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
 Surface = Callable[[Array], tuple[Array, Array]]
 """Signed distance, shape (count,) [mm], and outward normal, shape (count, 3), at points of shape (count, 3) [mm]."""
 CURVATURE_STEP_MM = 1e-4
@@ -36,8 +38,6 @@ TINY = 1e-300
 class ContactLaw:
     """Numbers of the contact that do not change along a path."""
 
-    penalty: float
-    """Stiffness along the normal [N/mm3]."""
     slip_penalty: float
     """Stiffness of a sticking point against tangential motion [N/mm3]: its elastic slip is traction over this."""
     friction: float
@@ -50,6 +50,10 @@ class ContactMemory:
 
     multipliers_mpa: Array
     """Augmented Lagrangian multipliers, shape (points,) [MPa]."""
+    penalty: float
+    """Stiffness along the normal [N/mm3]."""
+    updates: int = 0
+    """Of the multipliers in this load step."""
     anchors_mm: Array
     """Where friction holds each point, in the sensor's frame, shape (points, 3) [mm]."""
     limit_mpa: Array
@@ -76,6 +80,8 @@ class ContactState:
     """Augmented contact energy with the frozen friction limit, up to a constant [N mm]."""
     node_force_n: Array
     """Force of the object on the nodes, shape (nodes, 3) [N]."""
+    acting: Index
+    """Points that touch, or that friction still holds, shape (count,)."""
 
     @property
     def max_penetration_mm(self) -> float:
@@ -106,19 +112,19 @@ def evaluate_contact(
     """
     points = face.positions(nodes)
     gap, normal = surface(points)
-    pressure = np.maximum(0.0, memory.multipliers_mpa - law.penalty * gap)
+    pressure = np.maximum(0.0, memory.multipliers_mpa - memory.penalty * gap)
     shear = np.zeros_like(points)
-    energy = float(face.area_mm2 @ pressure**2) / (2 * law.penalty)
-    touching = np.flatnonzero(pressure > 0)
-    if law.friction > 0 and len(touching) > 0:
-        slip, size = _slip(points[touching], memory, touching)
-        limit = memory.limit_mpa[touching]
-        traction = np.minimum(law.slip_penalty * size, limit)
-        shear[touching] = -(traction / np.maximum(size, TINY))[:, None] * slip
-        energy += float(face.area_mm2[touching] @ (traction * size - traction**2 / (2 * law.slip_penalty)))
+    energy = float(face.area_mm2 @ pressure**2) / (2 * memory.penalty)
+    held = np.flatnonzero(memory.limit_mpa > 0)
+    if len(held) > 0:
+        slip, size = _slip(points[held], memory, held)
+        traction = np.minimum(law.slip_penalty * size, memory.limit_mpa[held])
+        shear[held] = -(traction / np.maximum(size, TINY))[:, None] * slip
+        energy += float(face.area_mm2[held] @ (traction * size - traction**2 / (2 * law.slip_penalty)))
+    acting = np.flatnonzero((pressure > 0) | (memory.limit_mpa > 0))
     force = np.zeros_like(nodes)
-    vectors = face.area_mm2[touching, None] * (pressure[touching, None] * normal[touching] + shear[touching])
-    scatter(face.shape, face.facet, face.patches, touching, vectors, force)
+    vectors = face.area_mm2[acting, None] * (pressure[acting, None] * normal[acting] + shear[acting])
+    scatter(face.shape, face.facet, face.patches, acting, vectors, force)
     return ContactState(
         points_mm=points,
         gap_mm=gap,
@@ -127,6 +133,7 @@ def evaluate_contact(
         shear_mpa=shear,
         energy_mj=energy,
         node_force_n=force,
+        acting=acting,
     )
 
 
@@ -154,19 +161,20 @@ def add_contact_stiffness(
         curvature_limit: Largest pressure times curvature that is taken into account [N/mm3]; below, convergence is
             quadratic; sharp edges and tractions far from equilibrium would only make the matrix indefinite.
     """
-    touching = np.flatnonzero(state.pressure_mpa > 0)
-    if len(touching) == 0:
+    acting = state.acting
+    if len(acting) == 0:
         return
-    normal, pressure = state.normal[touching], state.pressure_mpa[touching]
-    curvature = _normal_gradient(surface, state.points_mm[touching], normal)
+    normal, pressure = state.normal[acting], state.pressure_mpa[acting]
+    curvature = _normal_gradient(surface, state.points_mm[acting], normal)
     size = np.linalg.norm(curvature, axis=(1, 2))
     scale = np.minimum(pressure, curvature_limit / np.maximum(size, 1e-12))
-    local = law.penalty * normal[:, :, None] * normal[:, None, :] - scale[:, None, None] * curvature
+    penalty = np.where(pressure > 0, memory.penalty, 0.0)
+    local = penalty[:, None, None] * normal[:, :, None] * normal[:, None, :] - scale[:, None, None] * curvature
     if law.friction > 0:
-        local += _friction_stiffness(state.points_mm[touching], memory, law, touching)
-    local *= face.area_mm2[touching][:, None, None]
-    facet = face.facet[touching]
-    _scatter_blocks(local, face.shape[touching], facet, face.patches, pattern.indptr, pattern.patch_blocks, values)
+        local += _friction_stiffness(state.points_mm[acting], memory, law, acting)
+    local *= face.area_mm2[acting][:, None, None]
+    facet = face.facet[acting]
+    _scatter_blocks(local, face.shape[acting], facet, face.patches, pattern.indptr, pattern.patch_blocks, values)
 
 
 def slip_mismatch(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> float:
@@ -174,9 +182,7 @@ def slip_mismatch(face: ContactFace, state: ContactState, memory: ContactMemory,
     total = float(face.area_mm2 @ state.pressure_mpa)
     if law.friction == 0 or total == 0:
         return 0.0
-    touching = state.pressure_mpa > 0
-    difference = np.abs(memory.limit_mpa / law.friction - state.pressure_mpa)[touching]
-    return float(face.area_mm2[touching] @ difference) / total
+    return float(face.area_mm2 @ np.abs(memory.limit_mpa / law.friction - state.pressure_mpa)) / total
 
 
 def dragged_anchors(state: ContactState, law: ContactLaw) -> Array:
@@ -203,20 +209,18 @@ def moved_surface(indenter: Indenter, before: Indenter) -> Surface:
     return surface
 
 
-def _slip(points: Array, memory: ContactMemory, touching: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+def _slip(points: Array, memory: ContactMemory, held: Index) -> tuple[Array, Array]:
     """Tangential offset from the anchors, shape (count, 3) [mm], and its length, shape (count,) [mm]."""
-    offset, normal = points - memory.anchors_mm[touching], memory.normal[touching]
+    offset, normal = points - memory.anchors_mm[held], memory.normal[held]
     slip = offset - np.einsum("qi,qi->q", offset, normal)[:, None] * normal
     return slip, np.linalg.norm(slip, axis=1)
 
 
-def _friction_stiffness(
-    points: Array, memory: ContactMemory, law: ContactLaw, touching: npt.NDArray[np.int64]
-) -> Array:
-    slip, size = _slip(points, memory, touching)
-    limit, normal = memory.limit_mpa[touching], memory.normal[touching]
+def _friction_stiffness(points: Array, memory: ContactMemory, law: ContactLaw, held: Index) -> Array:
+    slip, size = _slip(points, memory, held)
+    limit, normal = memory.limit_mpa[held], memory.normal[held]
     tangent = np.eye(3) - normal[:, :, None] * normal[:, None, :]
-    slides = law.slip_penalty * size > limit
+    slides = law.slip_penalty * size >= limit
     along = np.where(slides, 1 / np.maximum(size, TINY), 0.0)[:, None] * slip
     tangent -= along[:, :, None] * along[:, None, :]
     stiffness = np.where(slides, limit / np.maximum(size, TINY), law.slip_penalty)

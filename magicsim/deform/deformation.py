@@ -22,8 +22,6 @@ class Deformation:
     """Of the nodes, shape (nodes, 3) [mm]."""
     pressure_mpa: Array
     """Volumetric stress lambda (J - 1) of each cell, negative in compression, shape (cells,) [MPa]."""
-    multipliers_mpa: Array
-    """Contact multipliers of the next warm start, shape (points,) [MPa]."""
     contact_points_mm: Array
     """Deformed quadrature points of the contact face, shape (points, 3) [mm]."""
     anchors_mm: Array
@@ -77,7 +75,6 @@ class Deformation:
         return cls(
             displacements_mm=np.zeros_like(lattice.nodes_mm),
             pressure_mpa=np.zeros(len(lattice.cells)),
-            multipliers_mpa=np.zeros(len(points)),
             contact_points_mm=points,
             anchors_mm=points,
             contact_pressure_mpa=np.zeros(len(points)),

@@ -103,22 +103,27 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
     Raises:
         GeometryError: The grid does not fit the block.
     """
-    grid = resolve_grid(design)
-    body = design.materials.body
-    planes = _as_triple(lattice_planes(design, grid))
-    if zone is not None:
-        planes = _graded(planes, zone, design)
-    lattice = box_lattice(
-        planes,
-        shear_modulus_mpa=body.shear_modulus_mpa,
-        lame_mpa=body.bulk_modulus_mpa - 2 / 3 * body.shear_modulus_mpa,
-    )
-    lattice = replace(lattice, zone=zone)
-    if grid is None or design.materials.infill is None:
+    planes = _as_triple(lattice_planes(design, resolve_grid(design)))
+    return replace(lattice_on(_graded(planes, zone, design) if zone is not None else planes, design), zone=zone)
+
+
+def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -> Lattice:
+    """A design's stiffness on given node planes, those between skin and core among them.
+
+    Args:
+        planes_mm: Increasing node planes along x, y and z [mm].
+        design: The block.
+
+    Raises:
+        GeometryError: The grid does not fit the block.
+    """
+    grid, body, infill = resolve_grid(design), design.materials.body, design.materials.infill
+    lattice = box_lattice(planes_mm, shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa)
+    if grid is None or infill is None:
         return lattice
     core = effective_stiffness(
         body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
-        infill=(design.materials.infill.shear_modulus_mpa, design.materials.infill.bulk_modulus_mpa),
+        infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
         infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
     )
     is_core = _inside_core(lattice, grid)

@@ -18,10 +18,11 @@ from magicsim.deform.contact import ContactMemory, dragged_anchors, moved_surfac
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
+from magicsim.deform.iterate import Iterate, IterationFigures, evaluated
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import quiet_openblas, symmetric_solver
-from magicsim.deform.newton import Iterate, IterationFigures, NewtonOptions, Problem
 from magicsim.deform.pattern import block_pattern
+from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -85,14 +86,14 @@ class ContactSolver:
         elasticity = Elasticity.of(lattice)
         self._relaxation = Relaxation.of(elasticity, branches) if branches is not None else None
         added = branches.shear_modulus_mpa.sum(0) if branches is not None else 0.0
-        self._problem = Problem(
-            elasticity=elasticity,
-            shear_modulus_mpa=lattice.shear_modulus_mpa + added,
-            face=face,
-            pattern=pattern,
-            solver=symmetric_solver(pattern.indptr, pattern.indices),
-            options=NewtonOptions(tolerance_mm=tolerance_mm),
+        self._problem = Problem.of(
+            elasticity,
+            face,
+            pattern,
+            symmetric_solver(pattern.indptr, pattern.indices),
+            NewtonOptions(tolerance_mm=tolerance_mm),
             friction=friction,
+            shear_modulus_mpa=lattice.shear_modulus_mpa + added,
         )
         rest = Deformation.rest(lattice, face)
         self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
@@ -131,7 +132,7 @@ class ContactSolver:
     @property
     def _forgets_its_path(self) -> bool:
         """Whether the equilibrium does not depend on how it was reached, so that it may be sought from rest."""
-        return self._problem.friction == 0 and self._relaxation is None
+        return self._problem.law.friction == 0 and self._relaxation is None
 
     def _timed(self, start: Deformation, dt_s: float) -> Problem:
         """The problem of one time step: the branches make it another elastic one."""
@@ -182,18 +183,19 @@ class ContactSolver:
     ) -> Iterate:
         """Iterates on one pose: first on the surface carried along from the pose before, then on the true one."""
         memory = ContactMemory(
-            multipliers_mpa=start.multipliers_mpa,
+            multipliers_mpa=np.zeros(len(start.contact_points_mm)),
+            penalty=problem.first_penalty,
             anchors_mm=indenter.pose.to_sensor(start.anchors_mm),
-            limit_mpa=problem.friction * start.contact_pressure_mpa,
+            limit_mpa=problem.law.friction * start.contact_pressure_mpa,
             normal=np.zeros_like(start.contact_points_mm),
         )
         if start.is_rest:
             memory = replace(memory, anchors_mm=start.contact_points_mm)
         positions, surface = self.lattice.nodes_mm + start.displacements_mm, moved_surface(indenter, before)
-        iterate = newton.init(problem, surface, positions, start.pressure_mpa, memory)
+        iterate = evaluated(problem, surface, positions, start.pressure_mpa, memory)
         iterate = self._noted(newton.step(problem, surface, iterate), effort)
         if not iterate.stuck:
-            guess = newton.init(problem, indenter.distance, iterate.positions, iterate.pressure, iterate.memory)
+            guess = evaluated(problem, indenter.distance, iterate.positions, iterate.pressure, iterate.memory)
             iterate = replace(guess, iteration=iterate.iteration, shift=iterate.shift)
         while not newton.terminate(problem, iterate):
             iterate = self._noted(newton.step(problem, indenter.distance, iterate), effort)
@@ -216,7 +218,6 @@ class ContactSolver:
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,
-            multipliers_mpa=iterate.memory.multipliers_mpa,
             anchors_mm=pose.to_object(dragged_anchors(contact, problem.law)),
             contact_points_mm=contact.points_mm,
             contact_pressure_mpa=contact.pressure_mpa,

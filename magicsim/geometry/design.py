@@ -54,6 +54,11 @@ class BodyMaterial(Optics):
         return self.youngs_modulus_mpa / (3 * (1 - 2 * self.poisson_ratio))
 
     @property
+    def lame_mpa(self) -> float:
+        """First Lame parameter lambda [MPa]."""
+        return self.bulk_modulus_mpa - 2 / 3 * self.shear_modulus_mpa
+
+    @property
     def instantaneous_shear_modulus_mpa(self) -> float:
         """Shear modulus before anything has relaxed [MPa]."""
         return self.shear_modulus_mpa + sum(term.modulus_mpa for term in self.prony) / (2 * (1 + self.poisson_ratio))
@@ -66,6 +71,11 @@ class InfillMaterial(Optics):
     """Shear modulus [MPa]."""
     bulk_modulus_mpa: Positive
     """Bulk modulus [MPa]."""
+
+    @property
+    def lame_mpa(self) -> float:
+        """First Lame parameter lambda [MPa]."""
+        return self.bulk_modulus_mpa - 2 / 3 * self.shear_modulus_mpa
 
 
 class Materials(Config):

@@ -41,11 +41,12 @@ def test_tractions_derive_from_the_energy_with_frozen_limits() -> None:
     points = face.positions(lattice.nodes_mm)
     memory = ContactMemory(
         multipliers_mpa=rng.uniform(0, 0.3, len(points)),
+        penalty=60.0,
         anchors_mm=points + rng.normal(size=points.shape) * 0.004,
         limit_mpa=rng.uniform(0, 0.5, len(points)),
         normal=surface(points)[1],
     )
-    law = ContactLaw(penalty=60.0, slip_penalty=40.0, friction=0.5)
+    law = ContactLaw(slip_penalty=40.0, friction=0.5)
     nodes = lattice.nodes_mm + 0.002 * rng.normal(size=lattice.nodes_mm.shape)
     assert surface(points)[0].min() < 0
     direction, step = rng.normal(size=nodes.shape), 1e-7

@@ -1,0 +1,61 @@
+"""Objects sharper than the lattice can follow: more contact points than nodes, and still one quiet path."""
+
+import numpy as np
+import pytest
+
+from magicsim.config import load_preset
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.face import point_spacing_mm
+from magicsim.deform.lattice import build_lattice
+from magicsim.deform.path import ContactSolver
+from magicsim.deform.zone import contact_zone
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import place_object
+from magicsim.geometry.objects import parse_object
+
+TOLERANCE_MM = 0.002
+
+
+def path(what: str, friction: float, *places: tuple[float, float]) -> list[Deformation]:
+    """The default design under an object at gaps and positions along x [mm]."""
+    design, thing = load_preset(ElastomerDesign, "design", "mini-magictac", []), parse_object(what)
+    poses = [place_object(thing, gap_mm=gap, x_mm=x) for gap, x in places]
+    solver = ContactSolver(
+        build_lattice(design, zone=contact_zone(poses, design)),
+        tolerance_mm=TOLERANCE_MM,
+        friction=friction,
+        point_spacing_mm=point_spacing_mm(thing.shape()),
+    )
+    states: list[Deformation] = []
+    for pose in poses:
+        states.append(solver.solve(pose, states[-1] if states else None))
+    return states
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.8])
+@pytest.mark.parametrize(
+    "what",
+    [
+        "punch:radius_mm=3,edge_radius_mm=0.5",
+        "box:size_mm=5",
+        "cone:half_angle_deg=30,tip_radius_mm=0.1",
+        pytest.param("dots:radius_mm=0.2,spacing_mm=0.8", marks=pytest.mark.slow),
+        pytest.param("lines:width_mm=0.5,spacing_mm=1", marks=pytest.mark.slow),
+    ],
+)
+def test_pressed_and_moved_along_without_a_shorter_step(what: str, friction: float) -> None:
+    states = path(what, friction, (-0.3, 0.0), (-0.6, 0.0), (-0.9, 0.0), (-0.9, 0.3))
+    pressed, moved = states[2:]
+    forces = [state.force_n[2] for state in states[:3]]
+    assert np.diff(forces).min() > 0
+    assert sum(state.cutbacks + state.restarts for state in states) == 0
+    assert max(state.max_penetration_mm for state in states) <= TOLERANCE_MM
+    assert moved.force_n[2] == pytest.approx(pressed.force_n[2], rel=0.1)
+    if friction > 0:
+        assert 0.02 < moved.force_n[0] / moved.force_n[2] < friction
+
+
+def test_a_rounded_punch_slides_without_friction() -> None:
+    """Edges sharper than the lattice would be held back by its nodes; these are half as wide as its spacing."""
+    (moved,) = path("punch:radius_mm=3,edge_radius_mm=0.5", 0.0, (-0.9, 0.0), (-0.9, 0.3))[1:]
+    assert abs(moved.force_n[0]) < 0.02 * moved.force_n[2]
