@@ -122,7 +122,8 @@ def run_path(path: StressPath) -> Iterator[StressRow]:
             yield _row(path, stage, depth, CRASHED, message, seconds=time.perf_counter() - start)
             continue
         seconds = time.perf_counter() - start
-        row = _verified(path, stage, depth, found, verify(lattice, found, indenter), seconds)
+        check = verify(lattice, found, indenter, point_spacing_mm=spacing)
+        row = _verified(path, stage, depth, found, check, seconds)
         state = found if row.outcome == VALID else state
         yield row
 

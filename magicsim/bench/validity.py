@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.energy import Elasticity
-from magicsim.deform.face import contact_face
+from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.hexahedron import GAUSS_POINTS
 from magicsim.deform.lattice import Lattice
 from magicsim.geometry.indenter import Indenter
@@ -47,13 +47,16 @@ class Verification:
         return tuple(words for words, passes in checks.items() if not passes)
 
 
-def verify(lattice: Lattice, state: Deformation, indenter: Indenter) -> Verification:
+def verify(
+    lattice: Lattice, state: Deformation, indenter: Indenter, *, point_spacing_mm: float = POINT_SPACING_MM
+) -> Verification:
     """Recomputes Jacobians, penetration and balance.
 
     Args:
         lattice: The block.
         state: What the solver returned.
         indenter: The object in its pose.
+        point_spacing_mm: Of the contact points that the solver was asked for [mm].
     """
     positions = lattice.nodes_mm + state.displacements_mm
     gradient = Elasticity.of(lattice).evaluate(positions).gradient
@@ -61,7 +64,7 @@ def verify(lattice: Lattice, state: Deformation, indenter: Indenter) -> Verifica
     reaction = gradient[lattice.free_nodes :].sum(0)
     inside = gradient[lattice.layer_nodes : lattice.free_nodes]
     touching = bool(np.any(state.force_n))
-    gap = indenter.distance(contact_face(lattice).positions(positions))[0]
+    gap = indenter.distance(contact_face(lattice, point_spacing_mm=point_spacing_mm).positions(positions))[0]
     return Verification(
         min_jacobian=float(volume_ratios(lattice.nodes_mm[lattice.cells], positions[lattice.cells]).min()),
         penetration_mm=max(0.0, -float(gap.min())),

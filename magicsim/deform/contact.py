@@ -3,13 +3,7 @@
 Contact is tested on the points of `face`; the sides of the block are never in contact. With gap d (signed distance
 to the object), multiplier m and penalty e the pressure is p = max(0, m - e d) along the object's outward normal; a
 multiplier update m <- p lowers the penetration without a stiffer matrix (Simo and Laursen 1992).
-
-Friction holds a point at an anchor that moves with the object: the trial traction is -e_t times the tangential part s
-of its distance from the anchor, and where that exceeds the limit r = mu p it is cut to r (slip) and the anchor is
-dragged along. While an iteration runs, r is frozen at the pressure, and the tangent planes at the normals, it started
-from (the symmetrised algorithm of Laursen and Simo 1993): the problem then has a potential, so its matrix stays
-symmetric and a merit can be followed. The frozen limit acts whether the point touches or not; were it to come and go
-with the contact, the potential would jump.
+Friction is in `friction`.
 """
 
 from collections.abc import Callable
@@ -20,6 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.face import ContactFace, scatter
+from magicsim.deform.friction import (
+    ContactLaw,
+    ContactMemory,
+    friction_stiffness,
+    friction_traction,
+    stick_stiffness,
+)
 from magicsim.deform.pattern import BlockPattern
 from magicsim.geometry.indenter import Indenter
 
@@ -32,34 +33,6 @@ CURVATURE_STEP_MM = 1e-4
 AXIS_LIMIT = 0.9
 """Normals nearer to the x axis than this take y as the helper for their tangents."""
 TINY = 1e-300
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactLaw:
-    """Numbers of the contact that do not change along a path."""
-
-    slip_penalty: float
-    """Stiffness of a sticking point against tangential motion [N/mm3]: its elastic slip is traction over this."""
-    friction: float
-    """Coulomb's coefficient; 0 is frictionless."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactMemory:
-    """What contact knows beside the present positions."""
-
-    multipliers_mpa: Array
-    """Augmented Lagrangian multipliers, shape (points,) [MPa]."""
-    penalty: float
-    """Stiffness along the normal [N/mm3]."""
-    updates: int = 0
-    """Of the multipliers in this load step."""
-    anchors_mm: Array
-    """Where friction holds each point, in the sensor's frame, shape (points, 3) [mm]."""
-    limit_mpa: Array
-    """Frozen limit of the tangential traction, shape (points,) [MPa]."""
-    normal: Array
-    """Frozen normals of the tangent planes, shape (points, 3)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,14 +86,7 @@ def evaluate_contact(
     points = face.positions(nodes)
     gap, normal = surface(points)
     pressure = np.maximum(0.0, memory.multipliers_mpa - memory.penalty * gap)
-    shear = np.zeros_like(points)
-    energy = float(face.area_mm2 @ pressure**2) / (2 * memory.penalty)
-    held = np.flatnonzero(memory.limit_mpa > 0)
-    if len(held) > 0:
-        slip, size = _slip(points[held], memory, held)
-        traction = np.minimum(law.slip_penalty * size, memory.limit_mpa[held])
-        shear[held] = -(traction / np.maximum(size, TINY))[:, None] * slip
-        energy += float(face.area_mm2[held] @ (traction * size - traction**2 / (2 * law.slip_penalty)))
+    shear, slip_energy = friction_traction(face, points, memory, law)
     acting = np.flatnonzero((pressure > 0) | (memory.limit_mpa > 0))
     force = np.zeros_like(nodes)
     vectors = face.area_mm2[acting, None] * (pressure[acting, None] * normal[acting] + shear[acting])
@@ -131,7 +97,7 @@ def evaluate_contact(
         normal=normal,
         pressure_mpa=pressure,
         shear_mpa=shear,
-        energy_mj=energy,
+        energy_mj=float(face.area_mm2 @ pressure**2) / (2 * memory.penalty) + slip_energy,
         node_force_n=force,
         acting=acting,
     )
@@ -147,6 +113,7 @@ def add_contact_stiffness(
     pattern: BlockPattern,
     *,
     curvature_limit: float,
+    is_secant: bool = False,
 ) -> None:
     """Adds the contact's Hessian, friction limits frozen, to the entries of an upper triangle, in place.
 
@@ -160,6 +127,8 @@ def add_contact_stiffness(
         pattern: Where the entries go.
         curvature_limit: Largest pressure times curvature that is taken into account [N/mm3]; below, convergence is
             quadratic; sharp edges and tractions far from equilibrium would only make the matrix indefinite.
+        is_secant: Whether slipping points get the secant stiffness of their friction, which is never too soft: where
+            the tangent led to a step that had to be shortened.
     """
     acting = state.acting
     if len(acting) == 0:
@@ -171,23 +140,30 @@ def add_contact_stiffness(
     penalty = np.where(pressure > 0, memory.penalty, 0.0)
     local = penalty[:, None, None] * normal[:, :, None] * normal[:, None, :] - scale[:, None, None] * curvature
     if law.friction > 0:
-        local += _friction_stiffness(state.points_mm[acting], memory, law, acting)
+        local += friction_stiffness(state.points_mm[acting], memory, law, acting, is_secant=is_secant)
     local *= face.area_mm2[acting][:, None, None]
     facet = face.facet[acting]
     _scatter_blocks(local, face.shape[acting], facet, face.patches, pattern.indptr, pattern.patch_blocks, values)
 
 
 def slip_mismatch(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> float:
-    """Difference between the frozen friction limits and mu times the pressure, over all of the contact force."""
-    total = float(face.area_mm2 @ state.pressure_mpa)
-    if law.friction == 0 or total == 0:
+    """How far friction is from its law: limits from mu times the pressure, tractions from the tangent planes.
+
+    Returns:
+        The sum over both of the forces that are off, over the largest force of friction; 0 without contact.
+    """
+    total = law.friction * float(face.area_mm2 @ state.pressure_mpa)
+    if total == 0:
         return 0.0
-    return float(face.area_mm2 @ np.abs(memory.limit_mpa / law.friction - state.pressure_mpa)) / total
+    excess = np.abs(memory.limit_mpa - law.friction * state.pressure_mpa)
+    outward = np.abs(np.einsum("qi,qi->q", state.shear_mpa, state.normal))
+    return float(face.area_mm2 @ (excess + outward)) / total
 
 
-def dragged_anchors(state: ContactState, law: ContactLaw) -> Array:
+def dragged_anchors(state: ContactState, memory: ContactMemory, law: ContactLaw) -> Array:
     """Anchors after a converged step: a slipping point drags its own, a free point has it at itself, (points, 3)."""
-    return np.asarray(state.points_mm + state.shear_mpa / law.slip_penalty)
+    stiffness = np.maximum(stick_stiffness(memory, law), TINY)
+    return np.asarray(state.points_mm + state.shear_mpa / stiffness[:, None])
 
 
 def moved_surface(indenter: Indenter, before: Indenter) -> Surface:
@@ -207,24 +183,6 @@ def moved_surface(indenter: Indenter, before: Indenter) -> Surface:
         return gap - np.einsum("qi,qi->q", normal, motion), normal
 
     return surface
-
-
-def _slip(points: Array, memory: ContactMemory, held: Index) -> tuple[Array, Array]:
-    """Tangential offset from the anchors, shape (count, 3) [mm], and its length, shape (count,) [mm]."""
-    offset, normal = points - memory.anchors_mm[held], memory.normal[held]
-    slip = offset - np.einsum("qi,qi->q", offset, normal)[:, None] * normal
-    return slip, np.linalg.norm(slip, axis=1)
-
-
-def _friction_stiffness(points: Array, memory: ContactMemory, law: ContactLaw, held: Index) -> Array:
-    slip, size = _slip(points, memory, held)
-    limit, normal = memory.limit_mpa[held], memory.normal[held]
-    tangent = np.eye(3) - normal[:, :, None] * normal[:, None, :]
-    slides = law.slip_penalty * size >= limit
-    along = np.where(slides, 1 / np.maximum(size, TINY), 0.0)[:, None] * slip
-    tangent -= along[:, :, None] * along[:, None, :]
-    stiffness = np.where(slides, limit / np.maximum(size, TINY), law.slip_penalty)
-    return np.asarray(stiffness[:, None, None] * tangent)
 
 
 def _normal_gradient(surface: Surface, points: Array, normal: Array) -> Array:

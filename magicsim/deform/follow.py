@@ -46,17 +46,3 @@ def follow_map(lattice: Lattice, points_mm: Array) -> FollowMap:
     rows = np.arange(0, 8 * len(points_mm) + 1, 8)
     weights = sp.csr_matrix((values.ravel(), nodes.ravel(), rows), shape=(len(points_mm), len(lattice.nodes_mm)))
     return FollowMap(points_mm=np.asarray(points_mm, float), weights=weights)
-
-
-def displace(lattice: Lattice, displacements_mm: Array, points_mm: Array) -> Array:
-    """Positions of rest-frame points after a deformation.
-
-    Args:
-        lattice: The block at rest.
-        displacements_mm: Of the nodes, shape (nodes, 3) [mm].
-        points_mm: Rest positions, shape (points, 3) [mm].
-
-    Returns:
-        Deformed positions, shape (points, 3) [mm].
-    """
-    return follow_map(lattice, points_mm).displaced(displacements_mm)

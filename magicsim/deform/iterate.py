@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.contact import ContactMemory, ContactState, Surface, evaluate_contact, slip_mismatch
+from magicsim.deform.contact import ContactState, Surface, evaluate_contact, slip_mismatch
 from magicsim.deform.energy import ElasticState
+from magicsim.deform.friction import ContactMemory
 from magicsim.deform.problem import Problem
 
 Array = npt.NDArray[np.float64]
@@ -22,6 +23,7 @@ class IterationFigures:
     """Deepest contact point inside the object [mm]."""
     min_jacobian: float
     """Smallest Jacobian at any Gauss point."""
+    shortened: bool
     shift: float
     """Multiple of the spring Laplacian that made the matrix positive definite."""
 
@@ -42,6 +44,8 @@ class Iterate:
     iteration: int = 0
     shift: float = 0.0
     """Spring Laplacian that the last matrix needed."""
+    shortened: bool = False
+    """Whether the last step was shorter than Newton's."""
     stuck: bool = False
     """Whether no acceptable step was found."""
 
@@ -52,6 +56,7 @@ class Iterate:
             max_penetration_mm=self.contact.max_penetration_mm,
             min_jacobian=self.elastic.min_jacobian,
             shift=self.shift,
+            shortened=self.shortened,
         )
 
 

@@ -57,11 +57,6 @@ class Lattice:
         """Nodes that can move: all but the last plane, so the first so many."""
         return len(self.nodes_mm) - self.layer_nodes
 
-    @property
-    def volumes_mm3(self) -> Array:
-        """Rest volume of each cell, shape (cells,) [mm3]."""
-        return np.asarray(self.sizes_mm.prod(1))
-
 
 def box_lattice(planes_mm: tuple[Array, Array, Array], *, shear_modulus_mpa: float, lame_mpa: float) -> Lattice:
     """A lattice of one material.

@@ -15,7 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from magicsim.deform.contact import ContactMemory, Surface, add_contact_stiffness, evaluate_contact
+from magicsim.deform.contact import Surface, add_contact_stiffness, evaluate_contact
+from magicsim.deform.friction import ContactMemory, updated_limits
 from magicsim.deform.iterate import Iterate
 from magicsim.deform.problem import Problem
 from magicsim.deform.search import Direction, search
@@ -52,13 +53,9 @@ def step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
 
 def _updated_memory(problem: Problem, iterate: Iterate) -> ContactMemory:
     options, memory, contact = problem.options, iterate.memory, iterate.contact
-    if problem.law.friction > 0:
-        memory = replace(memory, normal=contact.normal)
     patient = iterate.iteration >= options.patience
     if iterate.mismatch > options.slip_mismatch and iterate.residual < options.limit_residual[patient]:
-        wanted = problem.law.friction * contact.pressure_mpa
-        chasing = iterate.iteration >= 2 * options.patience
-        memory = replace(memory, limit_mpa=(wanted + memory.limit_mpa) / 2 if chasing else wanted)
+        memory = updated_limits(memory, contact.pressure_mpa, contact.normal, problem.law, patient=patient)
     if iterate.residual < options.update_residual and contact.misfit_mm > options.tolerance_mm:
         if memory.updates < options.multiplier_updates:
             memory = replace(memory, multipliers_mpa=contact.pressure_mpa, updates=memory.updates + 1)
@@ -81,11 +78,12 @@ def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Directio
         add_contact_stiffness(
             values, problem.face, iterate.contact, surface, iterate.memory, problem.law, problem.pattern,
             curvature_limit=curvature_limit,
+            is_secant=iterate.shortened,
         )  # fmt: skip
         if problem.solver.factorise(values):
             nodes = np.zeros_like(iterate.positions)
             nodes[:free] = problem.solver.solve(right).reshape(-1, 3)
-            is_stiffened = shift > 0 or curvature_limit == cautious
+            is_stiffened = shift > 0 or curvature_limit == cautious or iterate.shortened
             return Direction(nodes=nodes, shift=shift, is_stiffened=is_stiffened) if np.isfinite(nodes).all() else None
         if curvature_limit > cautious:
             curvature_limit = cautious

@@ -14,10 +14,11 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from magicsim.deform import newton
-from magicsim.deform.contact import ContactMemory, dragged_anchors, moved_surface
+from magicsim.deform.contact import dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
+from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate, IterationFigures, evaluated
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import quiet_openblas, symmetric_solver
@@ -162,17 +163,18 @@ class ContactSolver:
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
         count = max(1, int(np.ceil(_pose_distance(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose, done, stride = start, first, 0.0, 1.0 / count
-        shortest = stride * SHORTEST
+        shortest, halved, careful = stride * SHORTEST, False, problem.careful()
         while done < 1:
             target = 1.0 if done + stride > 1 - 1e-9 else done + stride
             next_pose = indenter.pose if target == 1 else _between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
-            iterate = self._solve_pose(problem, moved, before, state, effort)
+            iterate = self._solve_pose(careful if halved else problem, moved, before, state, effort)
             if newton.has_converged(problem, iterate) and _balance(problem, iterate) <= MAX_BALANCE:
                 state, pose, done = self._result(problem, iterate, next_pose, effort), next_pose, target
-                stride = min(stride * 1.5, 1.0 / count)
+                stride, halved = min(stride * 1.5, 1.0 / count), False
                 continue
             effort.cutbacks += 1
+            halved = True
             stride /= 2
             if stride < shortest:
                 return None
@@ -187,7 +189,7 @@ class ContactSolver:
             penalty=problem.first_penalty,
             anchors_mm=indenter.pose.to_sensor(start.anchors_mm),
             limit_mpa=problem.law.friction * start.contact_pressure_mpa,
-            normal=np.zeros_like(start.contact_points_mm),
+            normal=indenter.distance(start.contact_points_mm)[1],
         )
         if start.is_rest:
             memory = replace(memory, anchors_mm=start.contact_points_mm)
@@ -218,11 +220,13 @@ class ContactSolver:
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,
-            anchors_mm=pose.to_object(dragged_anchors(contact, problem.law)),
+            anchors_mm=pose.to_object(dragged_anchors(contact, iterate.memory, problem.law)),
             contact_points_mm=contact.points_mm,
             contact_pressure_mpa=contact.pressure_mpa,
             contact_traction_mpa=traction,
-            is_slipping=(friction > 0) & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
+            is_slipping=(contact.pressure_mpa > 0)
+            & (friction > 0)
+            & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
             relaxation=None,
             pose=pose,

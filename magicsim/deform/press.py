@@ -50,6 +50,8 @@ class PressResult:
     """Load steps along the path that had to be halved."""
     restarts: int
     """Parts of the path that were begun again from rest with shorter steps."""
+    shifted: int
+    """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""
     unknowns: int
     """Displacement unknowns."""
     seconds: float
@@ -182,6 +184,7 @@ def _summarise(states: list[Deformation], seconds: float) -> PressResult:
         iterations=sum(each.iterations for each in states),
         cutbacks=sum(each.cutbacks for each in states),
         restarts=sum(each.restarts for each in states),
+        shifted=sum(each.shifted for each in states),
         unknowns=state.unknowns,
         seconds=seconds,
         converged=state.converged,

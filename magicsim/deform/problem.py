@@ -1,14 +1,14 @@
 """What a Newton iteration solves, and when it stops: nothing here changes along a path."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.contact import ContactLaw
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import ContactFace
+from magicsim.deform.friction import ContactLaw
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import SymmetricSolver
 from magicsim.deform.pattern import BlockPattern
@@ -16,6 +16,8 @@ from magicsim.deform.pattern import BlockPattern
 Array = npt.NDArray[np.float64]
 ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative error of a cell's forces before they cancel."""
+CAREFUL_ITERATIONS = 2
+"""Iterations of a step that has failed before in units of `NewtonOptions.max_iterations`."""
 FORCE_FLOOR = 1e-2
 """Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual."""
 
@@ -39,11 +41,13 @@ class NewtonOptions:
     """Residuals below which the limits of friction are updated, at first and after `patience` iterations; far from
     balance the pressures mean nothing."""
     patience: int = 12
-    """Iterations; after twice as many the limits are updated by half, should they chase the pressures."""
+    """Iterations after which limits are updated with relaxation."""
     penalty_ratio: float = 100.0
     """First contact penalty in units of `Problem.stiffness`."""
     slip_penalty_ratio: float = 100.0
     """Stiffness of a sticking point in the same units."""
+    elastic_slip_ratio: float = 2e-4
+    """Least elastic slip at the limit of friction in units of the smallest cell edge."""
     slip_mismatch: float = 1e-3
     """Largest difference between friction limits and mu times the pressure, over the contact force."""
     step_ratio: float = 0.7
@@ -106,10 +110,19 @@ class Problem:
             pattern=pattern,
             solver=solver,
             options=options,
-            law=ContactLaw(slip_penalty=options.slip_penalty_ratio * stiffness, friction=friction),
+            law=ContactLaw(
+                slip_penalty=options.slip_penalty_ratio * stiffness,
+                elastic_slip_mm=options.elastic_slip_ratio * _smallest_edge_mm(lattice),
+                friction=friction,
+            ),
             stiffness=stiffness,
             least_force_n=max(floor, _rounding_n(lattice, shear_modulus_mpa) / options.residual),
         )
+
+    def careful(self) -> Self:
+        """The same problem for a step that has failed before: friction limits wait for balance from the start."""
+        iterations = CAREFUL_ITERATIONS * self.options.max_iterations
+        return replace(self, options=replace(self.options, patience=0, max_iterations=iterations))
 
     @property
     def smallest_edge_mm(self) -> float:

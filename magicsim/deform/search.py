@@ -109,6 +109,7 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Direct
         alpha /= 2
     if best is None:
         return replace(start, stuck=True)
+    best = replace(best, shortened=alpha < 1)
     if not direction.is_stiffened or alpha < 1 or merit.slope >= 0:
         return best
     while 2 * alpha <= longest:

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from magicsim.deform.contact import ContactLaw, ContactMemory, evaluate_contact
+from magicsim.deform.contact import evaluate_contact
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import contact_face
+from magicsim.deform.friction import ContactLaw, ContactMemory
 from magicsim.deform.lattice import Lattice, box_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.geometry.indenter import place_object

@@ -78,7 +78,7 @@ class NetworkLattice:
 
     def __init__(self, lattice: Lattice) -> None:
         self.lattice = lattice
-        self.volumes = lattice.volumes_mm3
+        self.volumes = lattice.sizes_mm.prod(1)
         self.dofs = (3 * lattice.cells[:, :, None] + np.arange(3)).reshape(-1, 24)
         self.elasticity = Elasticity.of(lattice)
         self.pattern = block_pattern(lattice, contact_face(lattice).patches)

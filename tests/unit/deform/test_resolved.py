@@ -1,0 +1,57 @@
+"""Walls are cells of their own below the spot, and nowhere else."""
+
+import numpy as np
+import pytest
+
+from magicsim.config import load_preset
+from magicsim.deform.lattice import Lattice, build_lattice
+from magicsim.deform.resolved import resolved_lattice
+from magicsim.deform.zone import Zone
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import resolve_grid
+
+SPOT = Zone(low_mm=(-0.3, -0.3), high_mm=(0.3, 0.3))
+MARGIN_MM = 1.0
+
+
+def design(name: str = "mini-magictac") -> ElastomerDesign:
+    return load_preset(ElastomerDesign, "design", name, [])
+
+
+def resolved(block: ElastomerDesign, spacing_mm: float = 0.4) -> Lattice:
+    return resolved_lattice(block, SPOT, margin_mm=MARGIN_MM, spacing_mm=spacing_mm, growth=2.0)
+
+
+def test_infill_fills_its_share_of_the_box() -> None:
+    block = design()
+    grid, infill = resolve_grid(block), block.materials.infill
+    assert grid is not None
+    assert infill is not None
+    lattice = resolved(block)
+    volume, pitch = lattice.sizes_mm.prod(1), grid.pitch_mm
+    soft = lattice.shear_modulus_mpa == infill.shear_modulus_mpa
+    walls = lattice.is_core & (lattice.shear_modulus_mpa == block.materials.body.shear_modulus_mpa)
+    assert volume[soft].sum() / volume[soft | walls].sum() == pytest.approx(np.prod(grid.cell_mm / pitch), rel=1e-9)
+    assert volume[soft | walls].sum() == pytest.approx(4 * 4 * 1 * np.prod(pitch))
+    assert not lattice.wall_modulus_mpa[soft | walls].any()
+    np.testing.assert_array_equal(lattice.lame_mpa[soft], infill.lame_mpa)
+
+
+def test_the_block_keeps_its_size_and_its_stiffness_outside() -> None:
+    block = design()
+    lattice, usual = resolved(block), build_lattice(block)
+    assert lattice.sizes_mm.prod(1).sum() == pytest.approx(usual.sizes_mm.prod(1).sum())
+    centres = lattice.nodes_mm[lattice.cells].mean(1)
+    far = lattice.is_core & (np.abs(centres[:, :2]).max(1) > 4)
+    np.testing.assert_allclose(lattice.shear_modulus_mpa[far], usual.shear_modulus_mpa[usual.is_core][0])
+    skin = centres[:, 2] < block.skin_mm
+    np.testing.assert_allclose(lattice.shear_modulus_mpa[skin], block.materials.body.shear_modulus_mpa)
+
+
+@pytest.mark.parametrize("name", ["mini-magictac", "uniform-block"])
+def test_cells_below_the_spot_keep_to_the_spacing(name: str) -> None:
+    lattice = resolved(design(name), spacing_mm=0.3)
+    centres = lattice.nodes_mm[lattice.cells].mean(1)
+    near = (np.abs(centres[:, :2]).max(1) < 0.3 + MARGIN_MM) & (centres[:, 2] < MARGIN_MM)
+    assert lattice.sizes_mm[near].max() <= 0.3 * 1.05 + 1e-12
+    assert lattice.sizes_mm.max() > 1
