@@ -6,7 +6,7 @@ import pytest
 from magicsim.deform.contact import evaluate_contact
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import contact_face
-from magicsim.deform.friction import ContactLaw, ContactMemory
+from magicsim.deform.friction import ContactLaw, ContactMemory, stick_stiffness, updated_limits
 from magicsim.deform.lattice import Lattice, box_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.geometry.indenter import place_object
@@ -110,3 +110,29 @@ def test_forces_balance_under_shear_and_twist() -> None:
         assert state.force_balance < 1e-6
         assert state.max_penetration_mm <= 0.002
         assert state.min_jacobian > 0
+
+
+def memory_of(limits: list[float]) -> ContactMemory:
+    count = len(limits)
+    return ContactMemory(
+        multipliers_mpa=np.zeros(count),
+        penalty=60.0,
+        anchors_mm=np.zeros((count, 3)),
+        limit_mpa=np.array(limits),
+        normal=np.tile([0.0, 0.0, 1.0], (count, 1)),
+    )
+
+
+def test_a_point_reaches_its_limit_after_the_elastic_slip_or_what_its_stiffness_needs() -> None:
+    law = ContactLaw(slip_penalty=40.0, elastic_slip_mm=0.01, friction=1.0)
+    stiffness = stick_stiffness(memory_of([0.1, 0.8, 0.0]), law)
+    np.testing.assert_allclose(stiffness, [10.0, 40.0, 0.0])
+
+
+def test_relaxed_limits_settle_where_chasing_ones_would_run_away() -> None:
+    """Pressures that answer limits linearly with a slope of -1.5: the fixed point is met by the second relaxation."""
+    law, memory = ContactLaw(slip_penalty=40.0, friction=1.0), memory_of([0.0, 0.0])
+    for _ in range(3):
+        pressure = np.array([1.0, 2.0]) - 1.5 * memory.limit_mpa
+        memory = updated_limits(memory, pressure, memory.normal, law, patient=True)
+    np.testing.assert_allclose(memory.limit_mpa, [0.4, 0.8], rtol=1e-9)
