@@ -108,8 +108,8 @@ class ContactSolver:
             dt_s: Time since then, for a lattice with branches [s].
 
         Returns:
-            A valid deformation; the rest state, without a solve, when the object touches no point of the undeformed
-            face (a dent that would still recover there is left out).
+            A valid deformation; the rest state, without a solve, when no point of the undeformed face lies inside the
+            object or below a part of it (a dent that would still recover there is left out).
 
         Raises:
             ConvergenceError: No valid equilibrium was found; the message has the figures, `history` every iteration.
@@ -125,6 +125,12 @@ class ContactSolver:
                 state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
         if state is None:
             raise ConvergenceError(_report(problem, effort), history=tuple(effort.iterations))
+        if self._relaxation is None and not state.contact_pressure_mpa.any():
+            msg = (
+                "the object passed through the contact face: it is pressed deeper than it is high, or "
+                "lattice.spacing_mm is too coarse for it"
+            )
+            raise ConvergenceError(msg, history=tuple(effort.iterations))
         if self._relaxation is None or start.relaxation is None:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
@@ -143,10 +149,11 @@ class ContactSolver:
         return replace(self._problem, elasticity=elasticity)
 
     def can_touch(self, indenter: Indenter) -> bool:
-        """Whether any point of the undeformed contact face lies inside the object."""
-        if indenter.top_mm() <= 0:
-            return False
-        return bool((indenter.distance(self._rest.contact_points_mm)[0] < 0).any())
+        """Whether any point of the undeformed contact face lies inside the object or below a part of it."""
+        points = self._rest.contact_points_mm
+        return any(
+            (indenter.distance(points + np.array([0.0, 0.0, level]))[0] < 0).any() for level in indenter.levels_mm()
+        )
 
     def force_within_n(self, state: Deformation, centre_mm: tuple[float, float], radius_mm: float) -> Array:
         """Force on the points of the face that lie, deformed, within a distance of a vertical axis, shape (3,) [N]."""

@@ -49,7 +49,7 @@ class Zone:
 
 
 def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone | None:
-    """The part of the undeformed contact face that lies inside an object in any of its poses.
+    """The part of the undeformed contact face that lies inside an object, or below it, in any of its poses.
 
     Args:
         indenters: The object in the poses that bound its path.
@@ -63,9 +63,9 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
     face = np.stack([x, y, np.zeros_like(x)], 1)
     touched = np.zeros(len(face), bool)
     for indenter in indenters:
-        if indenter.top_mm() > 0:
+        for level in indenter.levels_mm():
             near = np.flatnonzero(~touched)
-            touched[near[indenter.distance(face[near])[0] < SAMPLE_MM]] = True
+            touched[near[indenter.distance(face[near] + np.array([0.0, 0.0, level]))[0] < SAMPLE_MM]] = True
     if not touched.any():
         return None
     low, high = face[touched].min(0), face[touched].max(0)

@@ -32,6 +32,17 @@ class Indenter:
         """Height of the object's highest point [mm]; negative below the undeformed contact face."""
         return float(self.pose.position_mm[2]) + self.shape.support_mm(self.pose.rotation[2])
 
+    def levels_mm(self) -> Array:
+        """Heights from the undeformed contact face up to the highest point, one smallest feature apart [mm].
+
+        What lies in the object above the face, however high, was passed by it on its way up: a ball pressed deeper than
+        its diameter still touches. Empty when all of it is below the face.
+        """
+        top = self.top_mm()
+        return (
+            np.linspace(0, top, int(np.ceil(top / self.shape.feature_mm)), endpoint=False) if top > 0 else np.empty(0)
+        )
+
 
 def place_object(
     config: ObjectBase, *, gap_mm: float, x_mm: float = 0.0, y_mm: float = 0.0, twist_deg: float = 0.0

@@ -9,6 +9,7 @@ from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.lattice import build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.zone import contact_zone
+from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import parse_object
@@ -38,7 +39,7 @@ def path(what: str, friction: float, *places: tuple[float, float]) -> list[Defor
     [
         "punch:radius_mm=3,edge_radius_mm=0.5",
         "box:size_mm=5",
-        "cone:half_angle_deg=30,tip_radius_mm=0.1",
+        "cone:half_angle_deg=30,tip_radius_mm=0.25",
         pytest.param("dots:radius_mm=0.2,spacing_mm=0.8", marks=pytest.mark.slow),
         pytest.param("lines:width_mm=0.5,spacing_mm=1", marks=pytest.mark.slow),
     ],
@@ -59,3 +60,10 @@ def test_a_rounded_punch_slides_without_friction() -> None:
     """Edges sharper than the lattice would be held back by its nodes; these are half as wide as its spacing."""
     (moved,) = path("punch:radius_mm=3,edge_radius_mm=0.5", 0.0, (-0.9, 0.0), (-0.9, 0.3))[1:]
     assert abs(moved.force_n[0]) < 0.02 * moved.force_n[2]
+
+
+def test_a_ball_deeper_than_its_diameter_still_presses_or_says_that_it_went_through() -> None:
+    near, deep = path("sphere:radius_mm=0.5", 0.0, (-0.8, 0.0), (-1.4, 0.0))
+    assert deep.force_n[2] > 1.5 * near.force_n[2]
+    with pytest.raises(ConvergenceError, match="passed through"):
+        path("sphere:radius_mm=0.5", 0.0, (-4.5, 0.0))
