@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from magicsim.deform.face import ContactFace, scatter
 from magicsim.deform.friction import (
+    TINY,
     ContactLaw,
     ContactMemory,
     friction_stiffness,
@@ -32,7 +33,6 @@ CURVATURE_STEP_MM = 1e-4
 """Step of the finite differences of the object's normal."""
 AXIS_LIMIT = 0.9
 """Normals nearer to the x axis than this take y as the helper for their tangents."""
-TINY = 1e-300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

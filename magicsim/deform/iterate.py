@@ -24,6 +24,7 @@ class IterationFigures:
     min_jacobian: float
     """Smallest Jacobian at any Gauss point."""
     shortened: bool
+    """Whether the step was shorter than Newton's."""
     shift: float
     """Multiple of the spring Laplacian that made the matrix positive definite."""
 

@@ -2,7 +2,8 @@
 
 A load step starts with one iteration on the object's surface carried along from its last pose (see
 `contact.moved_surface`), so that the face follows the object before the true surface decides. A step that fails is
-halved, down to `SHORTEST`; when that fails too the path is begun again from rest with `RESTART_STEPS` as many steps.
+halved and iterated with more care (`Problem.careful`), down to `SHORTEST`; when that fails too the path is begun again
+from rest with `RESTART_STEPS` as many steps.
 """
 
 import logging

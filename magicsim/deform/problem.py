@@ -41,7 +41,7 @@ class NewtonOptions:
     """Residuals below which the limits of friction are updated, at first and after `patience` iterations; far from
     balance the pressures mean nothing."""
     patience: int = 12
-    """Iterations after which limits are updated with relaxation."""
+    """Iterations after which limits are updated in balance only and with relaxation."""
     penalty_ratio: float = 100.0
     """First contact penalty in units of `Problem.stiffness`."""
     slip_penalty_ratio: float = 100.0
@@ -49,7 +49,7 @@ class NewtonOptions:
     elastic_slip_ratio: float = 2e-4
     """Least elastic slip at the limit of friction in units of the smallest cell edge."""
     slip_mismatch: float = 1e-3
-    """Largest difference between friction limits and mu times the pressure, over the contact force."""
+    """Largest departure from the law of friction, see `contact.slip_mismatch`."""
     step_ratio: float = 0.7
     """Longest step of a node in units of the smallest cell edge."""
     first_shift: float = 0.25

@@ -1,8 +1,8 @@
 """A lattice whose planes lie on the faces of the walls near one spot: walls and infill are cells of their own there.
 
 An indenter as small as a printed cell feels single walls, and the effective stiffness of `build_lattice` smears them:
-below the cone of a durometer, 0.8 mm wide, it is too stiff by half. Every wall in a box below the spot is one cell
-thick; outside the box the lattice is the usual one, coarser and coarser.
+the cone of a durometer is 0.8 mm wide. Every wall in a box below the spot is two cells thick, with the printed plane
+in its middle; outside the box the lattice is the usual one, coarser and coarser.
 """
 
 from dataclasses import dataclass, replace
@@ -19,6 +19,7 @@ from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid, split
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 ROUNDING_MM = 1e-9
+"""Slack of a plane's place [mm]."""
 
 
 def resolved_lattice(
