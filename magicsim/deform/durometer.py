@@ -3,11 +3,13 @@
 A truncated cone sticks out of a flat presser foot that lies on the sample. A spring pushes the cone with
 F = 0.55 + 0.075 S newtons when it sticks out by d = 2.5 (1 - S / 100) millimetres; the hardness S is where the sample
 pushes back with the same force. The sample lies bonded on a rigid table, and the foot keeps the face around the cone
-from rising above its plane.
+from rising above its plane. The cone presses on the centre of a cell or on a crossing of walls, which are places of
+symmetry: a quarter of the sample is solved.
 """
 
 import time
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -18,9 +20,12 @@ from magicsim.deform.resolved import resolved_lattice
 from magicsim.deform.zone import Zone
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.durometer_tool import SHAFT_RADIUS_MM, DurometerTool
+from magicsim.geometry.grid import resolve_grid
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
+Place = Literal["cell", "wall"]
+"""Where the cone presses: on the centre of a cell, or where walls cross."""
 EXTENSION_MM = 2.5
 """How far the cone sticks out at S = 0 [mm]."""
 SPRING_N = (0.55, 0.075)
@@ -81,7 +86,7 @@ def durometer(
     spacing_mm: float = SPACING_MM,
     friction: float = FRICTION,
     hole_radius_mm: float | None = HOLE_RADIUS_MM,
-    place_mm: tuple[float, float] = (0.0, 0.0),
+    place: Place = "cell",
 ) -> DurometerResult:
     """Shore A hardness of a block.
 
@@ -90,7 +95,7 @@ def durometer(
         spacing_mm: Node spacing under the cone [mm].
         friction: Coulomb's coefficient between tool and sample.
         hole_radius_mm: Of the presser foot's hole [mm]; None leaves the foot out.
-        place_mm: Where the cone presses, x and y [mm].
+        place: Where the cone presses on a block with a grid; near its middle.
 
     Raises:
         GeometryError: The design cannot be built.
@@ -98,7 +103,7 @@ def durometer(
     """
     compile_kernels()
     start = time.perf_counter()
-    test = _Test(design, spacing_mm=spacing_mm, friction=friction, hole_radius_mm=hole_radius_mm, place_mm=place_mm)
+    test = _Test(design, spacing_mm=spacing_mm, friction=friction, hole_radius_mm=hole_radius_mm, place=place)
     depth, state = _equilibrium(test)
     return DurometerResult(
         shore_a=100 * (1 - depth / EXTENSION_MM),
@@ -129,17 +134,18 @@ class _Test:
         spacing_mm: float,
         friction: float,
         hole_radius_mm: float | None,
-        place_mm: tuple[float, float],
+        place: Place,
     ) -> None:
         fine = min(spacing_mm, design.lattice.spacing_mm or spacing_mm)
-        spot = Zone(low_mm=place_mm, high_mm=place_mm).grown(SHAFT_RADIUS_MM)
+        self._hole_radius_mm, self._place_mm = hole_radius_mm, _middle(design, place)
+        spot = Zone(low_mm=self._place_mm, high_mm=self._place_mm).grown(SHAFT_RADIUS_MM)
+        margin = MARGINS_MM[not design.has_grid]
         self._solver = ContactSolver(
-            resolved_lattice(design, spot, margin_mm=MARGINS_MM[not design.has_grid], spacing_mm=fine, growth=GROWTH),
+            resolved_lattice(design, spot, margin_mm=margin, spacing_mm=fine, growth=GROWTH, mirrored=True),
             friction=friction,
             tolerance_mm=PENETRATION_MM,
             point_spacing_mm=fine / 3,
         )
-        self._hole_radius_mm, self._place_mm = hole_radius_mm, place_mm
         self.rest = Deformation.rest(self._solver.lattice)
         self.iterations = 0
 
@@ -153,7 +159,20 @@ class _Test:
 
     def cone_force_n(self, state: Deformation) -> float:
         """Force on the cone, without that on the foot [N]."""
-        return float(self._solver.force_within_n(state, self._place_mm, FOOT_STARTS_MM)[2])
+        quarter = self._solver.force_within_n(state, self._place_mm, FOOT_STARTS_MM)
+        return 4 * float(quarter[2])
+
+
+def _middle(design: ElastomerDesign, place: Place) -> tuple[float, float]:
+    """The place of symmetry next to the middle of the face, x and y [mm]."""
+    grid = resolve_grid(design)
+    if grid is None:
+        return 0.0, 0.0
+    x, y = (
+        float(grid.planes_mm(axis)[grid.counts[axis] // 2] + (grid.pitch_mm[axis] / 2 if place == "cell" else 0.0))
+        for axis in (0, 1)
+    )
+    return x, y
 
 
 def _equilibrium(test: _Test) -> tuple[float, Deformation]:

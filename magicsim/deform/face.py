@@ -5,8 +5,8 @@ grid of midpoints with equal weights, their number along an edge odd so that the
 `MIN_POINTS`; where contact is expected they are close enough to find every feature of the object, as far as
 `MAX_POINTS` allow: textures much finer than the lattice want a finer `lattice.spacing_mm`.
 
-Between nodes the displacement is interpolated by cubics through the four nearest planes of each direction, not
-bilinearly: a flat facet cuts into an object of curvature 1/R by spacing^2 / 8 R (0.03 mm at 1 mm and R = 4 mm), so
+Between nodes the displacement is interpolated by cubics through the four nearest planes of each direction (where these
+are irregular, by cubics that have at each plane the slope of the parabola through three), not bilinearly: a flat facet cuts into an object of curvature 1/R by spacing^2 / 8 R (0.03 mm at 1 mm and R = 4 mm), so
 pointwise contact on flat facets would press at their middles only, 10 % too stiff and with a tenth of the contact
 area. Forces go to the nodes with the same weights, so force and torque of the points are those of the nodes.
 """
@@ -32,6 +32,10 @@ FINEST_SPACING_MM = 0.05
 """Contact points are never closer."""
 STENCIL = 4
 """Planes that one coordinate is interpolated from."""
+PARABOLA = 3
+"""Planes that one slope is taken from."""
+IRREGULAR = 2.0
+"""Ratio of spacings from which one cubic through four planes would overshoot."""
 ROUNDING = 1e-9
 """Slack of a whole number of spacings."""
 
@@ -119,21 +123,17 @@ def _counts(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) 
 
 
 def _along(planes: Array, counts: Index) -> _Axis:
-    size = min(STENCIL, len(planes))
-    width = np.diff(planes)
+    size, width = min(STENCIL, len(planes)), np.diff(planes)
     first = np.clip(np.arange(len(width)) - (size // 2 - 1), 0, len(planes) - size)
     interval = np.repeat(np.arange(len(width)), counts)
     number = np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)
-    points = planes[interval] + width[interval] * (number + 0.5) / counts[interval]
-    nodes = planes[first[interval][:, None] + np.arange(size)]
-    shape, slope = np.ones((len(points), size)), np.zeros((len(points), size))
-    for a in range(size):
-        for b in range(size):
-            if a == b:
-                continue
-            run = nodes[:, a] - nodes[:, b]
-            slope[:, a] = slope[:, a] * (points - nodes[:, b]) / run + shape[:, a] / run
-            shape[:, a] *= (points - nodes[:, b]) / run
+    stencil = first[interval][:, None] + np.arange(size)
+    t = (number + 0.5) / counts[interval]
+    cubic = _lagrange(planes[stencil], planes[interval] + width[interval] * t)
+    smooth = [np.take_along_axis(weights, stencil, axis=1) for weights in _hermite(planes, interval, t)]
+    spacings = np.diff(planes[stencil], axis=1)
+    is_regular = spacings.max(1, keepdims=True) < IRREGULAR * spacings.min(1, keepdims=True)
+    shape, slope = (np.where(is_regular, one, other) for one, other in zip(cubic, smooth, strict=True))
     return _Axis(
         first=first.astype(np.int64),
         interval=interval.astype(np.int64),
@@ -141,6 +141,46 @@ def _along(planes: Array, counts: Index) -> _Axis:
         slope=slope,
         width_mm=(width / counts)[interval],
     )
+
+
+def _lagrange(nodes: Array, points: Array) -> tuple[Array, Array]:
+    """Weights of each point's own nodes, shape (points, nodes), and their derivatives: one polynomial through all."""
+    shape, slope = np.ones_like(nodes), np.zeros_like(nodes)
+    size = nodes.shape[1]
+    for a in range(size):
+        for b in range(size):
+            if a == b:
+                continue
+            run = nodes[:, a] - nodes[:, b]
+            slope[:, a] = slope[:, a] * (points - nodes[:, b]) / run + shape[:, a] / run
+            shape[:, a] *= (points - nodes[:, b]) / run
+    return shape, slope
+
+
+def _hermite(planes: Array, interval: Index, t: Array) -> tuple[Array, Array]:
+    """Weights of all planes at places `t` in [0, 1] of intervals, and their derivatives, both shape (points, planes)."""
+    values, slopes, h = np.eye(len(planes)), _slopes(planes), np.diff(planes)[interval, None]
+    t = t[:, None]
+    low, high = values[interval], values[interval + 1]
+    low_slope, high_slope = h * slopes[interval], h * slopes[interval + 1]
+    rise = t * t * (3 - 2 * t)
+    shape = low + rise * (high - low) + t * (1 - t) ** 2 * low_slope - t * t * (1 - t) * high_slope
+    change = 6 * t * (1 - t) * (high - low) + (1 - t) * (1 - 3 * t) * low_slope + t * (3 * t - 2) * high_slope
+    return shape, change / h
+
+
+def _slopes(planes: Array) -> Array:
+    """Weights of the slope at each plane: of the parabola through it and its neighbours, shape (planes, planes)."""
+    count = len(planes)
+    slopes = np.zeros((count, count))
+    size = min(PARABOLA, count)
+    for plane in range(count):
+        near = np.clip(plane - 1, 0, count - size) + np.arange(size)
+        for a in near:
+            others = [b for b in near if b != a]
+            products = [np.prod([planes[plane] - planes[c] for c in others if c != b]) for b in others]
+            slopes[plane, a] = sum(products) / np.prod([planes[a] - planes[b] for b in others])
+    return slopes
 
 
 def _product(along_y: Array, along_x: Array) -> Array:

@@ -85,6 +85,6 @@ def evaluated(problem: Problem, surface: Surface, positions: Array, pressure: Ar
 
 
 def _relative_residual(problem: Problem, elastic: ElasticState, contact: ContactState) -> float:
-    residual = (elastic.gradient - contact.node_force_n)[: problem.elasticity.lattice.free_nodes]
+    residual = problem.free_forces(elastic.gradient - contact.node_force_n)
     size = float(np.linalg.norm(contact.node_force_n))
     return float(np.linalg.norm(residual)) / max(problem.least_force_n, size)

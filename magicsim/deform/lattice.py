@@ -41,6 +41,8 @@ class Lattice:
     """Whether a cell's centre lies in the printed core, shape (cells,)."""
     zone: Zone | None = None
     """Where contact is expected and the planes are fine; None is everywhere."""
+    is_mirrored: bool = False
+    """Whether the planes of smallest x and y are planes of symmetry: the lattice is a quarter of the block."""
 
     @property
     def height_mm(self) -> float:
@@ -56,6 +58,16 @@ class Lattice:
     def free_nodes(self) -> int:
         """Nodes that can move: all but the last plane, so the first so many."""
         return len(self.nodes_mm) - self.layer_nodes
+
+    @property
+    def held(self) -> npt.NDArray[np.bool_]:
+        """Displacements of the free nodes that symmetry forbids, shape (free nodes, 3)."""
+        held = np.zeros((self.free_nodes, 3), bool)
+        if self.is_mirrored:
+            row = len(self.planes_mm[0])
+            number = np.arange(self.free_nodes) % self.layer_nodes
+            held[:, 0], held[:, 1] = number % row == 0, number < row
+        return held
 
 
 def box_lattice(planes_mm: tuple[Array, Array, Array], *, shear_modulus_mpa: float, lame_mpa: float) -> Lattice:

@@ -67,7 +67,7 @@ def _updated_memory(problem: Problem, iterate: Iterate) -> ContactMemory:
 def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Direction | None:
     """Newton direction of the free nodes; None where no shift makes the matrix definite."""
     options, free = problem.options, problem.elasticity.lattice.free_nodes
-    right = (iterate.contact.node_force_n - iterate.elastic.gradient)[:free].ravel()
+    right = problem.free_forces(iterate.contact.node_force_n - iterate.elastic.gradient).ravel()
     cautious = problem.stiffness / 4
     curvature_limit = np.inf if iterate.residual < options.update_residual else cautious
     shift = iterate.shift / 4 if iterate.shift > options.first_shift / 4 else 0.0
@@ -80,6 +80,7 @@ def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Directio
             curvature_limit=curvature_limit,
             is_secant=iterate.shortened,
         )  # fmt: skip
+        problem.pattern.hold(values)
         if problem.solver.factorise(values):
             nodes = np.zeros_like(iterate.positions)
             nodes[:free] = problem.solver.solve(right).reshape(-1, 3)

@@ -272,10 +272,11 @@ def _between(first: Pose, last: Pose, share: float) -> Pose:
 
 
 def _balance(problem: Problem, iterate: Iterate) -> float:
-    applied = iterate.contact.node_force_n.sum(0)
-    reaction = iterate.elastic.gradient[problem.elasticity.lattice.free_nodes :].sum(0)
-    size = float(np.linalg.norm(applied))
-    return float(np.linalg.norm(applied + reaction)) / size if size > 0 else 0.0
+    applied = iterate.contact.node_force_n
+    size = float(np.linalg.norm(applied.sum(0)))
+    unbalanced = applied - iterate.elastic.gradient
+    reaction = unbalanced.sum(0) - problem.free_forces(unbalanced).sum(0)
+    return float(np.linalg.norm(applied.sum(0) - reaction)) / size if size > 0 else 0.0
 
 
 def _report(problem: Problem, effort: Effort) -> str:

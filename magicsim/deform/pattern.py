@@ -8,6 +8,7 @@ import numpy.typing as npt
 from magicsim.deform.lattice import Lattice
 
 Indices = npt.NDArray[np.int32]
+Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,6 +25,15 @@ class BlockPattern:
     """Place of the block of two corners within its block row, -1 where a node is bonded, shape (cells, 8, 8)."""
     patch_blocks: Indices
     """The same for the patches of the contact face, shape (patches, nodes a patch, nodes a patch)."""
+    held: Mask
+    """Unknowns that stay zero, shape (size,)."""
+
+    def hold(self, values: npt.NDArray[np.float64]) -> None:
+        """Turns the rows and columns of the held unknowns into those of the unit matrix, in place."""
+        if self.held.any():
+            row = np.repeat(np.arange(self.size), np.diff(self.indptr))
+            values[self.held[row] | self.held[self.indices]] = 0.0
+            values[self.indptr[:-1][self.held]] = 1.0
 
     @property
     def entries(self) -> int:
@@ -61,6 +71,7 @@ def block_pattern(lattice: Lattice, patches: npt.NDArray[np.int64]) -> BlockPatt
         indices=indices,
         blocks=blocks,
         patch_blocks=patch_blocks,
+        held=lattice.held.ravel(),
     )
 
 

@@ -124,6 +124,10 @@ class Problem:
         iterations = CAREFUL_ITERATIONS * self.options.max_iterations
         return replace(self, options=replace(self.options, patience=0, max_iterations=iterations))
 
+    def free_forces(self, forces_n: Array) -> Array:
+        """Forces that can move the nodes: those along held displacements are zero, shape (free nodes, 3) [N]."""
+        return np.asarray(forces_n[: len(self.pattern.held) // 3] * ~self.pattern.held.reshape(-1, 3))
+
     @property
     def smallest_edge_mm(self) -> float:
         """Shortest cell edge [mm]."""

@@ -23,7 +23,7 @@ ROUNDING_MM = 1e-9
 
 
 def resolved_lattice(
-    design: ElastomerDesign, spot: Zone, *, margin_mm: float, spacing_mm: float, growth: float
+    design: ElastomerDesign, spot: Zone, *, margin_mm: float, spacing_mm: float, growth: float, mirrored: bool = False
 ) -> Lattice:
     """The lattice of a design with its walls resolved below a spot of the contact face.
 
@@ -34,17 +34,22 @@ def resolved_lattice(
             are resolved whole.
         spacing_mm: Largest node spacing in the box, between walls and in the skin [mm].
         growth: Ratio of neighbouring spacings outside.
+        mirrored: Only the quarter beyond the spot's centre, which has to be a place of symmetry.
 
     Raises:
         GeometryError: The grid does not fit the block.
     """
     grid, fine = resolve_grid(design), spot.grown(margin_mm)
     box = ((fine.low_mm[0], fine.high_mm[0]), (fine.low_mm[1], fine.high_mm[1]), (0.0, design.skin_mm + margin_mm))
+    centre = ((*spot.centre_mm, None)) if mirrored else (None, None, None)
     x, y, z = (
-        _axis(planes, low, high, _Splits(design, grid, axis, spacing_mm), growth)
-        for axis, (planes, (low, high)) in enumerate(zip(_printed_planes(design, grid), box, strict=True))
+        _axis(planes, low, high, _Walls(design, grid, axis), _Spacing(spacing_mm, growth, middle))
+        for axis, (planes, (low, high), middle) in enumerate(
+            zip(_printed_planes(design, grid), box, centre, strict=True)
+        )
     )
-    lattice = replace(lattice_on((x.planes_mm, y.planes_mm, z.planes_mm), design), zone=spot)
+    lattice = lattice_on((x.planes_mm, y.planes_mm, z.planes_mm), design)
+    lattice = replace(lattice, zone=spot, is_mirrored=mirrored)
     infill = design.materials.infill
     if grid is None or infill is None:
         return lattice
@@ -71,33 +76,38 @@ class _Axis:
 
 
 @dataclass(frozen=True, slots=True)
-class _Splits:
-    """How the intervals between printed planes are divided in the box."""
+class _Spacing:
+    """How fine an axis is, and where it begins."""
+
+    fine_mm: float
+    growth: float
+    middle_mm: float | None
+    """A plane of symmetry that is the first one; None keeps both sides."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Walls:
+    """The walls across one axis."""
 
     design: ElastomerDesign
     grid: CellGrid | None
     axis: int
-    spacing_mm: float
 
-    def of(self, low: float, high: float) -> Array:
-        """Planes from one printed plane to the next, both included [mm]; wall faces in the core."""
-        wall = self.design.wall_mm / 2 if self._is_core(low, high) else 0.0
-        inner = np.linspace(low + wall, high - wall, split_count(high - low - 2 * wall, self.spacing_mm) + 1)
-        return np.unique([low, *inner, high])
+    def faces_mm(self, low: float, high: float) -> Array:
+        """Faces of the walls in an interval, and of those that bound the core the inner ones [mm]."""
+        if self.grid is None:
+            return np.empty(0)
+        printed = self.grid.planes_mm(self.axis)
+        faces = np.concatenate([printed[:-1] + self.design.wall_mm / 2, printed[1:] - self.design.wall_mm / 2])
+        return np.asarray(faces[(faces > low) & (faces < high)])
 
-    def are_between_walls(self, places_mm: Array) -> Mask:
+    def are_between(self, places_mm: Array) -> Mask:
         """Whether infill may be at each place, shape (places,)."""
         if self.grid is None:
             return np.zeros(len(places_mm), bool)
         pitch = self.grid.pitch_mm[self.axis]
         from_wall = (places_mm - self.grid.origin_mm[self.axis]) % pitch
         return np.asarray(np.abs(from_wall - pitch / 2) < self.grid.cell_mm[self.axis] / 2)
-
-    def _is_core(self, low: float, high: float) -> bool:
-        if self.grid is None:
-            return False
-        printed = self.grid.planes_mm(self.axis)
-        return bool(printed[0] - ROUNDING_MM < low and high < printed[-1] + ROUNDING_MM)
 
 
 def _printed_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[Array, ...]:
@@ -106,22 +116,32 @@ def _printed_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[Arr
     return lattice_planes(design.model_copy(update={"lattice": unsplit}), grid)
 
 
-def _axis(printed_mm: Array, low_mm: float, high_mm: float, splits: _Splits, growth: float) -> _Axis:
+def _axis(printed_mm: Array, low_mm: float, high_mm: float, walls: _Walls, spacing: _Spacing) -> _Axis:
     """Planes of one axis: divided between the printed planes around `low_mm` and `high_mm`, graded outside."""
     first = max(int(np.searchsorted(printed_mm, low_mm + ROUNDING_MM, side="right")) - 1, 0)
     last = min(int(np.searchsorted(printed_mm, high_mm - ROUNDING_MM, side="left")), len(printed_mm) - 1)
-    parts = [splits.of(low, high) for low, high in pairwise(printed_mm[first : last + 1])]
-    fine = np.concatenate([part[:-1] for part in parts] + [printed_mm[last : last + 1]])
-    planes = np.concatenate([printed_mm[:first], fine, printed_mm[last + 1 :]])
-    skin = splits.design.skin_mm
-    faces = np.array([printed_mm[0] + skin, printed_mm[-1] - skin]) if splits.grid is not None else np.empty(0)
-    planes = graded_planes(planes, printed_mm[first], printed_mm[last], growth, keep_mm=faces)
+    low, high = printed_mm[first], printed_mm[last]
+    middle = [] if spacing.middle_mm is None else [spacing.middle_mm]
+    fixed = _distinct(np.concatenate([printed_mm[first : last + 1], walls.faces_mm(low, high), middle]))
+    fine = [np.linspace(*pair, split_count(pair[1] - pair[0], spacing.fine_mm), endpoint=False) for pair in pairwise(fixed)]
+    planes = np.concatenate([printed_mm[:first], *fine, printed_mm[last:]])
+    if spacing.middle_mm is not None:
+        planes = planes[planes > spacing.middle_mm - ROUNDING_MM]
+    skin = walls.design.skin_mm
+    faces = np.array([printed_mm[0] + skin, printed_mm[-1] - skin]) if walls.grid is not None else np.empty(0)
+    planes = graded_planes(planes, max(low, planes[0]), high, spacing.growth, keep_mm=faces[faces > planes[0]])
     middles = (planes[1:] + planes[:-1]) / 2
     return _Axis(
         planes_mm=planes,
-        is_resolved=(middles > printed_mm[first]) & (middles < printed_mm[last]),
-        is_infill=splits.are_between_walls(middles),
+        is_resolved=(middles > low) & (middles < high),
+        is_infill=walls.are_between(middles),
     )
+
+
+def _distinct(places_mm: Array) -> Array:
+    """Places in order, those that agree but for rounding once [mm]."""
+    ordered = np.sort(places_mm)
+    return np.asarray(ordered[np.diff(ordered, prepend=-np.inf) > ROUNDING_MM])
 
 
 def _everywhere(x: Mask, y: Mask, z: Mask) -> Mask:
