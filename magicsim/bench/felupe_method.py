@@ -15,10 +15,10 @@ from typing import Any
 import felupe
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import RectBivariateSpline
 
 from magicsim.bench.felupe_contact import SphereContact
 from magicsim.bench.problem import Failure, Observation, Outcome, SphereOnBlock, repeats_left
+from magicsim.bench.surface import displacement_at
 
 Array = npt.NDArray[np.float64]
 PENALTY_RATIO = 100.0
@@ -165,18 +165,12 @@ def _restore(press: Press, saved: tuple[Any, dict[str, Any], float]) -> None:
 
 
 def _surface(press: Press, axes: tuple[Array, Array, Array], points_mm: Array) -> Array:
-    """Displacement at points of the face, from cubic splines through its nodes, shape (points, 3) [mm]."""
+    """Displacement at points of the face, shape (points, 3) [mm]."""
     x, y, _ = axes
     mesh, values = press.field.region.mesh.points, press.field[0].values
     face = np.flatnonzero(np.isclose(mesh[:, 2], 0))
     order = face[np.lexsort((mesh[face, 0], mesh[face, 1]))]
-    grid = values[order].reshape(len(y), len(x), 3)
-    if x[0] == 0:  # a quarter: its mirror images make the splines smooth across the planes of symmetry
-        grid = np.concatenate([grid[:, :0:-1] * [-1, 1, 1], grid], 1)
-        grid = np.concatenate([grid[:0:-1] * [1, -1, 1], grid], 0)
-        x, y = (np.concatenate([-axis[:0:-1], axis]) for axis in (x, y))
-    splines = (RectBivariateSpline(y, x, grid[:, :, axis]) for axis in range(3))
-    return np.stack([spline.ev(points_mm[:, 1], points_mm[:, 0]) for spline in splines], 1)
+    return displacement_at(points_mm, x, y, values[order].reshape(len(y), len(x), 3))
 
 
 def _sparse_solver() -> Callable[..., Any]:

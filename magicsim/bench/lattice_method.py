@@ -6,9 +6,9 @@ from itertools import count
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import RectBivariateSpline
 
 from magicsim.bench.problem import Failure, Observation, Outcome, SphereOnBlock, repeats_left
+from magicsim.bench.surface import displacement_at
 from magicsim.config import validate
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import Lattice, build_lattice
@@ -87,7 +87,7 @@ def solve_lattice(
                 depth_mm=depth,
                 force_n=float(state.force_n[2]),
                 contact_area_mm2=state.contact_area_mm2,
-                surface_mm=face_displacement(lattice, state.displacements_mm, problem.sample_points_mm),
+                surface_mm=_surface(lattice, state, problem.sample_points_mm),
                 seconds=tuple(seconds),
                 seconds_total=total,
                 unknowns=state.unknowns,
@@ -95,19 +95,6 @@ def solve_lattice(
             )
 
 
-def face_displacement(lattice: Lattice, displacements_mm: Array, points_mm: Array) -> Array:
-    """Displacement at points of the undeformed contact face, from cubic splines through its nodes.
-
-    Args:
-        lattice: Box cells, its nodes on planes.
-        displacements_mm: Of the nodes, shape (nodes, 3) [mm].
-        points_mm: Positions on the face at rest, shape (points, 3) [mm].
-
-    Returns:
-        Displacements, shape (points, 3) [mm].
-    """
+def _surface(lattice: Lattice, state: Deformation, points_mm: Array) -> Array:
     x, y = lattice.planes_mm[:2]
-    face = displacements_mm[: len(x) * len(y)].reshape(len(y), len(x), 3)
-    degree_y, degree_x = min(3, len(y) - 1), min(3, len(x) - 1)
-    splines = (RectBivariateSpline(y, x, face[:, :, axis], kx=degree_y, ky=degree_x) for axis in range(3))
-    return np.stack([spline.ev(points_mm[:, 1], points_mm[:, 0]) for spline in splines], 1)
+    return displacement_at(points_mm, x, y, state.displacements_mm[: len(x) * len(y)].reshape(len(y), len(x), 3))

@@ -123,7 +123,7 @@ def _axis(printed_mm: Array, low_mm: float, high_mm: float, walls: _Walls, spaci
     low, high = printed_mm[first], printed_mm[last]
     middle = [] if spacing.middle_mm is None else [spacing.middle_mm]
     fixed = _distinct(np.concatenate([printed_mm[first : last + 1], walls.faces_mm(low, high), middle]))
-    fine = [np.linspace(*pair, split_count(pair[1] - pair[0], spacing.fine_mm), endpoint=False) for pair in pairwise(fixed)]
+    fine = [np.linspace(a, b, split_count(b - a, spacing.fine_mm), endpoint=False) for a, b in pairwise(fixed)]
     planes = np.concatenate([printed_mm[:first], *fine, printed_mm[last:]])
     if spacing.middle_mm is not None:
         planes = planes[planes > spacing.middle_mm - ROUNDING_MM]

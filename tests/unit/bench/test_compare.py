@@ -10,12 +10,12 @@ import pytest
 from magicsim.bench import run
 from magicsim.bench.compare import compare
 from magicsim.bench.error_plot import plot_errors
-from magicsim.bench.lattice_method import face_displacement, solve_lattice
+from magicsim.bench.lattice_method import solve_lattice
 from magicsim.bench.methods import VARIANTS, Variant, solve_optional
 from magicsim.bench.problem import Failure, Observation, sphere_on_block
 from magicsim.bench.reference import Reference, ReferenceDepth
 from magicsim.bench.rows import NOT_INSTALLED, SOLVED
-from magicsim.deform.lattice import build_lattice
+from magicsim.bench.surface import displacement_at
 from magicsim.errors import ConfigError
 
 SMALL = sphere_on_block("footprint_mm=[6.0, 6.0]", "core_mm=3.0").down_to(0.25, 0.5)
@@ -120,13 +120,17 @@ def test_every_variant_has_its_own_name():
     assert any(variant.quick for variant in VARIANTS)
 
 
-def test_displacement_of_the_face_is_exact_for_cubics():
-    lattice = build_lattice(SMALL.design)
-    x, y = lattice.nodes_mm[:, 0], lattice.nodes_mm[:, 1]
-    field = np.stack([x**3, x * y**2, 1 + y], 1)
-    points = SMALL.sample_points_mm
-    expected = np.stack([points[:, 0] ** 3, points[:, 0] * points[:, 1] ** 2, 1 + points[:, 1]], 1)
-    np.testing.assert_allclose(face_displacement(lattice, field, points), expected, atol=1e-10)
+@pytest.mark.parametrize("low", [-1.0, 0.0])
+def test_displacement_of_the_face_is_exact_for_symmetric_cubics(low: float):
+    """From nodes of the whole face, and of a quarter with its mirror images."""
+    x, y = np.linspace(3 * low, 3, 9), np.linspace(4 * low, 4, 11)
+
+    def field(x, y):
+        return np.stack([x**3, x * x * y, 1 + y * y + 0 * x], -1)
+
+    points = np.random.default_rng(0).uniform(0, 3, (20, 2))
+    found = displacement_at(points, x, y, field(*np.meshgrid(x, y)))
+    np.testing.assert_allclose(found, field(points[:, 0], points[:, 1]), atol=1e-10)
 
 
 def test_sample_points_cover_one_quarter_of_the_face():

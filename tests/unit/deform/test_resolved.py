@@ -55,3 +55,25 @@ def test_cells_below_the_spot_keep_to_the_spacing(name: str) -> None:
     near = (np.abs(centres[:, :2]).max(1) < 0.3 + MARGIN_MM) & (centres[:, 2] < MARGIN_MM)
     assert lattice.sizes_mm[near].max() <= 0.3 * 1.05 + 1e-12
     assert lattice.sizes_mm.max() > 1
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_quarter_is_what_lies_beyond_the_spot(share: float) -> None:
+    """From a crossing of walls and from the centre of a cell."""
+    block = design()
+    grid, infill = resolve_grid(block), block.materials.infill
+    assert grid is not None
+    assert infill is not None
+    x, y = (float(grid.planes_mm(axis)[grid.counts[axis] // 2] + share * grid.pitch_mm[axis]) for axis in (0, 1))
+    spot = Zone(low_mm=(x - 0.3, y - 0.3), high_mm=(x + 0.3, y + 0.3))
+    quarter, whole = (
+        resolved_lattice(block, spot, margin_mm=MARGIN_MM, spacing_mm=0.2, growth=2.0, mirrored=mirrored)
+        for mirrored in (True, False)
+    )
+    assert quarter.planes_mm[0][0] == pytest.approx(x, abs=1e-9)
+    assert quarter.planes_mm[1][0] == pytest.approx(y, abs=1e-9)
+    assert quarter.planes_mm[0][-1] == whole.planes_mm[0][-1]
+    soft, in_all = (
+        each.sizes_mm.prod(1) @ (each.shear_modulus_mpa == infill.shear_modulus_mpa) for each in (quarter, whole)
+    )
+    assert soft == pytest.approx(in_all / 4)
