@@ -113,9 +113,9 @@ def press(
 
 @app.command
 def durometer(
-    design: str, *, settings: Settings = None, seed: Seed = None, json: Json = False,
+    design: str, *, place: Literal["cell", "wall"] = "cell", settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Press a virtual Shore A durometer into a block."""
+    """Press a virtual Shore A durometer into a block, on the centre of a cell or where walls cross."""
     from magicsim.config import load_preset
     from magicsim.geometry.design import ElastomerDesign
 
@@ -123,7 +123,7 @@ def durometer(
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     from magicsim.deform.durometer import durometer as test
 
-    _print(_fields(test(block)), as_json=json)
+    _print(_fields(test(block, place=place)), as_json=json)
 
 
 @app.command

@@ -9,7 +9,6 @@ symmetry: a quarter of the sample is solved.
 
 import time
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -20,12 +19,10 @@ from magicsim.deform.resolved import resolved_lattice
 from magicsim.deform.zone import Zone
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.durometer_tool import SHAFT_RADIUS_MM, DurometerTool
-from magicsim.geometry.grid import resolve_grid
+from magicsim.geometry.grid import Place, symmetric_place
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
-Place = Literal["cell", "wall"]
-"""Where the cone presses: on the centre of a cell, or where walls cross."""
 EXTENSION_MM = 2.5
 """How far the cone sticks out at S = 0 [mm]."""
 SPRING_N = (0.55, 0.075)
@@ -137,7 +134,7 @@ class _Test:
         place: Place,
     ) -> None:
         fine = min(spacing_mm, design.lattice.spacing_mm or spacing_mm)
-        self._hole_radius_mm, self._place_mm = hole_radius_mm, _middle(design, place)
+        self._hole_radius_mm, self._place_mm = hole_radius_mm, symmetric_place(design, place)
         spot = Zone(low_mm=self._place_mm, high_mm=self._place_mm).grown(SHAFT_RADIUS_MM)
         margin = MARGINS_MM[not design.has_grid]
         self._solver = ContactSolver(
@@ -161,18 +158,6 @@ class _Test:
         """Force on the cone, without that on the foot [N]."""
         quarter = self._solver.force_within_n(state, self._place_mm, FOOT_STARTS_MM)
         return 4 * float(quarter[2])
-
-
-def _middle(design: ElastomerDesign, place: Place) -> tuple[float, float]:
-    """The place of symmetry next to the middle of the face, x and y [mm]."""
-    grid = resolve_grid(design)
-    if grid is None:
-        return 0.0, 0.0
-    x, y = (
-        float(grid.planes_mm(axis)[grid.counts[axis] // 2] + (grid.pitch_mm[axis] / 2 if place == "cell" else 0.0))
-        for axis in (0, 1)
-    )
-    return x, y
 
 
 def _equilibrium(test: _Test) -> tuple[float, Deformation]:

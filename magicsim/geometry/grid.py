@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,8 @@ import numpy.typing as npt
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
 
+Place = Literal["cell", "wall"]
+"""The centre of a cell, or where walls cross."""
 MAX_CELL_DEVIATION = 0.15
 """Largest relative difference between the resolved cell and the one asked for."""
 MAX_CELLS = 200_000
@@ -89,6 +92,21 @@ def resolve_grid(design: ElastomerDesign) -> CellGrid | None:
         raise GeometryError(msg)
     origin = np.array([-core[0] / 2, -core[1] / 2, design.skin_mm])
     return CellGrid(counts=tuple(int(n) for n in counts), pitch_mm=pitch, cell_mm=cell, origin_mm=origin)  # type: ignore[arg-type]
+
+
+def symmetric_place(design: ElastomerDesign, place: Place) -> tuple[float, float]:
+    """A point of the contact face, next to its middle, about which the grid is symmetric: x and y [mm].
+
+    Args:
+        design: The block; without a grid it is the middle.
+        place: The centre of a cell, or a crossing of walls.
+    """
+    grid = resolve_grid(design)
+    if grid is None:
+        return 0.0, 0.0
+    beside = 0.5 if place == "cell" else 0.0
+    x, y = (float(grid.planes_mm(axis)[grid.counts[axis] // 2] + beside * grid.pitch_mm[axis]) for axis in (0, 1))
+    return x, y
 
 
 def lattice_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[npt.NDArray[np.float64], ...]:

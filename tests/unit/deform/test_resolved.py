@@ -8,7 +8,7 @@ from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.resolved import resolved_lattice
 from magicsim.deform.zone import Zone
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import resolve_grid
+from magicsim.geometry.grid import Place, resolve_grid, symmetric_place
 
 SPOT = Zone(low_mm=(-0.3, -0.3), high_mm=(0.3, 0.3))
 MARGIN_MM = 1.0
@@ -57,14 +57,12 @@ def test_cells_below_the_spot_keep_to_the_spacing(name: str) -> None:
     assert lattice.sizes_mm.max() > 1
 
 
-@pytest.mark.parametrize("share", [0.0, 0.5])
-def test_a_quarter_is_what_lies_beyond_the_spot(share: float) -> None:
-    """From a crossing of walls and from the centre of a cell."""
+@pytest.mark.parametrize("place", ["cell", "wall"])
+def test_a_quarter_is_what_lies_beyond_the_spot(place: Place) -> None:
     block = design()
-    grid, infill = resolve_grid(block), block.materials.infill
-    assert grid is not None
+    infill = block.materials.infill
     assert infill is not None
-    x, y = (float(grid.planes_mm(axis)[grid.counts[axis] // 2] + share * grid.pitch_mm[axis]) for axis in (0, 1))
+    x, y = symmetric_place(block, place)
     spot = Zone(low_mm=(x - 0.3, y - 0.3), high_mm=(x + 0.3, y + 0.3))
     quarter, whole = (
         resolved_lattice(block, spot, margin_mm=MARGIN_MM, spacing_mm=0.2, growth=2.0, mirrored=mirrored)

@@ -1,0 +1,198 @@
+"""Predictions made before anyone compared them: Shore A hardness, force against depth, largest forces under shear.
+
+    python benchmarks/predictions.py                 # computes docs/predictions.json and docs/predictions.md; two hours
+    python benchmarks/predictions.py --only shear    # one part; the others are kept
+    python benchmarks/predictions.py --table         # writes the Markdown from the JSON, without computing
+
+The moduli are fitted to two hardness readings by `calibrate_moduli.py` and to nothing else. Every case is computed
+with a nominal setting and with variants that change one thing at a time; the uncertainty is the root of the sum of
+their squared differences. What the variants do not contain (the law of the materials, walls other than printed as
+designed, the rate of the test) is not in it.
+"""
+
+import argparse
+import json
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hardness import Setting, reading, sample, workers
+from prediction_tables import markdown
+
+from magicsim.deform.face import point_spacing_mm
+from magicsim.deform.lattice import Lattice, build_lattice
+from magicsim.deform.path import ContactSolver
+from magicsim.deform.resolved import resolved_lattice
+from magicsim.deform.zone import Zone, contact_zone
+from magicsim.errors import MagicsimError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import symmetric_place
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects import ObjectBase, parse_object
+
+HERE = Path(__file__).resolve().parent
+DOCS = HERE.parent / "docs"
+RESULT, TABLE = DOCS / "predictions.json", DOCS / "predictions.md"
+HARDNESS = ((10.0, 2.0), (10.0, 1.5), (10.0, 1.0), (2.0, 0.5), (5.0, 0.5), (15.0, 0.5), (20.0, 0.5))
+"""(Total height, skin) [mm]."""
+DEPTHS_MM = (*np.round(np.arange(0.2, 4.5, 0.2), 1).tolist(), 4.5)
+DOMES_MM, SKINS_MM, CORE_MM = (2.0, 4.0), (0.3, 0.6, 0.8), 5.0
+"""Diameters of the domed cylinders, skins, core."""
+SHEARS = ((1.2, 1.0), (1.6, 1.5))
+"""(Depth, shear) of the domed cylinder of 6 mm on a skin of 0.3 mm [mm]."""
+SHEAR_SKIN_MM, SHEAR_STEPS = 0.3, 5
+RESOLVED_MARGIN_MM, RESOLVED_GROWTH = 0.85, 2.2
+NOMINAL = Setting(body_mpa=1.55, infill_mpa=0.0105, wall_mm=0.1)
+"""Moduli from `calibrate_moduli.py --wall 0.1`."""
+SPACINGS_MM = {"hardness": 0.4, "press": 0.4, "shear": 0.5}
+VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
+    "hardness": {
+        "finer lattice": {"spacing_mm": 0.3},
+        "friction 0.5": {"friction": 0.5},
+        "infill +25 %": {"infill_mpa": 1.25 * NOMINAL.infill_mpa},
+    },
+    "press": {
+        "finer lattice": {"spacing_mm": 0.3},
+        "friction 0.5": {"friction": 0.5},
+        "infill +25 %": {"infill_mpa": 1.25 * NOMINAL.infill_mpa},
+    },
+    "shear": {
+        "coarser lattice": {"spacing_mm": 0.7},
+        "friction 0.5": {"friction": 0.5},
+        "infill +25 %": {"infill_mpa": 1.25 * NOMINAL.infill_mpa},
+    },
+}
+"""What each variant changes."""
+Rows = list[dict[str, Any]]
+
+
+def hardness(case: tuple[float, float], setting: Setting) -> Rows:
+    """Shore A of one block."""
+    total, skin = case
+    found = reading(total, skin, setting)
+    shore, places = found["shore_a"], {place: found[place] for place in ("cell", "wall")}
+    jacobians = [value for key, value in found.items() if key.endswith("min_jacobian")]
+    row: dict[str, Any] = {"total_mm": total, "skin_mm": skin, "places": places}
+    if shore is None:
+        return [row | {"value": None, "refused": found["cell_refused"]}]
+    return [row | {"value": {"shore_a": shore}, "min_jacobian": min(jacobians)}]
+
+
+def press(case: tuple[float, float], setting: Setting) -> Rows:
+    """Force of a domed cylinder at every depth above a cell's centre; a depth that is refused keeps its message."""
+    diameter, skin = case
+    dome = parse_object(f"domed_cylinder:radius_mm={diameter / 2}")
+    block = sample(CORE_MM + 2 * skin, skin, setting)
+    x, y = symmetric_place(block, "cell")
+    spot = Zone(low_mm=(x, y), high_mm=(x, y)).grown(diameter / 2)
+    lattice = resolved_lattice(
+        block, spot, margin_mm=RESOLVED_MARGIN_MM, spacing_mm=setting.spacing_mm, growth=RESOLVED_GROWTH, mirrored=True
+    )
+    solver, state, rows = _solver(lattice, dome, setting), None, []
+    for depth in DEPTHS_MM:
+        row: dict[str, Any] = {"diameter_mm": diameter, "skin_mm": skin, "depth_mm": depth}
+        if rows and rows[-1]["value"] is None:
+            rows.append(row | {"value": None, "refused": "deeper than a depth that was refused"})
+            continue
+        try:
+            state = solver.solve(place_object(dome, gap_mm=-depth, x_mm=x, y_mm=y), state)
+            row |= {"value": {"force_n": 4 * float(state.force_n[2])}, "min_jacobian": state.min_jacobian}
+        except MagicsimError as error:
+            row |= {"value": None, "refused": str(error)}
+        rows.append(row)
+    return rows
+
+
+def shear(case: tuple[float, float, str], setting: Setting) -> Rows:
+    """Largest forces of a domed cylinder of 6 mm that is pressed and then sheared along one axis."""
+    depth, motion, axis = case
+    dome = parse_object("domed_cylinder:radius_mm=3")
+    ways = [motion * step / SHEAR_STEPS for step in range(SHEAR_STEPS + 1)]
+    poses = [
+        place_object(dome, gap_mm=-depth, x_mm=way if axis == "x" else 0.0, y_mm=way if axis == "y" else 0.0)
+        for way in ways
+    ]
+    solver, state, forces = (
+        _solver(_graded(sample(CORE_MM + 0.6, 0.3, setting), poses, setting), dome, setting),
+        None,
+        [],
+    )
+    for pose in poses:
+        state = solver.solve(pose, state)
+        forces.append(np.abs(state.force_n))
+    largest = np.max(forces, axis=0).tolist()
+    value = dict(zip(("fx_n", "fy_n", "fz_n"), largest, strict=True))
+    return [{"depth_mm": depth, "shear_mm": motion, "axis": axis, "value": value}]
+
+
+def _graded(block: ElastomerDesign, poses: Iterable[Indenter], setting: Setting) -> Lattice:
+    options = block.lattice.model_copy(update={"spacing_mm": setting.spacing_mm})
+    block = block.model_copy(update={"lattice": options})
+    return build_lattice(block, zone=contact_zone(poses, block))
+
+
+def _solver(lattice: Lattice, thing: ObjectBase, setting: Setting) -> ContactSolver:
+    return ContactSolver(lattice, friction=setting.friction, point_spacing_mm=point_spacing_mm(thing.shape()))
+
+
+CASES: dict[str, tuple[Callable[..., Rows], list[Any]]] = {
+    "hardness": (hardness, list(HARDNESS)),
+    "press": (press, [(diameter, skin) for diameter in DOMES_MM for skin in SKINS_MM]),
+    "shear": (shear, [(*each, axis) for each in SHEARS for axis in "xy"]),
+}
+
+
+def run(part: str, case: Any, setting: Setting) -> Rows:  # noqa: ANN401
+    """One case with one setting; a refusal of the whole case is a row of its own."""
+    try:
+        return CASES[part][0](case, setting)
+    except MagicsimError as error:
+        return [{"case": list(case), "value": None, "refused": str(error)}]
+
+
+def predict(part: str, pool: ProcessPoolExecutor) -> dict[str, Any]:
+    """All cases of a part: nominal values, the difference that each variant makes, and the uncertainty."""
+    nominal = replace(NOMINAL, spacing_mm=SPACINGS_MM[part])
+    settings = {"nominal": nominal, **{name: replace(nominal, **change) for name, change in VARIANTS[part].items()}}
+    jobs = {
+        name: [pool.submit(run, part, case, setting) for case in CASES[part][1]] for name, setting in settings.items()
+    }
+    found = {name: [row for job in own for row in job.result()] for name, own in jobs.items()}
+    variants = [name for name in settings if name != "nominal"]
+    rows = [
+        _combined(row, {name: found[name][place] for name in variants}) for place, row in enumerate(found["nominal"])
+    ]
+    return {"setting": asdict(nominal), "variants": VARIANTS[part], "rows": rows}
+
+
+def _combined(row: dict[str, Any], variants: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    if row["value"] is None:
+        return row
+    usable = {name: other["value"] for name, other in variants.items() if other.get("value") is not None}
+    differences = {
+        name: {key: value[key] - row["value"][key] for key in row["value"]} for name, value in usable.items()
+    }
+    spread = {key: float(np.sqrt(sum(each[key] ** 2 for each in differences.values()))) for key in row["value"]}
+    return row | {"differences": differences, "uncertainty": spread}
+
+
+def main() -> None:
+    """Computes what was asked for and writes both files."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", choices=tuple(CASES), help="one part")
+    parser.add_argument("--table", action="store_true", help="only write the Markdown again")
+    options = parser.parse_args()
+    results = json.loads(RESULT.read_text()) if RESULT.is_file() else {}
+    if not options.table:
+        with workers() as pool:
+            for part in [options.only] if options.only else list(CASES):
+                results[part] = predict(part, pool)
+                RESULT.write_text(json.dumps(results, indent=1) + "\n")
+    TABLE.write_text(markdown(results))
+
+
+if __name__ == "__main__":
+    main()
