@@ -113,7 +113,8 @@ def press(
 
 @app.command
 def durometer(
-    design: str, *, place: Literal["cell", "wall"] = "cell", settings: Settings = None, seed: Seed = None, json: Json = False,
+    design: str, *, place: Literal["cell", "wall"] = "cell",
+    settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Press a virtual Shore A durometer into a block, on the centre of a cell or where walls cross."""
     from magicsim.config import load_preset
