@@ -15,8 +15,6 @@ from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
 from magicsim.errors import ConvergenceError, MagicsimError
-from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
 
 LOGGER = logging.getLogger(__name__)
 TOLERANCE_MM = 0.002
@@ -100,17 +98,15 @@ def run_path(path: StressPath) -> Iterator[StressRow]:
     if path.max_step_mm is not None:
         options["max_step_mm"] = path.max_step_mm
     try:
-        config = parse_object(path.object_text)
-        lattice = path.build()
-        spacing = point_spacing_mm(config.shape())
+        indenters, lattice = path.indenters(), path.lattice()
+        spacing = point_spacing_mm(indenters[0].shape)
         solver = ContactSolver(lattice, tolerance_mm=TOLERANCE_MM, point_spacing_mm=spacing, **options)
     except MagicsimError as error:
         yield from (_row(path, stage, float("nan"), NOT_AVAILABLE, str(error)) for stage in path.stages)
         return
     state: Deformation | None = None
-    for stage in path.stages:
+    for stage, indenter in zip(path.stages, indenters, strict=True):
         depth = stage.depth_share * lattice.height_mm
-        indenter = place_object(config, gap_mm=-depth, x_mm=stage.shear_mm, twist_deg=stage.twist_deg)
         start = time.perf_counter()
         try:
             found = solver.solve(indenter, state)

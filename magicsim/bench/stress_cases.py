@@ -1,7 +1,7 @@
 """What the stress grid consists of: every combination of extremes, and single departures from an ordinary press."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 
@@ -9,7 +9,10 @@ import numpy as np
 
 from magicsim.config import load_preset
 from magicsim.deform.lattice import Lattice, build_lattice, jittered
+from magicsim.deform.zone import contact_zone
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects import parse_object
 
 CONTRASTS = (1.0, 1e2, 1e4, 1e6)
 """Shear modulus of the skin over that of the core."""
@@ -28,6 +31,11 @@ BLOCK = ("footprint_mm=[12.0, 12.0]", "skin_mm=1.0", "core_mm=4.0", "cell_mm=0.8
 """The block of the grid: 12 x 12 x 6 mm, a skin of 1 mm, 1 mm spacing."""
 JITTER = 0.2
 SEED = 0
+
+
+def block(*overrides: str) -> ElastomerDesign:
+    """The grid's block with changes, `dotted.key=value`."""
+    return load_preset(ElastomerDesign, "design", "mini-magictac", [*BLOCK, *overrides])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +58,9 @@ class StressPath:
     label: str
     """What is special about it."""
     object_text: str
-    build: Callable[[], Lattice]
+    design: ElastomerDesign = field(default_factory=block)
+    change: Callable[[Lattice], Lattice] = lambda lattice: lattice
+    """What is done to the design's lattice."""
     stages: tuple[Stage, ...] = tuple(Stage(depth_share=share) for share in DEPTH_SHARES)
     contrast: float | None = None
     poisson_ratio: float | None = None
@@ -58,17 +68,28 @@ class StressPath:
     max_step_mm: float | None = None
     """Longest load step [mm]; None is the solver's own."""
 
+    def indenters(self) -> list[Indenter]:
+        """The object at the end of each stage."""
+        thing, height = parse_object(self.object_text), self.design.height_mm
+        return [
+            place_object(thing, gap_mm=-stage.depth_share * height, x_mm=stage.shear_mm, twist_deg=stage.twist_deg)
+            for stage in self.stages
+        ]
 
-def layered_lattice(*, contrast: float, poisson_ratio: float) -> Lattice:
-    """The grid's block with one Poisson ratio, and the shear modulus of the core lower than the skin's by a factor.
+    def lattice(self) -> Lattice:
+        """The block as a press would solve it: fine where the path touches, coarse far away."""
+        return self.change(build_lattice(self.design, zone=contact_zone(self.indenters(), self.design)))
+
+
+def layered(lattice: Lattice, *, contrast: float, poisson_ratio: float) -> Lattice:
+    """One Poisson ratio everywhere, and the shear modulus of the core lower than the skin's by a factor.
 
     Args:
+        lattice: Of any design with a grid.
         contrast: The factor.
         poisson_ratio: Of all cells.
     """
-    design = block()
-    lattice = build_lattice(design)
-    skin = design.materials.body.shear_modulus_mpa
+    skin = float(lattice.shear_modulus_mpa[~lattice.is_core][0])
     shear = np.where(lattice.is_core, skin / contrast, skin)
     return replace(
         lattice,
@@ -78,17 +99,12 @@ def layered_lattice(*, contrast: float, poisson_ratio: float) -> Lattice:
     )
 
 
-def block(*overrides: str) -> ElastomerDesign:
-    """The grid's block with changes, `dotted.key=value`."""
-    return load_preset(ElastomerDesign, "design", "mini-magictac", [*BLOCK, *overrides])
-
-
 def grid_paths() -> list[StressPath]:
     """Every combination of contrast, Poisson ratio and object, each through all depths."""
     return [
         StressPath(
             group="grid", label=name, object_text=text, contrast=contrast, poisson_ratio=ratio,
-            build=partial(layered_lattice, contrast=contrast, poisson_ratio=ratio),
+            change=partial(layered, contrast=contrast, poisson_ratio=ratio),
         )
         for (name, text), contrast, ratio in product(OBJECTS.items(), CONTRASTS, POISSON_RATIOS)
     ]  # fmt: skip
@@ -110,17 +126,15 @@ def single_paths() -> list[StressPath]:
         "height 20 mm": ("core_mm=18.0",),
     }  # fmt: skip
     paths = [
-        StressPath(group="single", label=label, object_text=ball, build=partial(_built, *overrides))
+        StressPath(group="single", label=label, object_text=ball, design=block(*overrides))
         for label, overrides in designs.items()
     ]
     one_step = (Stage(depth_share=0.5),)
     paths.append(
-        StressPath(
-            group="single", label="one step of 50 %", object_text=ball, build=_built, stages=one_step, max_step_mm=100.0
-        )
+        StressPath(group="single", label="one step of 50 %", object_text=ball, stages=one_step, max_step_mm=100.0)
     )
     paths += [
-        StressPath(group="single", label=f"nodes moved by 20 %, {name}", object_text=text, build=_jittered)
+        StressPath(group="single", label=f"nodes moved by 20 %, {name}", object_text=text, change=_jittered)
         for name, text in OBJECTS.items()
     ]
     shear = (
@@ -131,7 +145,7 @@ def single_paths() -> list[StressPath]:
     paths += [
         StressPath(
             group="single", label=f"friction {friction:g}, 1 mm of shear, 90 deg of twist, {name}", object_text=text,
-            build=_built, stages=shear, friction=friction,
+            stages=shear, friction=friction,
         )
         for friction in (0.0, 1.0)
         for name, text in {"sphere": ball, "box": "box:size_mm=4"}.items()
@@ -139,9 +153,5 @@ def single_paths() -> list[StressPath]:
     return paths
 
 
-def _built(*overrides: str) -> Lattice:
-    return build_lattice(block(*overrides))
-
-
-def _jittered() -> Lattice:
-    return jittered(build_lattice(block()), share=JITTER, seed=SEED)
+def _jittered(lattice: Lattice) -> Lattice:
+    return jittered(lattice, share=JITTER, seed=SEED)

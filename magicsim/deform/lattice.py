@@ -17,6 +17,8 @@ from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
+FINEST_MM = 0.1
+"""Smallest spacing that a small zone asks for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,14 +106,16 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
 
     Args:
         design: The block.
-        zone: Part of the contact face that can be touched: planes spread away from it by `lattice.growth`; None keeps
-            all planes.
+        zone: Part of the contact face that can be touched: there are `lattice.cells_across` cells across it, and
+            planes spread away from it by `lattice.growth`; None keeps all planes.
 
     Raises:
         GeometryError: The grid does not fit the block.
     """
-    planes = _as_triple(lattice_planes(design, resolve_grid(design)))
-    return replace(lattice_on(_graded(planes, zone, design) if zone is not None else planes, design), zone=zone)
+    if zone is None:
+        return lattice_on(_as_triple(lattice_planes(design, resolve_grid(design))), design)
+    planes = _as_triple(lattice_planes(_fine_enough(design, zone), resolve_grid(design)))
+    return replace(lattice_on(_graded(planes, zone, design), design), zone=zone)
 
 
 def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -> Lattice:
@@ -159,6 +163,18 @@ def jittered(lattice: Lattice, *, share: float, seed: int) -> Lattice:
         number = np.searchsorted(planes, lattice.nodes_mm[:, axis])
         moved[:, axis] += room[number] * rng.uniform(-1, 1, len(moved))
     return replace(lattice, nodes_mm=moved)
+
+
+def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
+    """The design with a spacing that a small zone asks for."""
+    options = design.lattice
+    if options.cells_across == 0:
+        return design
+    asked = max(2 * zone.radius_mm / options.cells_across, FINEST_MM)
+    grid = resolve_grid(design)
+    usual = options.spacing_mm or (float(grid.pitch_mm.max()) if grid is not None else 1.0)
+    update = {"lattice": options.model_copy(update={"spacing_mm": min(asked, usual)})}
+    return design.model_copy(update=update) if asked < usual else design
 
 
 def _graded(planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDesign) -> tuple[Array, Array, Array]:

@@ -41,6 +41,10 @@ SHORTEST = 1 / 32
 """Shortest load step in units of the first one."""
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
+PASSED_THROUGH = (
+    "the object passed through the contact face: it is pressed deeper than it is high, or lattice.spacing_mm is too "
+    "coarse for it"
+)
 RESTART_STEPS = 4
 """Load steps of a path begun again in units of the first attempt's."""
 
@@ -125,13 +129,8 @@ class ContactSolver:
                 effort.restarts += 1
                 state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
         if state is None:
-            raise ConvergenceError(_report(problem, effort), history=tuple(effort.iterations))
-        if self._relaxation is None and not state.contact_pressure_mpa.any():
-            msg = (
-                "the object passed through the contact face: it is pressed deeper than it is high, or "
-                "lattice.spacing_mm is too coarse for it"
-            )
-            raise ConvergenceError(msg, history=tuple(effort.iterations))
+            message = PASSED_THROUGH if self._has_passed_through(effort.last) else _report(problem, effort)
+            raise ConvergenceError(message, history=tuple(effort.iterations))
         if self._relaxation is None or start.relaxation is None:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
@@ -177,7 +176,7 @@ class ContactSolver:
             next_pose = indenter.pose if target == 1 else _between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
             iterate = self._solve_pose(careful if halved else problem, moved, before, state, effort)
-            if newton.has_converged(problem, iterate) and _balance(problem, iterate) <= MAX_BALANCE:
+            if self._is_valid(problem, iterate, moved):
                 state, pose, done = self._result(problem, iterate, next_pose, effort), next_pose, target
                 stride, halved = min(stride * 1.5, 1.0 / count), False
                 continue
@@ -187,6 +186,14 @@ class ContactSolver:
             if stride < shortest:
                 return None
         return state
+
+    def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
+        has_converged = newton.has_converged(problem, iterate) and _balance(problem, iterate) <= MAX_BALANCE
+        return has_converged and not (self._has_passed_through(iterate) and self.can_touch(indenter))
+
+    def _has_passed_through(self, iterate: Iterate | None) -> bool:
+        """Whether nothing presses: not an answer below an object, but a dent of a timed path that still recovers."""
+        return self._relaxation is None and iterate is not None and not iterate.contact.pressure_mpa.any()
 
     def _solve_pose(
         self, problem: Problem, indenter: Indenter, before: Indenter, start: Deformation, effort: Effort

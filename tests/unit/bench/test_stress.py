@@ -14,12 +14,13 @@ from magicsim.bench.stress_cases import (
     POISSON_RATIOS,
     Stage,
     StressPath,
+    block,
     grid_paths,
-    layered_lattice,
+    layered,
     single_paths,
 )
 from magicsim.bench.validity import verify, volume_ratios
-from magicsim.deform.lattice import box_lattice
+from magicsim.deform.lattice import box_lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import place_object
@@ -34,9 +35,10 @@ def small_lattice():
 
 
 def path(**changes):
+    """3 mm high, with the small lattice whatever the design says."""
     values = {
-        "group": "single", "label": "small", "object_text": BALL, "build": small_lattice,
-        "stages": (Stage(depth_share=0.1), Stage(depth_share=0.3)),
+        "group": "single", "label": "small", "object_text": BALL, "design": block("skin_mm=0.5", "core_mm=2.0"),
+        "change": lambda _: small_lattice(), "stages": (Stage(depth_share=0.1), Stage(depth_share=0.3)),
     }  # fmt: skip
     return StressPath(**(values | changes))
 
@@ -61,13 +63,13 @@ def test_single_cases_have_names_of_their_own():
 
 
 def test_every_single_case_can_be_built():
-    heights = {one.label: one.build().height_mm for one in single_paths()}
+    heights = {one.label: one.lattice().height_mm for one in single_paths()}
     assert heights["height 1.5 mm"] == pytest.approx(1.5)
     assert heights["height 20 mm"] == pytest.approx(20)
 
 
 def test_contrast_is_between_skin_and_core():
-    lattice = layered_lattice(contrast=100.0, poisson_ratio=0.25)
+    lattice = layered(build_lattice(block()), contrast=100.0, poisson_ratio=0.25)
     assert lattice.is_core.sum() == 10 * 10 * 4
     skin, core = (lattice.shear_modulus_mpa[mask] for mask in (~lattice.is_core, lattice.is_core))
     np.testing.assert_allclose(skin / core[0], 100)
