@@ -4,9 +4,11 @@ import logging
 import os
 import platform
 from collections.abc import Iterable
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from magicsim.bench.equal_error import equal_errors
 from magicsim.bench.methods import VARIANTS, Variant
 from magicsim.bench.problem import SphereOnBlock, sphere_on_block
 from magicsim.bench.reference import Reference, load_reference
@@ -52,6 +54,7 @@ def compare(
         "quick": quick,
         "step_mm": problem.step_mm,
         "results": [row.as_dict() for row in rows],
+        "equal_error": [asdict(one) for one in equal_errors(rows)],
         "reference": {
             "method": truth.method,
             "depths": [

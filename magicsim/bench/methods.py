@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from magicsim.bench.lattice_method import graded, solve_lattice, uniform
+from magicsim.bench.lattice_method import Build, graded, solve_lattice, uniform
 from magicsim.bench.problem import Failure, Outcome, Solve, SphereOnBlock
 from magicsim.bench.rows import NOT_INSTALLED
+
+GRADED, FELUPE = "graded lattice", "felupe"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,53 +49,41 @@ _felupe = partial(solve_optional, module="magicsim.bench.felupe_method", solve="
 _ngsolve = partial(solve_optional, module="magicsim.bench.ngsolve_reference", solve="solve_ngsolve")
 
 
-def _lattices(method: str, build: Any, spacings: tuple[float, ...]) -> list[Variant]:  # noqa: ANN401
+def _lattices(method: str, build: Build, spacings: tuple[float, ...], tolerance_mm: float = 0.002) -> list[Variant]:
     return [
         Variant(
-            method=f"{method}, tolerance {tolerance:g} mm",
+            method=f"{method}, tolerance {tolerance_mm:g} mm",
             setting=f"{spacing:g} mm",
-            solve=partial(solve_lattice, spacing_mm=spacing, tolerance_mm=tolerance, build=build),
+            solve=partial(solve_lattice, spacing_mm=spacing, tolerance_mm=tolerance_mm, build=build),
             quick=spacing == 1.0,
         )
-        for tolerance in (0.002, 0.01)
         for spacing in spacings
+    ]  # fmt: skip
+
+
+def _felupes(method: str, sizes: tuple[float, ...], *, quick: float | None = None, **settings: Any) -> list[Variant]:  # noqa: ANN401  # fmt: skip
+    return [
+        Variant(
+            method=f"{FELUPE}, {method}", setting=f"{size:g} mm", quick=size == quick,
+            solve=partial(_felupe, element_mm=size, **settings),
+        )
+        for size in sizes
     ]  # fmt: skip
 
 
 VARIANTS: tuple[Variant, ...] = (
     *_lattices("lattice", uniform, (1.0, 0.75, 0.5)),
-    *_lattices("graded lattice", graded, (1.0, 0.75, 0.5, 0.375)),
-    *(
-        Variant(
-            method="felupe, whole block", setting=f"{size:g} mm",
-            solve=partial(_felupe, element_mm=size, whole=True),
-        )
-        for size in (1.0, 0.75, 0.5)
-    ),
-    *(
-        Variant(method="felupe, quarter", setting=f"{size:g} mm", solve=partial(_felupe, element_mm=size))
-        for size in (1.0, 0.75, 0.5)
-    ),
-    *(
-        Variant(
-            method="felupe, graded whole block", setting=f"{size:g} mm",
-            solve=partial(_felupe, element_mm=size, growth=1.5, whole=True),
-        )
-        for size in (1.0, 0.75, 0.5)
-    ),
-    *(
-        Variant(
-            method="felupe, graded quarter", setting=f"{size:g} mm",
-            solve=partial(_felupe, element_mm=size, growth=1.5), quick=size == 1.0,
-        )
-        for size in (1.0, 0.75, 0.5)
-    ),
+    *_lattices(GRADED, graded, (1.5, 1.25, 1.0, 0.75, 0.5, 0.375)),
+    *_lattices(GRADED, graded, (1.0, 0.5), tolerance_mm=0.01),
+    *_felupes("whole block", (1.0, 0.75), whole=True),
+    *_felupes("graded whole block", (1.0, 0.75, 0.5), growth=1.5, whole=True),
+    *_felupes("graded quarter", (1.0, 0.75, 0.5, 0.375), quick=1.0, growth=1.5),
     *(
         Variant(
             method="NGSolve, quarter, degree 2", setting=f"{count} elements",
             solve=partial(_ngsolve, elements=count, order=2),
         )
-        for count in (4, 6, 8)
+        for count in (4, 6)
     ),
 )  # fmt: skip
 """Every curve of the benchmark, coarse to fine."""
