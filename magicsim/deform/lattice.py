@@ -166,9 +166,13 @@ def jittered(lattice: Lattice, *, share: float, seed: int) -> Lattice:
 
 
 def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
-    """The design with a spacing that a small zone asks for."""
+    """The design with a spacing that a small zone asks for.
+
+    Not below sharp tips and textures: they slide off single nodes of a fine lattice without friction, and its paths
+    then do not end.
+    """
     options = design.lattice
-    if options.cells_across == 0:
+    if options.cells_across == 0 or not zone.is_blunt:
         return design
     asked = max(2 * zone.radius_mm / options.cells_across, FINEST_MM)
     grid = resolve_grid(design)

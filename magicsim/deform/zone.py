@@ -7,7 +7,7 @@ growth the force of a fingertip-sized object changes by at most `FAR_FIELD_BOUND
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -19,6 +19,8 @@ from magicsim.geometry.indenter import Indenter
 Array = npt.NDArray[np.float64]
 SAMPLE_MM = 0.1
 """Spacing of the points at which the undeformed face is tested for contact [mm]."""
+BLUNT = 0.5
+"""Smallest feature of a blunt object in units of its zone's radius."""
 MARGIN_SPACINGS = 2.5
 """Fine cells around the contact."""
 
@@ -35,6 +37,8 @@ class Zone:
     """Smallest x and y [mm]."""
     high_mm: tuple[float, float]
     """Largest x and y [mm]."""
+    is_blunt: bool = False
+    """Whether what touches it has no feature much smaller than it."""
 
     @property
     def radius_mm(self) -> float:
@@ -51,7 +55,7 @@ class Zone:
         """The zone with a margin on every side [mm]."""
         low_x, low_y = (low - margin_mm for low in self.low_mm)
         high_x, high_y = (high + margin_mm for high in self.high_mm)
-        return type(self)(low_mm=(low_x, low_y), high_mm=(high_x, high_y))
+        return replace(self, low_mm=(low_x, low_y), high_mm=(high_x, high_y))
 
 
 def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone | None:
@@ -67,15 +71,17 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
     axes = [np.linspace(-size / 2, size / 2, round(size / SAMPLE_MM) + 1) for size in design.footprint_mm]
     x, y = (axis.ravel() for axis in np.meshgrid(*axes))
     face = np.stack([x, y, np.zeros_like(x)], 1)
-    touched = np.zeros(len(face), bool)
+    touched, feature = np.zeros(len(face), bool), np.inf
     for indenter in indenters:
+        feature = min(feature, indenter.shape.feature_mm)
         for level in indenter.levels_mm():
             near = np.flatnonzero(~touched)
             touched[near[indenter.distance(face[near] + np.array([0.0, 0.0, level]))[0] < SAMPLE_MM]] = True
     if not touched.any():
         return None
     low, high = face[touched].min(0), face[touched].max(0)
-    return Zone(low_mm=(float(low[0]), float(low[1])), high_mm=(float(high[0]), float(high[1])))
+    zone = Zone(low_mm=(float(low[0]), float(low[1])), high_mm=(float(high[0]), float(high[1])))
+    return replace(zone, is_blunt=feature > BLUNT * zone.radius_mm)
 
 
 def graded_planes(planes_mm: Array, low_mm: float, high_mm: float, growth: float, *, keep_mm: Array) -> Array:

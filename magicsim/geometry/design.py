@@ -93,7 +93,7 @@ class LatticeOptions(Config):
     growth: Annotated[float, Field(ge=1, le=3)] = 1.6
     """Ratio of neighbouring node spacings away from the contact; 1 keeps the whole lattice as fine as the contact."""
     cells_across: Annotated[int, Field(ge=0, le=20)] = 4
-    """Least number of cells across what a small object can touch, down to a spacing of 0.1 mm; 0 keeps `spacing_mm`."""
+    """Least number of cells across what a small blunt object can touch, of 0.1 mm or more; 0 keeps `spacing_mm`."""
 
 
 class ElastomerDesign(Config):

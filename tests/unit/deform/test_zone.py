@@ -60,3 +60,21 @@ def test_graded_lattice_keeps_the_skin_and_its_stiffness() -> None:
     for each in (lattice, whole):
         assert each.sizes_mm[each.is_core].prod(1).sum() == pytest.approx(22.4 * 30.4 * 5.0)
     assert set(np.unique(lattice.shear_modulus_mpa)) == set(np.unique(whole.shear_modulus_mpa))
+
+
+def finest_mm(what: str, depth_mm: float, *overrides: str) -> float:
+    design = load_preset(ElastomerDesign, "design", "mini-magictac", list(overrides))
+    zone = contact_zone([place_object(parse_object(what), gap_mm=-depth_mm)], design)
+    return float(min(np.diff(planes).min() for planes in build_lattice(design, zone=zone).planes_mm[:2]))
+
+
+def test_a_small_blunt_object_asks_for_a_finer_lattice() -> None:
+    assert finest_mm("sphere:radius_mm=4", 1.0) > 0.7
+    assert finest_mm("sphere:radius_mm=0.5", 1.0) < 0.31
+    assert finest_mm("sphere:radius_mm=4", 0.05) < 0.6
+    assert finest_mm("sphere:radius_mm=0.5", 1.0, "lattice.cells_across=0") > 0.7
+
+
+def test_tips_and_textures_do_not() -> None:
+    assert finest_mm("cone:half_angle_deg=30", 0.5) > 0.7
+    assert finest_mm("dots:radius_mm=0.2,spacing_mm=0.8", 0.5) > 0.7
