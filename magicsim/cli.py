@@ -183,6 +183,18 @@ def export(design: str, *, out: Out, settings: Settings = None, seed: Seed = Non
 
 
 @app.command
+def calibration(
+    scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Intrinsics, distortion and millimetres per pixel at every layer of a scene's sensor."""
+    from magicsim.scenes.calibration import calibrate
+    from magicsim.scenes.scene import load_scene
+
+    config = load_scene(scene, settings or [], seed=seed)
+    _print(_fields(calibrate(config.design, config.rig)), as_json=json)
+
+
+@app.command
 def bench(
     kind: Literal["deform", "stress", "cost"] = "deform", *, out: Out = Path("magicsim-bench"),
     quick: Annotated[bool, Parameter(negative="", help="A small part of it.")] = False,

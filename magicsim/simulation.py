@@ -23,10 +23,10 @@ from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, can_touch, efforts, plan_scene
 from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
+from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.renderer import Renderer, View
 from magicsim.scenes.scene import ContactSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.scenes.viewing import pixel_landing_mm
 from magicsim.truth import contact_mask, frame_truth
 
 Array = npt.NDArray[np.float64]

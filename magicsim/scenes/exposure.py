@@ -37,7 +37,7 @@ def meter(untouched: FloatImage, camera: Camera) -> Exposure:
         RenderError: A channel is dark, so that no exposure reaches the aim.
     """
     aim = (camera.exposure_grey / 255) ** camera.gamma
-    mean = untouched.mean((0, 1), dtype=np.float64)
+    mean = _sensed(untouched, camera).mean((0, 1), dtype=np.float64)
     if not camera.white_balance:
         mean = np.full(3, mean.mean())
     if not (mean > 0).all() or not np.isfinite(mean).all():
@@ -64,13 +64,19 @@ def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: in
         RGB frame, shape (rows, columns, 3).
     """
     pattern = 1 + camera.fixed_pattern * _stream(camera.pattern_seed, PATTERN_STREAM).standard_normal(radiance.shape)
-    signal = np.clip(radiance * exposure.gain, 0, 4) * pattern
+    signal = np.clip(_sensed(radiance, camera) * exposure.gain, 0, 4) * pattern
     electrons = np.clip(signal, 0, None) * camera.full_well_e
     random = _stream(seed, frame)
     # Above some hundred electrons the Poisson law is Gaussian to well below one grey level, and twenty times faster.
     noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * random.standard_normal(radiance.shape)
     tone = np.clip(noisy / camera.full_well_e, 0, 1) ** (1 / camera.gamma)
     return np.rint(255 * tone).astype(np.uint8)
+
+
+def _sensed(radiance: FloatImage, camera: Camera) -> FloatImage:
+    """What the sensor's own colours see of linear RGB, shape (rows, columns, 3)."""
+    matrix = np.array(camera.color_matrix, np.float32)
+    return radiance if (matrix == np.eye(3)).all() else radiance @ matrix.T
 
 
 def _stream(seed: int, index: int) -> np.random.Generator:

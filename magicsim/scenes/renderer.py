@@ -11,6 +11,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import VARIANT, mi
+from magicsim.scenes.film import film
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.names import FLASHLIGHT
 from magicsim.scenes.rig import Rig
@@ -95,6 +96,7 @@ class Renderer:
         self.object_mesh = object_mesh
         self.object_color = object_color
         self.estimator = choose_estimator(settings.estimator, elastomer)
+        self._film = film(elastomer.design, rig)
         self._worlds: dict[tuple[bool, bool], World] = {}
         self._shown: dict[int, View] = {}
         self._anchor: Anchor | None = None
@@ -126,7 +128,7 @@ class Renderer:
         world = self._world(view)
         if self.estimator == "path":
             image = mi.render(world.scene, spp=self.settings.samples, seed=self.seed)
-            return _checked(np.array(image, np.float32))
+            return self._film.seen(_checked(np.array(image, np.float32)))
         integrator = world.scene.integrator()
         fields = [integrator.darkness(world.scene)]
         fields += [
@@ -165,7 +167,7 @@ class Renderer:
 
     def _gather(self, world: World, field: LightField, samples: int, seed: int) -> FloatImage:
         image = world.scene.integrator().gather(world.scene, field, samples=samples, seed=seed)
-        return _checked(np.array(image, np.float32))
+        return self._film.seen(_checked(np.array(image, np.float32)))
 
     def _share(self, light: str) -> int:
         parts = 1 if light == FLASHLIGHT else max(1, len(self.rig.strips))

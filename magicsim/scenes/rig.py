@@ -10,6 +10,8 @@ from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Rgb = tuple[NonNegative, NonNegative, NonNegative]
+Row = tuple[float, float, float]
+Coefficient = Annotated[float, Field(ge=-1, le=1)]
 Side = Literal["-x", "+x", "-y", "+y"]
 
 
@@ -51,7 +53,7 @@ class Flashlight(Config):
 
 
 class Camera(Config):
-    """Pinhole camera on the sensor's axis, and the sensor behind it."""
+    """Camera on the sensor's axis: pinhole, lens, and the sensor behind it."""
 
     columns: Annotated[int, Field(ge=8, le=2048)] = IMAGE_COLUMNS
     """Image width [px]."""
@@ -60,11 +62,20 @@ class Camera(Config):
     distance_mm: Positive = 24.0
     """Distance of the pinhole from the outer face of the lens [mm]."""
     field_mm: Positive = 22.8
-    """Width along x that the image covers on the undeformed contact face, refraction included [mm]."""
+    """Width along x that the image covers on the undeformed contact face, refraction included and the distortion of
+    the lens left out [mm]."""
+    principal_offset_px: tuple[float, float] = (0.0, 0.0)
+    """Where the optical axis meets the image, right and down from its centre [px]."""
+    distortion: tuple[Coefficient, Coefficient, Coefficient, Coefficient, Coefficient] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    """Of the lens: OpenCV's k1, k2, p1, p2, k3."""
+    vignetting: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Share of the light that is lost at the image's corners; it grows with the square of the distance."""
     exposure_grey: Annotated[float, Field(gt=0, lt=255)] = 90.0
     """Mean grey level of the untouched frame that auto-exposure aims at, before it locks."""
     white_balance: bool = True
     """Whether auto-exposure gives each channel its own gain, so that all have the same mean."""
+    color_matrix: tuple[Row, Row, Row] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    """What the sensor's red, green and blue pixels see of the light's red, green and blue; one row each."""
     gamma: Annotated[float, Field(ge=0.3, le=4)] = 1.0
     """Exponent of the tone curve: grey = 255 * signal^(1 / gamma)."""
     full_well_e: Positive = 250_000.0
@@ -76,6 +87,11 @@ class Camera(Config):
     """Relative standard deviation of the pixels' gains, constant in time."""
     pattern_seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of that pattern: it belongs to the camera, not to an episode."""
+
+    @property
+    def moves_pixels(self) -> bool:
+        """Whether the lens shows anything elsewhere than an ideal pinhole does."""
+        return any(self.distortion) or any(self.principal_offset_px)
 
 
 class Rig(Config):

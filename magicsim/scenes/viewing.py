@@ -22,23 +22,31 @@ def horizontal_fov_deg(design: ElastomerDesign, rig: Rig) -> float:
     return float(2 * np.degrees(np.arctan(high)))
 
 
-def pixel_landing_mm(design: ElastomerDesign, rig: Rig) -> Array:
-    """Where the ray through each pixel's centre meets the undeformed contact face.
+def focal_px(design: ElastomerDesign, rig: Rig) -> float:
+    """Focal length of the pinhole in air [px]."""
+    return float(rig.camera.columns / 2 / np.tan(np.radians(horizontal_fov_deg(design, rig) / 2)))
+
+
+def landing_mm(slopes: Array, design: ElastomerDesign, rig: Rig, *, z_mm: float = 0.0) -> Array:
+    """Where rays from the pinhole meet a plane of the undeformed block.
+
+    Args:
+        slopes: Directions in air, right and down per unit along the axis, shape (..., 2).
+        design: The block.
+        rig: Lens and camera.
+        z_mm: The plane; 0 is the contact face [mm].
 
     Returns:
-        x and y in the sensor's frame, shape (rows, columns, 2) [mm].
+        x and y in the sensor's frame, shape (..., 2) [mm].
     """
-    camera = rig.camera
-    half = np.tan(np.radians(horizontal_fov_deg(design, rig) / 2))
-    x_slope = half * ((np.arange(camera.columns) + 0.5) * 2 / camera.columns - 1)
-    y_slope = half * camera.rows / camera.columns * (1 - (np.arange(camera.rows) + 0.5) * 2 / camera.rows)
-    x_grid, y_grid = np.meshgrid(x_slope, y_slope)
-    x, y = _landing(x_grid, y_grid, design, rig)
+    x, y = _landing(slopes[..., 0], -slopes[..., 1], design, rig, z_mm)
     return np.stack([x, y], -1)
 
 
-def _landing(x_slope: Array, y_slope: Array, design: ElastomerDesign, rig: Rig) -> tuple[Array, Array]:
-    depth = design.height_mm + rig.lens.thickness_mm
+def _landing(
+    x_slope: Array, y_slope: Array, design: ElastomerDesign, rig: Rig, z_mm: float = 0.0
+) -> tuple[Array, Array]:
+    depth = design.height_mm + rig.lens.thickness_mm - z_mm
     squared = x_slope**2 + y_slope**2
     sine = np.sqrt(squared / (1 + squared)) / design.materials.body.ior
     ratio = sine / np.sqrt(1 - sine**2) / np.maximum(np.sqrt(squared), 1e-30)

@@ -10,9 +10,9 @@ from magicsim.geometry.design import Optics
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
+from magicsim.scenes.film import film
 from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL, OBJECT
-from magicsim.scenes.rig import Camera, LedStrip, Rig
-from magicsim.scenes.viewing import horizontal_fov_deg
+from magicsim.scenes.rig import LedStrip, Rig
 
 Array = npt.NDArray[np.float64]
 INSET_MM = 0.2
@@ -148,19 +148,19 @@ def _medium(optics: Optics) -> Any:
 
 
 def _camera(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
-    camera: Camera = rig.camera
-    pinhole = elastomer.design.height_mm + rig.lens.thickness_mm + camera.distance_mm
+    ideal = film(elastomer.design, rig)
+    pinhole = elastomer.design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm
     return {
         "type": "perspective",
-        "fov": horizontal_fov_deg(elastomer.design, rig),
+        "fov": ideal.fov_deg,
         "fov_axis": "x",
         "near_clip": 0.1,
         "far_clip": 1e4,
         "to_world": mi.ScalarTransform4f().look_at(origin=[0, 0, pinhole], target=[0, 0, 0], up=[0, 1, 0]),
         "film": {
             "type": "hdrfilm",
-            "width": camera.columns,
-            "height": camera.rows,
+            "width": ideal.columns,
+            "height": ideal.rows,
             "pixel_format": "rgb",
             "component_format": "float32",
             "rfilter": {"type": "box"},

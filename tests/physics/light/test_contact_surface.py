@@ -33,7 +33,7 @@ def test_cells_stay_disjoint_from_skin_and_object(small_scene):
 
 
 def test_contact_mask_covers_the_contact_and_nothing_else(small_scene):
-    from magicsim.scenes.viewing import pixel_landing_mm
+    from magicsim.scenes.film import pixel_landing_mm
     from magicsim.truth import contact_mask
 
     scene = small_scene("pressed")

@@ -5,8 +5,9 @@ import pytest
 
 from magicsim.config import load_preset
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.viewing import horizontal_fov_deg, pixel_landing_mm
+from magicsim.scenes.viewing import horizontal_fov_deg
 
 
 def design(**settings: object) -> ElastomerDesign:

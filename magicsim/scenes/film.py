@@ -1,0 +1,117 @@
+"""What the renderer's ideal pinhole has to see, and how the camera's lens turns that into the image.
+
+The lens moves the optical axis, distorts (OpenCV's model) and darkens towards the corners. An ideal image a little
+larger than the camera's is rendered, and each pixel of the camera looks up its place there. Without any of that the
+ideal image is the camera's, and nothing is looked up.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.errors import RenderError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.rig import Camera, Rig
+from magicsim.scenes.viewing import focal_px, landing_mm
+
+Array = npt.NDArray[np.float64]
+FloatImage = npt.NDArray[np.float32]
+UNDISTORT_PX, MAX_UNDISTORT = 1e-4, 200
+"""Largest error of the inverse of the distortion, and corrections after which it is taken to have none."""
+BORDER_PX = 2
+"""Ideal pixels beyond the outermost place that is looked up."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """The ideal image, and where the camera's pixels lie in it."""
+
+    columns: int
+    rows: int
+    fov_deg: float
+    """Full field of view along its columns [degrees]."""
+    places_px: FloatImage | None
+    """Column and row in the ideal image of each pixel of the camera, shape (rows, columns, 2); None where the same."""
+    shading: FloatImage | None
+    """Relative illumination of each pixel, shape (rows, columns, 1); None where 1."""
+
+    def seen(self, ideal: FloatImage) -> FloatImage:
+        """The camera's image from the ideal one, both linear radiance, shape (rows, columns, 3)."""
+        image = ideal
+        if self.places_px is not None:
+            image = np.asarray(
+                cv2.remap(ideal, self.places_px[..., 0], self.places_px[..., 1], cv2.INTER_LINEAR), np.float32
+            )
+        return image if self.shading is None else image * self.shading
+
+
+def film(design: ElastomerDesign, rig: Rig) -> Film:
+    """The ideal image for a camera."""
+    camera, focal = rig.camera, focal_px(design, rig)
+    columns, rows, places = camera.columns, camera.rows, None
+    if camera.moves_pixels:
+        slopes = pixel_slopes(camera, focal)
+        reach = np.ceil(focal * np.abs(slopes).max((0, 1))).astype(int) + BORDER_PX
+        columns, rows = (2 * int(half) for half in reach)
+        places = np.asarray(focal * slopes + (np.array([columns, rows]) - 1) / 2, np.float32)
+    return Film(
+        columns=columns,
+        rows=rows,
+        fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
+        places_px=places,
+        shading=_shading(camera) if camera.vignetting > 0 else None,
+    )
+
+
+def pixel_landing_mm(design: ElastomerDesign, rig: Rig, *, z_mm: float = 0.0) -> Array:
+    """Where the ray through each pixel's centre meets a plane of the undeformed block, the contact face by default.
+
+    Returns:
+        x and y in the sensor's frame, shape (rows, columns, 2) [mm].
+    """
+    return landing_mm(pixel_slopes(rig.camera, focal_px(design, rig)), design, rig, z_mm=z_mm)
+
+
+def camera_matrix(camera: Camera, focal: float) -> Array:
+    """OpenCV's intrinsic matrix; pixel centres have whole coordinates, shape (3, 3) [px]."""
+    x, y = _principal_px(camera)
+    return np.array([[focal, 0.0, x], [0.0, focal, y], [0.0, 0.0, 1.0]])
+
+
+def pixel_slopes(camera: Camera, focal: float) -> Array:
+    """Directions of the pixels' rays, right and down per unit along the axis, shape (rows, columns, 2).
+
+    Raises:
+        RenderError: The distortion folds the image, so that some pixel sees no direction or several.
+    """
+    column, row = np.meshgrid(np.arange(camera.columns, dtype=float), np.arange(camera.rows, dtype=float))
+    pixels = np.stack([column, row], -1)
+    slopes: Array = (pixels - _principal_px(camera)) / focal
+    if not any(camera.distortion):
+        return np.asarray(slopes)
+    matrix, lens = camera_matrix(camera, focal), np.array(camera.distortion)
+    for _ in range(MAX_UNDISTORT):
+        rays = np.concatenate([slopes.reshape(-1, 2), np.ones((slopes[..., 0].size, 1))], 1)
+        missed = pixels - cv2.projectPoints(rays, np.zeros(3), np.zeros(3), matrix, lens)[0].reshape(pixels.shape)
+        slopes = np.asarray(slopes + missed / focal, float)
+        if np.abs(missed).max() < UNDISTORT_PX:
+            return np.asarray(slopes)
+    msg = (
+        f"camera.distortion = {list(camera.distortion)} is not allowed: it folds the image of {camera.columns} x "
+        f"{camera.rows} pixels with a focal length of {focal:.0f} px"
+    )
+    raise RenderError(msg)
+
+
+def _principal_px(camera: Camera) -> Array:
+    centre = (np.array([camera.columns, camera.rows]) - 1) / 2
+    return np.asarray(centre + camera.principal_offset_px)
+
+
+def _shading(camera: Camera) -> FloatImage:
+    column, row = np.meshgrid(np.arange(camera.columns), np.arange(camera.rows))
+    squared = ((np.stack([column, row], -1) - _principal_px(camera)) ** 2).sum(-1)
+    corner = (camera.columns**2 + camera.rows**2) / 4
+    return np.asarray(np.clip(1 - camera.vignetting * squared / corner, 0, 1), np.float32)[:, :, None]
