@@ -130,13 +130,14 @@ def durometer(
 @app.command
 def render(
     scene: str, *, frame: int = 0, estimator: Literal["fluence", "path"] | None = None,
-    samples: int | None = None, particles: int | None = None,
+    samples: int | None = None, particles: int | None = None, basis: bool = False,
     out: Annotated[Path | None, Parameter(name="--out")] = None,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3).
 
-    Without --samples or --particles it takes those of the scene's anchor.
+    Without --samples or --particles it takes those of the scene's anchor. --basis renders one image for each light, as
+    arrays of an .npz file that `magicsim.scenes.relight` adds up with other strengths.
     """
     from magicsim.scenes.scene import load_scene
 
@@ -148,7 +149,7 @@ def render(
     from magicsim.still import render_still, with_care
 
     config = with_care(config, samples=samples is None, particles=particles is None)
-    _print(_fields(render_still(config, frame, out)), as_json=json)
+    _print(_fields(render_still(config, frame, out, basis=basis)), as_json=json)
 
 
 @app.command

@@ -26,7 +26,9 @@ class Still:
     estimator: str
     variant: str
     mean: list[float]
-    """Mean radiance of each channel."""
+    """Mean radiance of each channel, of all lights together."""
+    lights: list[str]
+    """Names of the basis images, empty without them."""
     out: str | None
     """File written, None without one."""
 
@@ -47,16 +49,18 @@ def with_care(scene: SceneConfig, *, samples: bool, particles: bool) -> SceneCon
     return scene.model_copy(update={"render": render.model_copy(update=changes)})
 
 
-def render_still(scene: SceneConfig, frame: int, out: Path | None) -> Still:
+def render_still(scene: SceneConfig, frame: int, out: Path | None, *, basis: bool = False) -> Still:
     """Renders the linear radiance of one scored frame.
 
     Args:
         scene: What happens; its render settings choose estimator, samples and particles.
         frame: Index among the scored frames.
-        out: `.npy` file to write, float32 of shape (rows, columns, 3), or None.
+        out: File to write, or None: `.npy`, float32 of shape (rows, columns, 3); with `basis` `.npz`, one such array
+            for each light by name.
+        basis: Whether to render one image for each light.
 
     Raises:
-        ConfigError: No such frame, or the file is not called `.npy`.
+        ConfigError: No such frame, or the file has another suffix.
         MagicsimError: The deformation or the image is not valid.
     """
     start = time.perf_counter()
@@ -64,8 +68,9 @@ def render_still(scene: SceneConfig, frame: int, out: Path | None) -> Still:
     if not 0 <= frame < len(states):
         msg = f"frame = {frame} is not allowed: must be 0 to {len(states) - 1}"
         raise ConfigError(msg)
-    if out is not None and out.suffix != ".npy":
-        msg = f"out = '{out}' is not allowed: must end in .npy"
+    suffix = ".npz" if basis else ".npy"
+    if out is not None and out.suffix != suffix:
+        msg = f"out = '{out}' is not allowed: must end in {suffix}"
         raise ConfigError(msg)
     state = states[frame]
     sensor = Sensor(scene)
@@ -73,16 +78,20 @@ def render_still(scene: SceneConfig, frame: int, out: Path | None) -> Still:
     view = sensor.view(state, deformation)
     sensor.renderer.warm_up(view)
     before = time.perf_counter()
-    image = sensor.renderer.plain_radiance(view)
+    images = sensor.renderer.basis(view) if basis else {"": sensor.renderer.plain_radiance(view)}
     seconds = time.perf_counter() - before
     if out is not None:
-        with result_file(out) as partial:
-            np.save(partial, image)
+        with result_file(out) as partial, partial.open("wb") as file:
+            if basis:
+                np.savez(file, **images)  # type: ignore[arg-type]
+            else:
+                np.save(file, images[""])
     return Still(
         seconds=seconds,
         seconds_total=time.perf_counter() - start,
         estimator=sensor.renderer.estimator,
         variant=activate_variant(),
-        mean=image.mean((0, 1), dtype=np.float64).tolist(),
+        mean=np.sum([image.mean((0, 1), dtype=np.float64) for image in images.values()], axis=0).tolist(),
+        lights=[name for name in images if name],
         out=str(out) if out is not None else None,
     )

@@ -126,14 +126,31 @@ class Renderer:
     def plain_radiance(self, view: View) -> FloatImage:
         """Linear radiance of a view by the estimator alone, shape (rows, columns, 3)."""
         world = self._world(view)
+        return self._lit(world, _lights(world))
+
+    def basis(self, view: View) -> dict[str, FloatImage]:
+        """One linear radiance image for each light that a view has, each of shape (rows, columns, 3).
+
+        Rendering is linear in the lights and all images share their random numbers: those of `plain_radiance` are their
+        sum, and other strengths or colours of the lights a weighted one (see `relight`).
+        """
+        world, images = self._world(view), {}
+        try:
+            for name in _lights(world):
+                world.light_only(name)
+                images[name] = self._lit(world, [name])
+        finally:
+            world.light_only(None)
+        return images
+
+    def _lit(self, world: World, names: list[str]) -> FloatImage:
+        """An image by some lights; others have to be off."""
         if self.estimator == "path":
             image = mi.render(world.scene, spp=self.settings.samples, seed=self.seed)
             return self._film.seen(_checked(np.array(image, np.float32)))
         integrator = world.scene.integrator()
         fields = [integrator.darkness(world.scene)]
-        fields += [
-            integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in _lights(world)
-        ]
+        fields += [integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in names]
         return self._gather(world, total(fields), self.settings.samples, self.seed)
 
     def warm_up(self, view: View) -> None:

@@ -17,6 +17,8 @@ from magicsim.scenes.rig import LedStrip, Rig
 Array = npt.NDArray[np.float64]
 INSET_MM = 0.2
 """How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
+RADIANCE = ".emitter.radiance.value"
+"""What the renderer calls the radiance of a light, after its name."""
 AIR_GAP_MM = 0.3
 """Gap between body and an LED strip behind air [mm]."""
 
@@ -41,6 +43,11 @@ class World:
         self.content = content
         self.scene: Any = mi.load_dict(_scene(elastomer, rig, content, integrator), optimize=False)
         self._parameters = mi.traverse(self.scene)
+        self._radiance = {
+            key.removesuffix(RADIANCE): mi.Color3f(self._parameters[key])
+            for key in self._parameters.keys()  # noqa: SIM118 -- not a dict
+            if key.endswith(RADIANCE)
+        }
 
     def update(
         self,
@@ -66,6 +73,16 @@ class World:
             self._set(OBJECT, object_vertices)
         if light_x_mm is not None:
             self._parameters[f"{FLASHLIGHT}.to_world"] = mi.Transform4f(_light_place(self.rig, light_x_mm))
+        self._parameters.update()
+
+    def light_only(self, name: str | None) -> None:
+        """Turns all lights off but one; None turns all of them on again.
+
+        Args:
+            name: One of `integrator.lights`.
+        """
+        for light, radiance in self._radiance.items():
+            self._parameters[light + RADIANCE] = radiance if name in {light, None} else mi.Color3f(0.0)
         self._parameters.update()
 
     def _set(self, name: str, vertices: Array) -> None:
