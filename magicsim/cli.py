@@ -131,13 +131,14 @@ def durometer(
 def render(
     scene: str, *, frame: int = 0, estimator: Literal["fluence", "path"] | None = None,
     samples: int | None = None, particles: int | None = None, basis: bool = False,
-    out: Annotated[Path | None, Parameter(name="--out")] = None,
+    relative_error: float | None = None, out: Annotated[Path | None, Parameter(name="--out")] = None,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3).
 
     Without --samples or --particles it takes those of the scene's anchor. --basis renders one image for each light, as
-    arrays of an .npz file that `magicsim.scenes.relight` adds up with other strengths.
+    arrays of an .npz file that `magicsim.scenes.relight` adds up with other strengths. --relative-error averages
+    independent images, each with the scene's own samples, until the error estimated from their spread is below it.
     """
     from magicsim.scenes.scene import load_scene
 
@@ -148,8 +149,10 @@ def render(
     _limit_threads(threads)
     from magicsim.still import render_still, with_care
 
-    config = with_care(config, samples=samples is None, particles=particles is None)
-    _print(_fields(render_still(config, frame, out, basis=basis)), as_json=json)
+    if relative_error is None:
+        config = with_care(config, samples=samples is None, particles=particles is None)
+    still = render_still(config, frame, out, basis=basis, relative_error=relative_error)
+    _print(_fields(still), as_json=json)
 
 
 @app.command

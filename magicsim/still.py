@@ -29,6 +29,10 @@ class Still:
     """Mean radiance of each channel, of all lights together."""
     lights: list[str]
     """Names of the basis images, empty without them."""
+    passes: int
+    """Independent images that were averaged."""
+    relative_error: float | None
+    """Estimated from their spread; None of a single image."""
     out: str | None
     """File written, None without one."""
 
@@ -49,7 +53,9 @@ def with_care(scene: SceneConfig, *, samples: bool, particles: bool) -> SceneCon
     return scene.model_copy(update={"render": render.model_copy(update=changes)})
 
 
-def render_still(scene: SceneConfig, frame: int, out: Path | None, *, basis: bool = False) -> Still:
+def render_still(
+    scene: SceneConfig, frame: int, out: Path | None, *, basis: bool = False, relative_error: float | None = None
+) -> Still:
     """Renders the linear radiance of one scored frame.
 
     Args:
@@ -58,9 +64,11 @@ def render_still(scene: SceneConfig, frame: int, out: Path | None, *, basis: boo
         out: File to write, or None: `.npy`, float32 of shape (rows, columns, 3); with `basis` `.npz`, one such array
             for each light by name.
         basis: Whether to render one image for each light.
+        relative_error: Repeat the image with new random numbers until its mean is estimated to be so good, see
+            `magicsim.scenes.refinement`; not with `basis`.
 
     Raises:
-        ConfigError: No such frame, or the file has another suffix.
+        ConfigError: No such frame, the file has another suffix, or the error is not allowed.
         MagicsimError: The deformation or the image is not valid.
     """
     start = time.perf_counter()
@@ -72,13 +80,20 @@ def render_still(scene: SceneConfig, frame: int, out: Path | None, *, basis: boo
     if out is not None and out.suffix != suffix:
         msg = f"out = '{out}' is not allowed: must end in {suffix}"
         raise ConfigError(msg)
+    if relative_error is not None and (basis or not relative_error > 0):
+        msg = f"relative_error = {relative_error:g} is not allowed: must be above 0, and without basis"
+        raise ConfigError(msg)
     state = states[frame]
     sensor = Sensor(scene)
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     view = sensor.view(state, deformation)
     sensor.renderer.warm_up(view)
     before = time.perf_counter()
-    images = sensor.renderer.basis(view) if basis else {"": sensor.renderer.plain_radiance(view)}
+    refinement = sensor.renderer.refined(view, relative_error) if relative_error is not None else None
+    if refinement is not None:
+        images = {"": refinement.image}
+    else:
+        images = sensor.renderer.basis(view) if basis else {"": sensor.renderer.plain_radiance(view)}
     seconds = time.perf_counter() - before
     if out is not None:
         with result_file(out) as partial, partial.open("wb") as file:
@@ -93,5 +108,7 @@ def render_still(scene: SceneConfig, frame: int, out: Path | None, *, basis: boo
         variant=activate_variant(),
         mean=np.sum([image.mean((0, 1), dtype=np.float64) for image in images.values()], axis=0).tolist(),
         lights=[name for name in images if name],
+        passes=refinement.passes if refinement is not None else 1,
+        relative_error=refinement.relative_error if refinement is not None else None,
         out=str(out) if out is not None else None,
     )

@@ -15,12 +15,13 @@ from magicsim.scenes.sequence import sequence
 ROULETTE_WEIGHT = 1 / 32
 """Rays lighter than this survive in proportion to their weight: efficiency is flat from 1/32 to 1/64, lower above."""
 PATTERN_SEED = 1
-"""Pixel patterns are a fixed quadrature, the same for all seeds: only chance at interfaces depends on the seed."""
+"""Of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def gather_radiance(
     scene: Any, shapes: Shapes, media: Media, fluence: Any, exitance: Any, *, samples: int, seed: int, max_depth: int,
+    pattern: int = 0,
 ) -> Any:  # fmt: skip
     """Radiance of every pixel of the scene's first sensor.
 
@@ -33,6 +34,7 @@ def gather_radiance(
         samples: Camera samples a pixel.
         seed: Random stream of the choices at interfaces.
         max_depth: Longest path.
+        pattern: Another number shifts every pixel's pattern at random, so that the errors of images are independent.
 
     Returns:
         mi.Float of size rows * columns * 3.
@@ -44,8 +46,8 @@ def gather_radiance(
     per_pixel = dr.opaque(mi.UInt32, samples)
     lane = dr.arange(mi.UInt32, count)
     pixel, index = lane // per_pixel, lane % per_pixel
-    pattern = mi.PCG32(size=columns * rows, initstate=mi.UInt64(PATTERN_SEED))
-    shift = [dr.gather(mi.UInt32, pattern.next_uint32(), pixel) for _ in range(2)]
+    shifts = mi.PCG32(size=columns * rows, initstate=dr.opaque(mi.UInt64, PATTERN_SEED + pattern))
+    shift = [dr.gather(mi.UInt32, shifts.next_uint32(), pixel) for _ in range(2)]
     jitter = mi.Point2f(*sequence(index, shift))
     position = mi.Point2f(
         (mi.Float(pixel % columns) + jitter.x) / columns, (mi.Float(pixel // columns) + jitter.y) / rows

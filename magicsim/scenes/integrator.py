@@ -100,12 +100,13 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         irradiance = self._kernel(shapes).irradiance(landed.reshape(-1, 3) * scale)
         return LightField(fluence=fluence, irradiance=irradiance)
 
-    def gather(self, scene: Any, field: LightField, *, samples: int, seed: int) -> Any:
+    def gather(self, scene: Any, field: LightField, *, samples: int, seed: int, pattern: int = 0) -> Any:
         """Radiance image from cached light, a tensor of shape (rows, columns, 3)."""
         exitance = field.irradiance * self.object_color / np.pi
         image = gather_radiance(
             scene, self._shapes(scene), self.media, _flat(field.fluence), _flat(exitance),
             samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH,
+            pattern=pattern,
         )  # fmt: skip
         columns, rows = scene.sensors()[0].film().size()
         return mi.TensorXf(image, shape=(int(rows), int(columns), 3))

@@ -14,6 +14,7 @@ from magicsim.scenes.backend import VARIANT, mi
 from magicsim.scenes.film import film
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.names import FLASHLIGHT
+from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.variant import LLVM_VARIANT
@@ -143,15 +144,29 @@ class Renderer:
             world.light_only(None)
         return images
 
-    def _lit(self, world: World, names: list[str]) -> FloatImage:
-        """An image by some lights; others have to be off."""
+    def refined(self, view: View, relative_error: float) -> Refinement:
+        """Independent images of a view until their mean is as good as asked for, or `MAX_PASSES` have been taken.
+
+        Args:
+            view: What to see.
+            relative_error: Root mean square error over pixels and channels in units of the mean, see `Refinement`.
+        """
+        world = self._world(view)
+        names, refinement = _lights(world), Refinement()
+        while not refinement.is_within(relative_error) and refinement.passes < MAX_PASSES:
+            refinement.add(self._lit(world, names, turn=refinement.passes))
+        return refinement
+
+    def _lit(self, world: World, names: list[str], *, turn: int = 0) -> FloatImage:
+        """An image by some lights, others being off; every turn is independent of the others."""
+        seed = self.seed + turn
         if self.estimator == "path":
-            image = mi.render(world.scene, spp=self.settings.samples, seed=self.seed)
+            image = mi.render(world.scene, spp=self.settings.samples, seed=seed)
             return self._film.seen(_checked(np.array(image, np.float32)))
         integrator = world.scene.integrator()
         fields = [integrator.darkness(world.scene)]
-        fields += [integrator.light(world.scene, name, particles=self._share(name), seed=self.seed) for name in names]
-        return self._gather(world, total(fields), self.settings.samples, self.seed)
+        fields += [integrator.light(world.scene, name, particles=self._share(name), seed=seed) for name in names]
+        return self._gather(world, total(fields), self.settings.samples, seed, pattern=turn)
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
@@ -182,8 +197,8 @@ class Renderer:
             )
         return self._anchor
 
-    def _gather(self, world: World, field: LightField, samples: int, seed: int) -> FloatImage:
-        image = world.scene.integrator().gather(world.scene, field, samples=samples, seed=seed)
+    def _gather(self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0) -> FloatImage:
+        image = world.scene.integrator().gather(world.scene, field, samples=samples, seed=seed, pattern=pattern)
         return self._film.seen(_checked(np.array(image, np.float32)))
 
     def _share(self, light: str) -> int:
