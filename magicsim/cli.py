@@ -200,7 +200,7 @@ def calibration(
 
 @app.command
 def bench(
-    kind: Literal["deform", "stress", "cost"] = "deform", *, out: Out = Path("magicsim-bench"),
+    kind: Literal["deform", "stress", "cost", "render"] = "deform", *, out: Out = Path("magicsim-bench"),
     quick: Annotated[bool, Parameter(negative="", help="A small part of it.")] = False,
     recompute: Annotated[bool, Parameter(negative="", help="Solve the reference again (needs NGSolve).")] = False,
     settings: Settings = None, seed: Seed = None, json: Json = False,

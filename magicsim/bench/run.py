@@ -11,6 +11,8 @@ from magicsim.bench.cost import run_cost
 from magicsim.bench.cost_plot import plot_cost
 from magicsim.bench.error_plot import plot_errors
 from magicsim.bench.reference import reference_path
+from magicsim.bench.render import run_render
+from magicsim.bench.render_plot import plot_render
 from magicsim.bench.stress import run_stress
 from magicsim.bench.stress_plot import plot_stress
 from magicsim.errors import ConfigError, unknown_choice
@@ -30,6 +32,7 @@ BENCHMARKS = {
     "deform": Benchmark(run=compare, plot=plot_errors),
     "stress": Benchmark(run=run_stress, plot=plot_stress),
     "cost": Benchmark(run=run_cost, plot=plot_cost),
+    "render": Benchmark(run=run_render, plot=plot_render),
 }
 
 
@@ -37,7 +40,8 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
     """Runs one benchmark; `out` then holds `bench-KIND.json` and `bench-KIND.png`.
 
     Args:
-        kind: `deform` (error against run time), `stress` (validity at extremes) or `cost` (cost against size).
+        kind: `deform` and `render` (error against run time), `stress` (validity at extremes) or `cost` (cost against
+            size).
         out: Folder, made where missing.
         quick: A small part of it, in a minute or two.
         recompute: Solve the reference of `deform` again first, and replace its file (needs NGSolve).

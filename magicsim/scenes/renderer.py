@@ -124,10 +124,15 @@ class Renderer:
         image = self._gather(world, total(fields), self.settings.samples, self.seed)
         return np.asarray(np.maximum(image - anchor.cheap_image + anchor.image, 0))
 
-    def plain_radiance(self, view: View) -> FloatImage:
-        """Linear radiance of a view by the estimator alone, shape (rows, columns, 3)."""
+    def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
+        """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
+
+        Args:
+            view: What to see.
+            turn: Another number is an independent image of the same view.
+        """
         world = self._world(view)
-        return self._lit(world, _lights(world))
+        return self._lit(world, _lights(world), turn=turn)
 
     def basis(self, view: View) -> dict[str, FloatImage]:
         """One linear radiance image for each light that a view has, each of shape (rows, columns, 3).
