@@ -48,6 +48,7 @@ def reading(total_mm: float, skin_mm: float, setting: Setting) -> dict[str, Any]
             result = durometer(block, spacing_mm=setting.spacing_mm, friction=setting.friction, place=place)
             found[place] = result.shore_a
             found[f"{place}_min_jacobian"] = result.min_jacobian
+            found[f"{place}_walls"] = result.walls
         except MagicsimError as error:
             found[place], found[f"{place}_refused"] = None, str(error)
     read = [found[place] for place in ("cell", "wall") if found[place] is not None]

@@ -30,7 +30,7 @@ def _how(setting: dict[str, Any], variants: list[str]) -> str:
 
 
 def _hardness(rows: Rows, variants: list[str], how: str) -> list[str]:
-    head = ["total height [mm]", "skin [mm]", "Shore A", "on a cell", "on a crossing", *variants, "min J"]
+    head = ["total height [mm]", "skin [mm]", "Shore A", "on a cell", "on a crossing", *variants, "min J", "walls"]
     lines = ["## Shore A", "", how, "", *_head(head)]
     for row in rows:
         differences = [row.get("differences", {}).get(name, {}).get("shore_a") for name in variants]

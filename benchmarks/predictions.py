@@ -67,7 +67,8 @@ def hardness(case: tuple[float, float], setting: Setting) -> Rows:
     found = reading(total, skin, setting)
     shore, places = found["shore_a"], {place: found[place] for place in ("cell", "wall")}
     jacobians = [value for key, value in found.items() if key.endswith("min_jacobian")]
-    row: dict[str, Any] = {"total_mm": total, "skin_mm": skin, "places": places}
+    walls = found.get("cell_walls") or found.get("wall_walls")
+    row: dict[str, Any] = {"total_mm": total, "skin_mm": skin, "places": places, "walls": walls}
     if shore is None:
         return [row | {"value": None, "refused": found["cell_refused"]}]
     return [row | {"value": {"shore_a": shore}, "min_jacobian": min(jacobians)}]

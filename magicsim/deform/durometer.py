@@ -9,6 +9,7 @@ symmetry: a quarter of the sample is solved.
 
 import time
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -17,12 +18,14 @@ from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
 from magicsim.deform.resolved import resolved_lattice
 from magicsim.deform.zone import Zone
+from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.durometer_tool import SHAFT_RADIUS_MM, DurometerTool
 from magicsim.geometry.grid import Place, symmetric_place
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
+Walls = Literal["resolved", "homogenised", "none"]
 EXTENSION_MM = 2.5
 """How far the cone sticks out at S = 0 [mm]."""
 SPRING_N = (0.55, 0.075)
@@ -73,6 +76,8 @@ class DurometerResult:
     """Newton iterations along the whole path."""
     unknowns: int
     """Displacement unknowns."""
+    walls: Walls
+    """Whether walls and infill below the cone are cells of their own, one effective solid, or not there."""
     seconds: float
     """Wall time of lattice and solve, compilation excluded [s]."""
 
@@ -87,6 +92,9 @@ def durometer(
 ) -> DurometerResult:
     """Shore A hardness of a block.
 
+    Where no equilibrium is found with walls of their own below the cone, as on thin samples that are pressed by most of
+    their height, the core is one effective solid, and the result says so.
+
     Args:
         design: The block; `lattice.spacing_mm` counts where it is finer than `spacing_mm`.
         spacing_mm: Node spacing under the cone [mm].
@@ -100,8 +108,15 @@ def durometer(
     """
     compile_kernels()
     start = time.perf_counter()
-    test = _Test(design, spacing_mm=spacing_mm, friction=friction, hole_radius_mm=hole_radius_mm, place=place)
-    depth, state = _equilibrium(test)
+    setting = _Setting(spacing_mm=spacing_mm, friction=friction, hole_radius_mm=hole_radius_mm, place=place)
+    try:
+        test = _Test(design, setting, homogenised=False)
+        depth, state = _equilibrium(test)
+    except ConvergenceError:
+        if not design.has_grid:
+            raise
+        test = _Test(design, setting, homogenised=True)
+        depth, state = _equilibrium(test)
     return DurometerResult(
         shore_a=100 * (1 - depth / EXTENSION_MM),
         force_n=test.cone_force_n(state),
@@ -112,6 +127,7 @@ def durometer(
         force_balance=state.force_balance,
         iterations=test.iterations,
         unknowns=state.unknowns,
+        walls=test.walls,
         seconds=time.perf_counter() - start,
     )
 
@@ -121,27 +137,30 @@ def spring_force_n(depth_mm: float) -> float:
     return SPRING_N[0] + SPRING_N[1] * 100 * (1 - depth_mm / EXTENSION_MM)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Setting:
+    """See `durometer`."""
+
+    spacing_mm: float
+    friction: float
+    hole_radius_mm: float | None
+    place: Place
+
+
 class _Test:
     """A sample on the table, ready to be pressed to any depth."""
 
-    def __init__(
-        self,
-        design: ElastomerDesign,
-        *,
-        spacing_mm: float,
-        friction: float,
-        hole_radius_mm: float | None,
-        place: Place,
-    ) -> None:
-        fine = min(spacing_mm, design.lattice.spacing_mm or spacing_mm)
-        self._hole_radius_mm, self._place_mm = hole_radius_mm, symmetric_place(design, place)
+    def __init__(self, design: ElastomerDesign, setting: _Setting, *, homogenised: bool) -> None:
+        fine = min(setting.spacing_mm, design.lattice.spacing_mm or setting.spacing_mm)
+        self._hole_radius_mm, self._place_mm = setting.hole_radius_mm, symmetric_place(design, setting.place)
+        self.walls: Walls = "none" if not design.has_grid else "homogenised" if homogenised else "resolved"
         spot = Zone(low_mm=self._place_mm, high_mm=self._place_mm).grown(SHAFT_RADIUS_MM)
-        margin = MARGINS_MM[not design.has_grid]
+        lattice = resolved_lattice(
+            design, spot, margin_mm=MARGINS_MM[not design.has_grid], spacing_mm=fine, growth=GROWTH, mirrored=True,
+            homogenised=homogenised,
+        )  # fmt: skip
         self._solver = ContactSolver(
-            resolved_lattice(design, spot, margin_mm=margin, spacing_mm=fine, growth=GROWTH, mirrored=True),
-            friction=friction,
-            tolerance_mm=PENETRATION_MM,
-            point_spacing_mm=fine / 3,
+            lattice, friction=setting.friction, tolerance_mm=PENETRATION_MM, point_spacing_mm=fine / 3
         )
         self.rest = Deformation.rest(self._solver.lattice)
         self.iterations = 0

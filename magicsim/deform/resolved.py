@@ -23,8 +23,9 @@ ROUNDING_MM = 1e-9
 
 
 def resolved_lattice(
-    design: ElastomerDesign, spot: Zone, *, margin_mm: float, spacing_mm: float, growth: float, mirrored: bool = False
-) -> Lattice:
+    design: ElastomerDesign, spot: Zone, *, margin_mm: float, spacing_mm: float, growth: float, mirrored: bool = False,
+    homogenised: bool = False,
+) -> Lattice:  # fmt: skip
     """The lattice of a design with its walls resolved below a spot of the contact face.
 
     Args:
@@ -35,6 +36,7 @@ def resolved_lattice(
         spacing_mm: Largest node spacing in the box, between walls and in the skin [mm].
         growth: Ratio of neighbouring spacings outside.
         mirrored: Only the quarter beyond the spot's centre, which has to be a place of symmetry.
+        homogenised: Keep the effective stiffness of the core on the same planes.
 
     Raises:
         GeometryError: The grid does not fit the block.
@@ -51,7 +53,7 @@ def resolved_lattice(
     lattice = lattice_on((x.planes_mm, y.planes_mm, z.planes_mm), design)
     lattice = replace(lattice, zone=spot, is_mirrored=mirrored)
     infill = design.materials.infill
-    if grid is None or infill is None:
+    if grid is None or infill is None or homogenised:
         return lattice
     resolved = _everywhere(x.is_resolved, y.is_resolved, z.is_resolved) & lattice.is_core
     is_infill = _everywhere(x.is_infill, y.is_infill, z.is_infill)
