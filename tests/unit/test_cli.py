@@ -65,16 +65,20 @@ def write_frames(folder: Path, count: int, *, rows: int = 32, columns: int = 24)
     return folder
 
 
+COMMANDS = (
+    "demo", "simulate", "plan", "press", "durometer", "render", "calibration", "bench", "detect", "export", "doctor",
+    "schema",
+)  # fmt: skip
+
+
 def test_help_names_every_command(shell: Shell):
     done = shell("--help")
     assert done.code == 0
-    for command in ("demo", "simulate", "plan", "press", "render", "detect", "export", "doctor", "schema"):
+    for command in COMMANDS:
         assert f" {command} " in done.out
 
 
-@pytest.mark.parametrize(
-    "command", ["demo", "simulate", "plan", "press", "render", "detect", "export", "doctor", "schema"]
-)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_takes_json_set_and_seed(shell: Shell, command: str):
     done = shell(command, "--help")
     assert done.code == 0
@@ -135,6 +139,28 @@ def test_doctor_prints_the_contract(shell: Shell):
     assert {"variant", "llvm", "cores", "problems"} <= set(found)
     assert found["variant"] in {"llvm_ad_rgb", "scalar_rgb"}
     assert isinstance(found["problems"], list)
+
+
+def test_calibration_describes_camera_and_layers(shell: Shell):
+    found = shell.json("calibration", "rest", "--set", "rig.camera.distortion=[-0.1,0,0,0,0]")
+    assert found["image_size"] == [240, 320]
+    assert found["distortion"][0] == -0.1
+    assert [layer["name"] for layer in found["layers"]][:2] == ["contact face", "grid 0"]
+    assert "camera.distortion" in shell.refusal(
+        "calibration", "rest", "--set", "rig.camera.distortion=[-1,-1,0,0,-1]", "--set", "rig.camera.distance_mm=4"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--basis", "--out", "image.npy"), ".npz"),
+        (("--relative-error", "0"), "relative_error = 0"),
+        (("--relative-error", "0.1", "--basis"), "without basis"),
+    ],
+)
+def test_render_refuses_options_that_do_not_fit(shell: Shell, options: tuple[str, ...], words: str):
+    assert words in shell.refusal("render", "rest", *options)
 
 
 def test_export_prints_the_contract_and_writes_the_file(shell: Shell, tmp_path: Path):
