@@ -54,8 +54,8 @@ VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
         "friction 0.5": {"friction": 0.5},
         "infill +25 %": {"infill_mpa": 1.25 * NOMINAL.infill_mpa},
     },
-    "press": {"finer lattice": {"spacing_mm": 0.3}, "walls of 0.2 mm": {"wall_mm": 0.2}},
-    "shear": {"coarser lattice": {"spacing_mm": 0.7}, "friction 0.5": {"friction": 0.5}},
+    "press": {"coarser lattice": {"spacing_mm": 0.55}},
+    "shear": {"coarser lattice": {"spacing_mm": 0.7}},
 }
 """What each variant changes."""
 Rows = list[dict[str, Any]]

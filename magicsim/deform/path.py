@@ -125,7 +125,7 @@ class ContactSolver:
         problem, effort = self._timed(start, dt_s), Effort()
         with quiet_openblas():
             state = self._follow_path(problem, indenter, start, effort, fineness=1)
-            if state is None and self._forgets_its_path:
+            if state is None and self._forgets_its_path and not self._has_passed_through(effort.last):
                 effort.restarts += 1
                 state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
         if state is None:

@@ -18,8 +18,9 @@ TOLERANCE_MM = 0.002
 
 
 def path(what: str, friction: float, *places: tuple[float, float]) -> list[Deformation]:
-    """The default design under an object at gaps and positions along x [mm]."""
-    design, thing = load_preset(ElastomerDesign, "design", "mini-magictac", []), parse_object(what)
+    """The default design, its lattice as coarse for small objects, under one at gaps and positions along x [mm]."""
+    design = load_preset(ElastomerDesign, "design", "mini-magictac", ["lattice.cells_across=0"])
+    thing = parse_object(what)
     poses = [place_object(thing, gap_mm=gap, x_mm=x) for gap, x in places]
     solver = ContactSolver(
         build_lattice(design, zone=contact_zone(poses, design)),
