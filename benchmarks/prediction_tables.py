@@ -35,15 +35,8 @@ def _hardness(rows: Rows, variants: list[str], how: str) -> list[str]:
     for row in rows:
         differences = [row.get("differences", {}).get(name, {}).get("shore_a") for name in variants]
         places = [row["places"]["cell"], row["places"]["wall"]]
-        cells = [
-            row["total_mm"],
-            row["skin_mm"],
-            _short(row, "shore_a"),
-            *places,
-            *differences,
-            row.get("min_jacobian"),
-        ]
-        lines.append(_line(cells))
+        quality = [row.get("min_jacobian"), row.get("walls")]
+        lines.append(_line([row["total_mm"], row["skin_mm"], _short(row, "shore_a"), *places, *differences, *quality]))
     return lines
 
 
@@ -69,7 +62,11 @@ def _short(row: dict[str, Any], key: str) -> str:
     """Value and uncertainty, or that it was refused."""
     if row["value"] is None:
         return "refused"
-    return f"{row['value'][key]:.3g} ± {row['uncertainty'][key]:.1g}"
+    return (
+        f"{row['value'][key]:.3g} ± {row['uncertainty'][key]:.2g}"
+        if row.get("differences")
+        else f"{row['value'][key]:.3g}"
+    )
 
 
 def _head(names: list[str]) -> list[str]:

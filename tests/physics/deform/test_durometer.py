@@ -42,3 +42,22 @@ def test_thinner_is_harder(soft: float) -> None:
 def test_foot_makes_the_reading_harder(soft: float) -> None:
     bare = durometer(sample("materials.body.youngs_modulus_mpa=1.0"), spacing_mm=0.6, hole_radius_mm=None)
     assert bare.shore_a < soft
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("total_mm", "skin_mm", "shore_a"), [(10.0, 3.0, 33.25), (10.0, 0.5, 17.1)])
+def test_moduli_of_the_default_design_meet_the_readings_that_they_were_fitted_to(
+    total_mm: float, skin_mm: float, shore_a: float
+) -> None:
+    """Half a unit of difference is that between the centre of a cell and a crossing of walls."""
+    printed = load_preset(
+        ElastomerDesign, "design", "mini-magictac",
+        [f"skin_mm={skin_mm}", f"core_mm={total_mm - 2 * skin_mm}", "wall_mm=0.1"],
+    )  # fmt: skip
+    found = durometer(printed)
+    assert found.walls == "resolved"
+    assert found.shore_a == pytest.approx(shore_a, abs=0.6)
+
+
+def test_a_block_without_a_grid_has_no_walls() -> None:
+    assert durometer(sample(), spacing_mm=0.6).walls == "none"
