@@ -25,7 +25,7 @@ def _how(setting: dict[str, Any], variants: list[str]) -> str:
     return (
         f"Body {setting['body_mpa']:g} MPa (Young, long term), infill {setting['infill_mpa']:g} MPa (shear), walls of "
         f"{setting['wall_mm']:g} mm, nodes {setting['spacing_mm']:g} mm apart below the object, friction "
-        f"{setting['friction']:g}. Variants: {', '.join(variants)}."
+        f"{setting['friction']:g}. Variants: {', '.join(variants) or 'none yet, so no uncertainty'}."
     )
 
 
