@@ -13,7 +13,7 @@ import magicsim
 from magicsim import cli
 from magicsim.presets import preset_names
 
-COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2"]
+COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]
 BALL = ["--object", "sphere:radius_mm=4"]
 
 
@@ -295,7 +295,7 @@ def test_render_keeps_the_estimator_of_the_scene_unless_asked(
     monkeypatch.setitem(
         sys.modules,
         "magicsim.still",
-        SimpleNamespace(render_still=lambda scene, *_: asked.append(scene), with_care=lambda scene, **_: scene),
+        SimpleNamespace(render_still=lambda scene, *_, **__: asked.append(scene), with_care=lambda scene, **_: scene),
     )
     monkeypatch.setattr(cli, "_fields", lambda _: {})
     shell.json("render", "near", "--set", "render.estimator=path", "--samples", 3, "--particles", 700, *options)
