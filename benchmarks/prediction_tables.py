@@ -12,7 +12,7 @@ def markdown(results: dict[str, Any]) -> str:
         "# Predictions",
         "",
         "Written by `python benchmarks/predictions.py` before any comparison; its docstring says what the uncertainty",
-        "(after each value) contains.",
+        "(after each value) contains. Where none stands the variants of that case have not been computed.",
     ]
     for part, write in (("hardness", _hardness), ("press", _press), ("shear", _shear)):
         if part in results:

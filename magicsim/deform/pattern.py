@@ -27,13 +27,13 @@ class BlockPattern:
     """The same for the patches of the contact face, shape (patches, nodes a patch, nodes a patch)."""
     held: Mask
     """Unknowns that stay zero, shape (size,)."""
+    held_entries: Indices
+    """Entries in their rows and columns."""
 
     def hold(self, values: npt.NDArray[np.float64]) -> None:
         """Turns the rows and columns of the held unknowns into those of the unit matrix, in place."""
-        if self.held.any():
-            row = np.repeat(np.arange(self.size), np.diff(self.indptr))
-            values[self.held[row] | self.held[self.indices]] = 0.0
-            values[self.indptr[:-1][self.held]] = 1.0
+        values[self.held_entries] = 0.0
+        values[self.indptr[:-1][self.held]] = 1.0
 
     @property
     def entries(self) -> int:
@@ -65,13 +65,16 @@ def block_pattern(lattice: Lattice, patches: npt.NDArray[np.int64]) -> BlockPatt
             used = (place > 0) | (s >= r)
             indices[(start + s)[used]] = (3 * block_columns + s)[used]
     blocks, patch_blocks = (_places(own, pairs, first, free) for own in keys)
+    held = lattice.held.ravel()
+    crossed = np.repeat(held, np.diff(indptr)) | held[indices]
     return BlockPattern(
         size=3 * free,
         indptr=indptr.astype(np.int32),
         indices=indices,
         blocks=blocks,
         patch_blocks=patch_blocks,
-        held=lattice.held.ravel(),
+        held=held,
+        held_entries=np.flatnonzero(crossed).astype(np.int32),
     )
 
 

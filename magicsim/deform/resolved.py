@@ -43,7 +43,7 @@ def resolved_lattice(
     """
     grid, fine = resolve_grid(design), spot.grown(margin_mm)
     box = ((fine.low_mm[0], fine.high_mm[0]), (fine.low_mm[1], fine.high_mm[1]), (0.0, design.skin_mm + margin_mm))
-    centre = ((*spot.centre_mm, None)) if mirrored else (None, None, None)
+    centre = (*spot.centre_mm, None) if mirrored else (None, None, None)
     x, y, z = (
         _axis(planes, low, high, _Walls(design, grid, axis), _Spacing(spacing_mm, growth, middle))
         for axis, (planes, (low, high), middle) in enumerate(
