@@ -1,0 +1,61 @@
+"""The one `App` of the command line, the options that every command shares, and how a result is printed."""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+
+import magicsim
+from magicsim.errors import ConfigError
+
+app = App(
+    name="magicsim",
+    version=magicsim.__version__,
+    help="Simulator of the mini-MagicTac see-through touch sensor.",
+    suppress_keyboard_interrupt=False,
+)
+
+Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object on stdout.")]
+Settings = Annotated[
+    list[str] | None,
+    Parameter(name="--set", negative="", help="Override a setting: dotted.key=value; repeatable."),
+]
+Seed = Annotated[int | None, Parameter(name="--seed", help="Seed of everything random.")]
+Threads = Annotated[
+    int | None, Parameter(name="--threads", help="Rendering threads; the result does not depend on it.")
+]
+Out = Annotated[Path, Parameter(name="--out", help="Where the result goes.")]
+
+
+def limit_threads(threads: int | None) -> None:
+    """Bounds the threads of the renderer; None leaves them alone."""
+    if threads is None:
+        return
+    if threads < 1:
+        msg = f"threads = {threads} is not allowed: must be at least 1"
+        raise ConfigError(msg)
+    from magicsim.scenes.backend import dr
+
+    dr.set_thread_count(threads)
+
+
+def fields_of(result: object) -> dict[str, Any]:
+    """A result as the keys and values that are printed."""
+    return asdict(result)  # type: ignore[call-overload, no-any-return]
+
+
+def print_result(values: dict[str, Any], *, as_json: bool) -> None:
+    """Writes a result as one JSON object, or as lines for people."""
+    if as_json:
+        sys.stdout.write(json.dumps(values, allow_nan=False) + "\n")
+        return
+    for key, value in values.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            sys.stdout.write(f"{key}:\n")
+            for item in value:
+                sys.stdout.write("  " + ": ".join(str(part) for part in item.values()) + "\n")
+        else:
+            sys.stdout.write(f"{key}: {value}\n")

@@ -1,0 +1,32 @@
+"""What the installed command runs: parse, call, and report an error as one line.
+
+The command modules are imported for their registration alone.
+"""
+
+import logging
+import sys
+
+from cyclopts import CycloptsError
+
+from magicsim.cli import design, detect, light, machine, mechanics, scene  # noqa: F401
+from magicsim.cli.app import app
+from magicsim.errors import MagicsimError
+
+
+def main() -> None:
+    """Entry point: errors are one line on stderr and exit code 2."""
+    logging.basicConfig(level=logging.WARNING, format="magicsim: %(message)s", stream=sys.stderr)
+    try:
+        app(sys.argv[1:], exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        _fail(" ".join(str(error).split()))
+    except MagicsimError as error:
+        _fail(" ".join(str(error).split()))
+    except KeyboardInterrupt:
+        sys.stderr.write("magicsim: stopped\n")
+        sys.exit(130)
+
+
+def _fail(message: str) -> None:
+    sys.stderr.write(f"magicsim: {message}\n")
+    sys.exit(2)

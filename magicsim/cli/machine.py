@@ -1,0 +1,48 @@
+"""Commands about the program itself: `bench`, `doctor`, `schema`."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
+from magicsim.errors import ConfigError
+
+
+@app.command
+def bench(
+    kind: Literal["deform", "stress", "cost", "render"] = "deform", *, out: Out = Path("magicsim-bench"),
+    quick: Annotated[bool, Parameter(negative="", help="A small part of it.")] = False,
+    recompute: Annotated[bool, Parameter(negative="", help="Solve the reference again (needs NGSolve).")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Report error against run time of the deformation, its validity at extremes, or cost against size."""
+    from magicsim.bench.run import run_bench
+
+    del seed  # the cases' random numbers are fixed; the option exists on every command
+    if settings:
+        msg = f"--set {settings[0]} is not allowed with bench: its cases are fixed"
+        raise ConfigError(msg)
+    found = run_bench(kind, out, quick=quick, recompute=recompute)
+    print_result(found if json else {"results": found["results"], "written": str(out)}, as_json=json)
+
+
+@app.command
+def doctor(*, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
+    """Say what this machine can do, and how to get the rest."""
+    from magicsim.doctor import examine
+
+    del settings, seed
+    print_result(fields_of(examine()), as_json=json)
+
+
+@app.command
+def schema(
+    kind: Literal["design", "scene", "rig", "object", "profile"] = "scene", *, settings: Settings = None,
+    seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Print the JSON Schema of a kind of configuration file."""
+    from magicsim.schema import schema_of
+
+    del settings, seed, json
+    print_result(schema_of(kind), as_json=True)

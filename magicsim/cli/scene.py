@@ -1,0 +1,59 @@
+"""Commands that take a scene: `demo`, `simulate`, `plan`."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from magicsim.cli.app import Json, Out, Seed, Settings, Threads, app, fields_of, limit_threads, print_result
+
+
+@app.command
+def demo(
+    *, out: Out = Path("magicsim-demo"), settings: Settings = None, seed: Seed = None, threads: Threads = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Run the main job on defaults: approach, touch, press, shear, release, flashlight; frames, verdicts, report."""
+    _run("demo", out, settings, seed, threads, as_json=json)
+
+
+@app.command
+def simulate(
+    scene: str, *, out: Annotated[Path | None, Parameter(name="--out")] = None, settings: Settings = None,
+    seed: Seed = None, threads: Threads = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Simulate any scene file or preset: frames, ground truth, verdicts, report."""
+    _run(scene, out or Path(f"magicsim-{Path(scene).stem}"), settings, seed, threads, as_json=json)
+
+
+def _run(
+    name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
+) -> None:
+    from magicsim.folder import check_target
+    from magicsim.progress import show_progress
+    from magicsim.scenes.scene import load_scene
+
+    scene = load_scene(name, settings or [], seed=seed)
+    check_target(out)
+    limit_threads(threads)
+    from magicsim.run import run_scene
+
+    with show_progress(f"{name}: {scene.references + scene.frame_count} frames") as progress:
+        summary = run_scene(scene, out, progress=progress)
+    print_result(fields_of(summary), as_json=as_json)
+
+
+@app.command
+def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
+    """Explain what a scene needs and what is left out, and why."""
+    from magicsim.plan import plan_scene
+    from magicsim.scenes.scene import load_scene
+
+    planned = plan_scene(load_scene(scene, settings or [], seed=seed))
+    print_result(
+        {
+            "kept": [fields_of(decision) for decision in planned.kept],
+            "left_out": [fields_of(decision) for decision in planned.left_out],
+        },
+        as_json=json,
+    )

@@ -1,0 +1,113 @@
+import subprocess
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+import magicsim
+
+from .conftest import Shell
+
+COMMANDS = (
+    "demo", "simulate", "plan", "press", "durometer", "render", "calibration", "bench", "detect", "export", "doctor",
+    "schema",
+)  # fmt: skip
+
+COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]
+BALL = ["--object", "sphere:radius_mm=4"]
+
+
+def test_help_names_every_command(shell: Shell):
+    done = shell("--help")
+    assert done.code == 0
+    for command in COMMANDS:
+        assert f" {command} " in done.out
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_takes_json_set_and_seed(shell: Shell, command: str):
+    done = shell(command, "--help")
+    assert done.code == 0
+    assert all(option in done.out for option in ("--json", "--set", "--seed"))
+
+
+def test_version_is_that_of_the_package(shell: Shell):
+    assert shell("--version").out.strip() == magicsim.__version__
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["plan", "near", "--set", "render.sample=3"], "unknown key in [render] 'sample' (did you mean 'samples'?)"),
+        (
+            ["plan", "near", "--set", "rig.camera.clumns=3"],
+            "unknown key in [rig.camera] 'clumns' (did you mean 'columns'",
+        ),
+        (["plan", "near", "--set", "references"], "is not of the form dotted.key=value"),
+        (["plan", "near", "--set", "seed.x=3"], "'seed' is a value, not a table"),
+        (["plan", "near", "--set", "design.skin_mm=-0.5"], "design.skin_mm = -0.5 is not allowed"),
+        (["plan", "nera"], "unknown scene 'nera' (did you mean 'near'?)"),
+        (["plan", "missing.toml"], "scene file 'missing.toml' does not exist"),
+        (["plan", "near", "--set", "rig=missing.toml"], "rig file 'missing.toml' does not exist"),
+        (["plan"], "scene"),
+        (["plan", "near", "--seed", "first"], '"first"'),
+        (["plan", "near", "--sed", "3"], "--sed"),
+        (["simulat", "near"], '"simulat"'),
+        (["simulate", "nera"], "unknown scene 'nera'"),
+        (["demo", "--threads", "0"], "threads = 0 is not allowed"),
+        (["export", "mini-magictac", "--set", "skin_mm=-1", "--out", "a.stl"], "skin_mm = -1 is not allowed"),
+        (["export", "mini-magictac", "--set", "cell_mm=0.1", "--out", "a.stl"], "cell_mm = 0.1 is not allowed"),
+        (
+            ["export", "mini-magictac", "--set", "core_mm=1", "--set", "cell_mm=3", "--out", "a.stl"],
+            "no cell fits along z",
+        ),
+        (["export", "mini-magictac", "--out", "a.obj"], "must end in .stl"),
+        (["export", "mini-magitac", "--out", "a.stl"], "did you mean 'mini-magictac'"),
+        (["press", *COARSE, "--object", "sphre:radius_mm=4", "--depth-mm", "1"], "unknown object kind 'sphre'"),
+        (["press", *COARSE, "--object", "sphere:radius=4", "--depth-mm", "1"], "unknown key 'radius'"),
+        (["press", *COARSE, "--object", "sphere:radius_mm=-4", "--depth-mm", "1"], "radius_mm = '-4'"),
+        (["press", *COARSE, *BALL, "--depth-mm", "nan"], "depth_mm = nan is not allowed"),
+        (["press", *COARSE, *BALL, "--depth-mm", "-1"], "depth_mm = -1 is not allowed"),
+        (["press", *COARSE, *BALL, "--depth-mm", "6"], "depth_mm = 6 is not allowed"),
+        (["press", *COARSE, *BALL, "--depth-mm", "deep"], '"deep"'),
+        (["press", *COARSE, *BALL], "--depth-mm"),
+        (["press", *COARSE, *BALL, "--depth-mm", "1", "--shear-mm", "1"], "shear_mm = '1' is not allowed"),
+        (["press", *COARSE, *BALL, "--depth-mm", "1", "--shear-mm", "nan,0"], "shear_mm along x = nan"),
+        (["press", *COARSE, *BALL, "--depth-mm", "1", "--friction", "-0.5"], "friction = -0.5 is not allowed"),
+        (["render", "near", "--estimator", "photons"], '"photons"'),
+        (["render", "near", "--samples", "0"], "render.samples = 0 is not allowed"),
+        (["render", "near", "--frame", "1"], "frame = 1 is not allowed: must be 0 to 0"),
+        (["render", "near", "--frame", "-1"], "frame = -1 is not allowed: must be 0 to 0"),
+        (["render", "near", "--out", "image.png"], "must end in .npy"),
+        (["schema", "sensor"], '"sensor"'),
+        (["detect", "nothing", "--reference", "nothing"], "'nothing' does not exist"),
+        (["detect", "a.png", "--reference", "b.png", "--set", "tau_e=1"], "not allowed with detect"),
+    ],
+)
+def test_bad_input_is_one_line_that_names_it(shell: Shell, tmp_path: Path, arguments: list[str], named: str):
+    assert named in shell.refusal(*arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_file_that_is_not_toml_is_one_line(shell: Shell, tmp_path: Path):
+    (tmp_path / "broken.toml").write_text("schema_version =\n[")
+    assert "broken.toml is not valid TOML" in shell.refusal("plan", "broken.toml")
+
+
+def test_interruption_ends_quietly(shell: Shell, monkeypatch: pytest.MonkeyPatch):
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("magicsim.plan.plan_scene", interrupt)
+    done = shell("plan", "near")
+    assert done.code == 130
+    assert done.err == "magicsim: stopped\n"
+
+
+def test_installed_command_reports_bad_input_with_exit_code_2(tmp_path: Path):
+    command = [Path(sysconfig.get_path("scripts")) / "magicsim", "plan", "nera", "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("magicsim: unknown scene 'nera'")
+    assert len(done.stderr.splitlines()) == 1

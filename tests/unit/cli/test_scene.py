@@ -1,0 +1,50 @@
+from pathlib import Path
+
+import pytest
+
+from .conftest import Shell
+from .small import settings
+
+
+def test_plan_prints_decisions_with_stage_and_reason(shell: Shell):
+    found = shell.json("plan", "demo")
+    assert set(found) == {"kept", "left_out"}
+    for decision in [*found["kept"], *found["left_out"]]:
+        assert set(decision) == {"stage", "reason"}
+
+
+def test_plan_without_json_is_text_for_people(shell: Shell):
+    done = shell("plan", "near")
+    assert done.code == 0
+    assert "kept:\n  mesh and BVH update: 1 of 1 frames: something moved\n" in done.out
+
+
+def test_override_and_seed_reach_the_scene(shell: Shell):
+    found = shell.json(
+        "plan", "near", "--set", "keyframes=[{frame=0}, {frame=6}]", "--set", "references=9", "--seed", 4
+    )
+    reasons = {decision["stage"]: decision["reason"] for decision in found["kept"]}
+    assert reasons["reference frames"].startswith("9 frames")
+    assert "seed = -4" in shell.refusal("plan", "near", "--seed", "-4")
+
+
+@pytest.mark.parametrize("command", [["simulate", "near"], ["demo"]])
+def test_folder_that_holds_other_files_is_refused_before_any_work(shell: Shell, tmp_path: Path, command: list[str]):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "config.toml").write_text("title = 'not ours'")
+    assert "holds other files" in shell.refusal(*command, "--out", "out")
+    assert (tmp_path / "out" / "config.toml").read_text() == "title = 'not ours'"
+
+
+@pytest.mark.slow
+def test_simulate_prints_the_contract_and_leaves_a_folder(shell: Shell, tmp_path: Path):
+    found = shell.json("simulate", "near", "--out", "out", *settings())
+    assert {"frames", "seconds", "variant", "contact_accuracy", "proximity_accuracy", "report"} <= set(found)
+    assert found["frames"] == 7
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "config.toml", "episode.parquet", "frames", "lattice.parquet", "preview.webp", "report.html",
+    ]  # fmt: skip
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    # The written configuration is a scene that runs again, in the same place.
+    again = shell.json("simulate", tmp_path / "out" / "config.toml", "--out", "out")
+    assert again["frames"] == 7
