@@ -24,6 +24,7 @@ from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, can_touch, efforts, plan_scene
 from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
 from magicsim.scenes.film import pixel_landing_mm
+from magicsim.scenes.finish import Finish
 from magicsim.scenes.renderer import Renderer, View
 from magicsim.scenes.scene import ContactSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
@@ -70,14 +71,17 @@ class Sensor:
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
-        shape = scene.object.shape() if scene.object is not None else None
+        surface, finish = None, None
+        if scene.object is not None:
+            surface = scene.object.surface()
+            finish = Finish.of(scene.object, surface)
         self.renderer = Renderer(
             self.elastomer,
             scene.rig,
             scene.render,
             seed=scene.seed,
-            object_mesh=shape.mesh() if shape is not None else None,
-            object_color=scene.object.color if scene.object is not None else (0.0, 0.0, 0.0),
+            object_mesh=surface,
+            object_finish=finish,
         )
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)

@@ -56,7 +56,7 @@ def place_object(
         y_mm: Its origin along y [mm].
         twist_deg: Rotation about the sensor's z axis, added to its own yaw [degrees].
     """
-    shape: Shape = config.shape()  # type: ignore[attr-defined]
+    shape: Shape = config.shape()
     turned = Pose.from_degrees(
         np.array([x_mm, y_mm, 0.0]),
         roll=config.roll_deg,

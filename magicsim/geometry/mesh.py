@@ -15,6 +15,8 @@ class SurfaceMesh:
     """Vertex positions, shape (vertices, 3) [mm]."""
     faces: npt.NDArray[np.int32]
     """Vertex indices, shape (triangles, 3)."""
+    colors: npt.NDArray[np.float64] | None = None
+    """Diffuse reflectance of each vertex in linear RGB, shape (vertices, 3); None without colours of its own."""
 
     def volume_mm3(self) -> float:
         """Enclosed volume by the divergence theorem [mm3]."""

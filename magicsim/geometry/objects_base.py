@@ -7,6 +7,7 @@ from pydantic import Field
 
 from magicsim.config import Config
 from magicsim.geometry.entry import EntrySide
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes import Shape
 
@@ -28,12 +29,24 @@ class ObjectBase(Config):
 
     color: tuple[Reflectance, Reflectance, Reflectance] = (0.7, 0.7, 0.7)
     """Diffuse reflectance in linear RGB, 0..1."""
+    specular: Reflectance = 0.0
+    """Share of the light that the surface mirrors, like bare metal or varnish; the rest meets the diffuse ground."""
+    roughness: Annotated[float, Field(ge=0.02, le=1)] = 0.2
+    """Root mean square slope of the facets that mirror."""
     roll_deg: float = 0.0
     """Rotation about x, applied first [degrees]."""
     pitch_deg: float = 0.0
     """Rotation about y, applied second [degrees]."""
     yaw_deg: float = 0.0
     """Rotation about z, applied last and added to the path's twist [degrees]."""
+
+    def shape(self) -> Shape:
+        """The solid; every kind has its own."""
+        raise NotImplementedError
+
+    def surface(self) -> SurfaceMesh:
+        """Triangles of the solid, as the renderer draws them."""
+        return self.shape().mesh()
 
     def entered_from_above(self, solid: Shape, *, shell_mm: float, reach_mm: float | None = None) -> Shape:
         """The solid with contact by the side of entry, its approach along the sensor's +z in this orientation.

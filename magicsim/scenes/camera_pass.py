@@ -1,15 +1,21 @@
 """Camera pass: rays from the pinhole gather the cached fluence of the cells that they cross.
 
 Inside a cell with isotropic scattering the in-scattered radiance is sigma_s * fluence / (4 pi), so a ray that
-crosses a length l gains sigma_s / sigma_t * (1 - exp(-sigma_t l)) * fluence / (4 pi) and loses exp(-sigma_t l).
-A ray that meets the object ends there: the light pass knows how bright it is. Both branches are followed where a ray
+crosses a length l gains sigma_s / sigma_t * (1 - exp(-sigma_t l)) * fluence / (4 pi) and loses exp(-sigma_t l), where
+the fluence, linear in a cell, is taken at the mean depth of those gains. A ray that meets the object ends there: the
+light pass knows how bright it is; only what a glossy surface mirrors goes on. Both branches are followed where a ray
 leaves the body, because a coin toss there costs most of the variance.
+
+A medium that scatters forward is not isotropic, and its blur is not that of the reduced one. The first few collisions
+of a camera path can be followed with the true phase function; the cached fluence then serves the rest of it.
 """
 
 from typing import Any
 
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.medium import Media, Shapes, classify, fresnel
+from magicsim.scenes.cached_light import CachedLight
+from magicsim.scenes.finish import Finish
+from magicsim.scenes.medium import Media, Medium, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.sequence import sequence
 
 ROULETTE_WEIGHT = 1 / 32
@@ -20,21 +26,23 @@ PATTERN_SEED = 1
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def gather_radiance(
-    scene: Any, shapes: Shapes, media: Media, fluence: Any, exitance: Any, *, samples: int, seed: int, max_depth: int,
-    pattern: int = 0,
+    scene: Any, shapes: Shapes, media: Media, light: CachedLight, finish: Finish, *, samples: int, seed: int,
+    max_depth: int, pattern: int = 0, forward: Medium | None = None, followed: int = 0,
 ) -> Any:  # fmt: skip
     """Radiance of every pixel of the scene's first sensor.
 
     Args:
         scene: The loaded scene.
         shapes: Body, infill and object.
-        media: Optical constants.
-        fluence: mi.Float of size 3 * cells.
-        exitance: Radiance that the object's triangles send out, mi.Float of size 3 * triangles.
+        media: Optical constants, all scattering reduced to isotropic.
+        light: The cached light field.
+        finish: Surface of the object.
         samples: Camera samples a pixel.
         seed: Random stream of the choices at interfaces.
         max_depth: Longest path.
         pattern: Another number shifts every pixel's pattern at random, so that the errors of images are independent.
+        forward: The infill with its true phase function, for the first collisions.
+        followed: Number of those collisions.
 
     Returns:
         mi.Float of size rows * columns * 3.
@@ -59,46 +67,72 @@ def gather_radiance(
     in_body, depth, active = mi.Bool(False), mi.UInt32(0), mi.Bool(True)
     context = mi.BSDFContext()
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
-    triangles_per_cell = shapes.triangles_per_cell
+    triangles_per_cell, infill = shapes.triangles_per_cell, media.infill
     environment = scene.environment()
+    collisions, waiting_collisions = mi.UInt32(0), mi.UInt32(0)
     while active:
         si = scene.ray_intersect(ray, active)
         valid = si.is_valid()
         segment = classify(si, body_pointer, infill_pointer, in_body)
-        transmitted = dr.select(segment.in_infill, dr.exp(-media.sigma_t * si.t), 1)
         cell = si.prim_index // triangles_per_cell
         inside = active & segment.in_infill
-        phi = mi.Color3f(*[dr.gather(mi.Float, fluence, cell * 3 + c, inside) for c in range(3)])
-        source = (1 - transmitted) * (media.sigma_s / media.sigma_t / (4 * dr.pi))
-        radiance[inside] += weight * phi * source
+        scatter, way = mi.Bool(False), mi.Float(0)
+        if forward is not None:
+            following = inside & (collisions < followed)
+            passed = dr.exp(-forward.sigma_t * si.t)
+            scatter = following & (sampler.next_float32(active) > passed)
+            way = free_path(sampler.next_float32(active), passed, forward.sigma_t)
+            weight[scatter] *= forward.albedo
+            collisions[scatter] += 1
+            inside &= ~following
+        transmitted = dr.select(inside, dr.exp(-infill.sigma_t * si.t), 1)
+        gained = 1 - transmitted
+        depth_mm = 1 / infill.sigma_t - si.t * transmitted * dr.rcp(dr.maximum(gained, 1e-12))
+        # Series where the cell is so clear that the difference above loses its digits.
+        depth_mm = dr.select(infill.sigma_t * si.t > 1e-3, depth_mm, si.t * (0.5 - infill.sigma_t * si.t / 12))  # noqa: PLR2004
+        phi = light.cells.at(cell, ray(depth_mm), inside)
+        radiance[inside] += weight * phi * gained * (infill.albedo / (4 * dr.pi))
         weight *= transmitted
-        weight[segment.in_body & valid] *= dr.exp(-media.body_absorption * si.t)
+        crossed = segment.in_body & valid
+        if light.body is None:
+            weight[crossed] *= dr.exp(-media.body.sigma_a * si.t)
+        else:
+            begin, stretch = scattering_stretch(ray, si.t, media.top_mm)
+            kept = dr.exp(-media.body.sigma_t * stretch)
+            body_way = begin + free_path(sampler.next_float32(active), kept, media.body.sigma_t)
+            cloud = light.body.at(ray(body_way), active & crossed)
+            before = dr.exp(-media.body.sigma_a * begin)
+            share = (1 - kept) * (media.body.albedo / (4 * dr.pi))
+            radiance[active & crossed] += weight * before * cloud * share
+            weight[crossed] *= kept * dr.exp(-media.body.sigma_a * (si.t - stretch))
 
         if environment is not None:
             radiance[active & ~valid] += weight * environment.eval(si, active & ~valid)
 
         reflectance, reflected, refracted, scale = fresnel(si, segment, media)
         first_hit = depth == 0
-        leaving = segment.on_body & ~segment.entering & (reflectance < 1)
+        leaving = segment.on_body & ~segment.entering & (reflectance < 1) & ~scatter
         split = leaving & ~waiting
         reflect = ~first_hit & ~split & (sampler.next_float32(active) < reflectance)
         known = first_hit | split
-        dielectric = segment.on_body | segment.on_infill
+        dielectric = (segment.on_body | segment.on_infill) & ~scatter
         local = dr.select(reflect, reflected, refracted)
         branch = dr.select(known, 1 - reflectance, 1) * dr.select(reflect, 1, scale)
         keep_reflected = dr.minimum(dr.max(weight) * reflectance / ROULETTE_WEIGHT, 1)
         set_aside = active & split & (sampler.next_float32(active) < keep_reflected)
         waiting_weight[set_aside] = weight * reflectance * dr.rcp(dr.maximum(keep_reflected, 1e-9))
         waiting_ray[set_aside] = si.spawn_ray(si.to_world(reflected))
+        waiting_collisions[set_aside] = collisions
         waiting |= set_aside
         weight[dielectric] *= branch
 
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         on_object = active & segment.opaque & (si.shape == object_pointer)
-        sent = mi.Color3f(*[dr.gather(mi.Float, exitance, si.prim_index * 3 + c, on_object) for c in range(3)])
-        radiance[on_object] += weight * sent
-        weight[on_object] = 0
+        radiance[on_object] += weight * light.on_object(si.prim_index, on_object) * finish.diffuse(si, on_object)
+        mirrored, share = finish.mirror(si, sample2)
+        weight[on_object] *= share
+        local = dr.select(on_object, mirrored, local)
         opaque = active & segment.opaque & ~on_object
         if dr.hint(opaque, mode="symbolic"):
             radiance += weight * si.emitter(scene).eval(si, opaque)
@@ -107,7 +141,12 @@ def gather_radiance(
             weight *= value
         outward = mi.Frame3f.cos_theta(local) > 0
         in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
-        ray = si.spawn_ray(si.to_world(local))
+        spawned = si.spawn_ray(si.to_world(local))
+        if forward is not None:
+            in_body = dr.select(scatter, segment.in_body, in_body)
+            spawned.o = dr.select(scatter, ray(way), spawned.o)
+            spawned.d = dr.select(scatter, scattered(ray.d, sample2, forward.anisotropy), spawned.d)
+        ray = mi.Ray3f(spawned)
         depth += 1
         survive = dr.minimum(dr.max(weight) / ROULETTE_WEIGHT, 1)
         keep = sampler.next_float32(active) < survive
@@ -116,6 +155,7 @@ def gather_radiance(
         resume = active & ~alive & waiting & (depth < max_depth)
         ray = dr.select(resume, waiting_ray, ray)
         weight = dr.select(resume, waiting_weight, weight)
+        collisions = dr.select(resume, waiting_collisions, collisions)
         in_body |= resume
         waiting &= ~resume
         active &= alive | resume

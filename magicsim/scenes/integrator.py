@@ -1,5 +1,6 @@
 """The fluence estimator as a Mitsuba integrator, so that `mi.render(scene)` is all that a user needs."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,12 +9,15 @@ import numpy.typing as npt
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
+from magicsim.scenes.cached_light import CachedLight, Piecewise, VoxelField, cell_slopes
 from magicsim.scenes.camera_pass import gather_radiance
+from magicsim.scenes.finish import Finish
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, cell_volumes_mm3, deposit_tracks
-from magicsim.scenes.medium import Media, Shapes
+from magicsim.scenes.medium import Media, Medium, Shapes
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, INFILL, OBJECT
+from magicsim.scenes.voxels import BodyPart, Voxels, body_voxels
 
 FloatArray = npt.NDArray[np.float64]
 LIGHT_DEPTH = 400
@@ -29,26 +33,43 @@ SEEDS_PER_RENDER = 64
 
 
 class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
-    """Cached-fluence rendering of a scattering grid in a clear body.
+    """Cached-fluence rendering of a scattering grid in a clear or scattering body.
 
     Unbiased for isotropic scattering in the limit of small cells and many particles. Scene requirements: a shape
-    `body`, and a shape `infill` of disjoint cells with `triangles_per_cell` triangles each, cell-major.
+    `body`, and a shape `infill` of disjoint cells, x fastest, with `triangles_per_cell` triangles each.
     """
 
     def __init__(self, properties: Any) -> None:
-        """Reads `particles`, `triangles_per_cell` and the media's constants."""
+        """Reads `particles`, and the rest as `integrator_settings` writes it."""
         super().__init__(properties)
         self.particles = properties.get("particles", 200_000)
         self.triangles_per_cell = properties.get("triangles_per_cell", 12)
-        self.object_color = np.array(properties.get("object_color", mi.ScalarColor3f(0.5)), np.float64)
+        self.finish = Finish(
+            color=tuple(properties.get("object_color", mi.ScalarColor3f(0.5))),
+            vertex_colors=properties.get("object_vertex_colors", False),
+            specular=properties.get("object_specular", 0.0),
+            roughness=properties.get("object_roughness", 0.2),
+        )
         self._irradiance_kernel: IrradianceKernel | None = None
-        self.media = Media(
+        self.followed_media = Media(
             body_ior=properties["body_ior"],
             infill_ior=properties["infill_ior"],
-            body_absorption=properties["body_absorption"],
-            sigma_s=properties["sigma_s"],
-            sigma_a=properties["sigma_a"],
+            body=_medium(properties, "body").reduced,
+            infill=_medium(properties, "infill"),
+            top_mm=properties.get("top_mm", 1e6),
         )
+        self.followed = properties.get("forward_collisions", 0)
+        if self.followed_media.infill.anisotropy == 0:
+            self.followed = 0
+        self.media = replace(self.followed_media, infill=self.followed_media.infill.reduced)
+        self.counts = _triple(properties, "cells", int)
+        self.voxels: Voxels | None = None
+        if self.media.body.sigma_s > 0:
+            self.voxels = Voxels(
+                origin_mm=_triple(properties, "voxel_origin"),
+                size_mm=_triple(properties, "voxel_size"),
+                counts=_triple(properties, "voxels", int),
+            )
 
     def render(
         self,
@@ -65,8 +86,12 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def darkness(self, scene: Any) -> LightField:
         """The light field of a scene without lights."""
-        shapes = self._shapes(scene)
-        return LightField(fluence=np.zeros((shapes.cells, 3)), irradiance=np.zeros((shapes.object_triangles, 3)))
+        shapes = self.shapes(scene)
+        return LightField(
+            fluence=np.zeros((shapes.cells, 3)),
+            body=np.zeros((self.voxels.count if self.voxels is not None else 1, 3)),
+            irradiance=np.zeros((shapes.object_triangles, 3)),
+        )
 
     def share(self, scene: Any) -> int:
         """Particles of each light: all strips together get `particles`, an outside light gets as many again."""
@@ -82,36 +107,59 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             particles: Number of particles.
             seed: Seed of the render; every light has a stream of its own.
         """
-        shapes = self._shapes(scene)
-        if shapes.object is None and (shapes.infill is None or self.media.sigma_s == 0):
+        shapes = self.shapes(scene)
+        scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
+        if shapes.object is None and not scatters:
             return self.darkness(scene)
-        emitter = scene.environment() if name == ENVIRONMENT else _shape(scene, name).emitter()
+        emitter = self.emitter(scene, name)
         stream = SEEDS_PER_RENDER * seed + 1 + lights(scene).index(name)
-        deposits, landed = np.zeros(3 * shapes.cells), np.zeros(3 * shapes.object_triangles)
+        media = self.followed_media if self.followed else self.media
+        dark = self.darkness(scene)
+        deposits = [np.zeros(values.size) for values in (dark.fluence, dark.body)]
+        landed = np.zeros(3 * shapes.object_triangles)
         for first in range(0, particles, CHUNK):
             tracks = deposit_tracks(
-                scene, emitter, shapes, self.media, first=first, particles=min(CHUNK, particles - first), seed=stream,
-                max_depth=LIGHT_DEPTH,
+                scene, emitter, shapes, media, self.voxels, first=first, particles=min(CHUNK, particles - first),
+                seed=stream, max_depth=LIGHT_DEPTH, balance=False,
             )  # fmt: skip
-            deposits += tracks[0]
-            landed += tracks[1]
+            deposits = [sum_ + part for sum_, part in zip(deposits, (tracks.cells, tracks.body), strict=True)]
+            landed += tracks.landed
         scale = 1 / (FIXED_POINT * particles)
-        fluence = deposits.reshape(-1, 3) * scale / _volumes(shapes)[:, None]
-        irradiance = self._kernel(shapes).irradiance(landed.reshape(-1, 3) * scale)
-        return LightField(fluence=fluence, irradiance=irradiance)
+        return LightField(
+            fluence=deposits[0].reshape(-1, 3) * scale / _volumes(shapes)[:, None],
+            body=deposits[1].reshape(-1, 3) * scale,
+            irradiance=self._kernel(shapes).irradiance(landed.reshape(-1, 3) * scale),
+        )
 
     def gather(self, scene: Any, field: LightField, *, samples: int, seed: int, pattern: int = 0) -> Any:
         """Radiance image from cached light, a tensor of shape (rows, columns, 3)."""
-        exitance = field.irradiance * self.object_color / np.pi
+        shapes = self.shapes(scene)
         image = gather_radiance(
-            scene, self._shapes(scene), self.media, _flat(field.fluence), _flat(exitance),
-            samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH,
-            pattern=pattern,
+            scene, shapes, self.media, self._cached(scene, shapes, field), self.finish,
+            samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, pattern=pattern,
+            forward=self.followed_media.infill if self.followed else None, followed=self.followed,
         )  # fmt: skip
         columns, rows = scene.sensors()[0].film().size()
         return mi.TensorXf(image, shape=(int(rows), int(columns), 3))
 
-    def _shapes(self, scene: Any) -> Shapes:
+    def _cached(self, scene: Any, shapes: Shapes, field: LightField) -> CachedLight:
+        centres, slopes = np.zeros((shapes.cells, 3)), np.zeros((shapes.cells, 3, 3))
+        if shapes.infill is not None and np.prod(self.counts) == shapes.cells:
+            corners = _mesh(shapes.infill).vertices.reshape(shapes.cells, -1, 3)
+            centres = corners.mean(1)
+            slopes = cell_slopes(field.fluence, centres, self.counts)
+        return CachedLight(
+            cells=Piecewise(values=_flat(field.fluence), slopes=_flat(slopes), centres=_flat(centres)),
+            body=_body_field(self.voxels, self.voxels.body_part(scene, shapes), field) if self.voxels else None,
+            irradiance=_flat(field.irradiance),
+        )
+
+    def emitter(self, scene: Any, name: str) -> Any:
+        """The emitter of a light, one of `lights(scene)`."""
+        return scene.environment() if name == ENVIRONMENT else _shape(scene, name).emitter()
+
+    def shapes(self, scene: Any) -> Shapes:
+        """The scene's shapes by their role."""
         return Shapes(
             body=_shape(scene, BODY),
             infill=_shape(scene, INFILL),
@@ -160,19 +208,60 @@ def _flat(values: FloatArray) -> Any:
     return mi.Float(values.astype(np.float32).ravel())
 
 
-def integrator_settings(elastomer: Elastomer, object_color: tuple[float, float, float]) -> dict[str, Any]:
-    """Scene-dictionary entries of the integrator for one elastomer and the object's diffuse reflectance."""
-    body, infill = elastomer.design.materials.body, elastomer.design.materials.infill
-    return {
-        "object_color": mi.ScalarColor3f(object_color),
+def _body_field(voxels: Voxels, part: BodyPart, field: LightField) -> VoxelField:
+    fluence = field.body / part.volumes_mm3[:, None]
+    slopes, inner = np.zeros((len(fluence), 3, 3)), voxels.inner
+    slopes[inner] = cell_slopes(fluence[inner], part.centres_mm[inner], voxels.inner_counts)
+    values = Piecewise(values=_flat(fluence), slopes=_flat(slopes), centres=_flat(part.centres_mm))
+    return VoxelField(voxels=voxels, field=values)
+
+
+def _medium(properties: Any, name: str) -> Medium:
+    return Medium(
+        sigma_s=properties.get(f"{name}_sigma_s", 0.0),
+        sigma_a=properties.get(f"{name}_sigma_a", 0.0),
+        anisotropy=properties.get(f"{name}_anisotropy", 0.0),
+    )
+
+
+def _triple(properties: Any, name: str, kind: type = float) -> Any:
+    return tuple(kind(properties[f"{name}_{axis}"]) for axis in "xyz")
+
+
+def integrator_settings(elastomer: Elastomer, finish: Finish, *, inset_mm: float) -> dict[str, Any]:
+    """Scene-dictionary entries of the integrator.
+
+    Args:
+        elastomer: The block at rest.
+        finish: Surface of the object.
+        inset_mm: Depth of LED strips in optical contact inside the body [mm].
+    """
+    materials = elastomer.design.materials
+    settings: dict[str, Any] = {
+        "object_color": mi.ScalarColor3f(finish.color),
+        "object_vertex_colors": finish.vertex_colors,
+        "object_specular": finish.specular,
+        "object_roughness": finish.roughness,
         "triangles_per_cell": max(elastomer.triangles_per_cell, 1),
-        "body_ior": body.ior,
-        "infill_ior": infill.ior if infill else body.ior,
-        "body_absorption": body.absorption_per_mm,
-        # Reduced coefficient: a cached fluence is exact for isotropic scattering only.
-        "sigma_s": infill.sigma_s_per_mm * (1 - infill.anisotropy) if infill else 0.0,
-        "sigma_a": infill.absorption_per_mm if infill else 0.0,
+        "body_ior": materials.body.ior,
+        "infill_ior": materials.infill.ior if materials.infill else materials.body.ior,
+        "top_mm": elastomer.design.height_mm,
     }
+    for name, optics in (("body", materials.body), ("infill", materials.infill)):
+        if optics is not None:
+            settings |= {
+                f"{name}_sigma_s": optics.sigma_s_per_mm,
+                f"{name}_sigma_a": optics.absorption_per_mm,
+                f"{name}_anisotropy": optics.anisotropy,
+            }
+    counts = elastomer.grid.counts if elastomer.grid is not None else (1, 1, 1)
+    triples: dict[str, Any] = {"cells": counts}
+    if materials.body.sigma_s_per_mm > 0:
+        voxels = body_voxels(elastomer, inset_mm)
+        triples |= {"voxels": voxels.counts, "voxel_origin": voxels.origin_mm, "voxel_size": voxels.size_mm}
+    for name, values in triples.items():
+        settings |= {f"{name}_{axis}": value for axis, value in zip("xyz", values, strict=True)}
+    return settings
 
 
 mi.register_integrator("fluence", FluenceIntegrator)

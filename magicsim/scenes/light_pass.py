@@ -1,19 +1,24 @@
 """Light pass: particles from the lights fill every infill cell with fluence (track-length estimator).
 
-Where they meet the object they add to its irradiance.
+A body that scatters is filled voxel by voxel, each segment at one random point of it. Where particles meet the object
+they add to its irradiance.
 
 Deposits are integers in fixed point, because floating-point scatter-adds have no fixed order.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.medium import Media, Shapes, classify, fresnel
+from magicsim.scenes.medium import Media, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.sequence import sequence
+from magicsim.scenes.voxels import Voxels
 
+Counts = npt.NDArray[np.uint64]
+FloatArray = npt.NDArray[np.float64]
 FIXED_POINT = 2.0**24
 """Integer steps per unit of (relative weight x mm)."""
 ROULETTE_DEPTH = 32
@@ -21,25 +26,52 @@ SEQUENCE = 2**32
 """Offset that keeps the random streams of particles apart from the camera's."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Balance:
+    """Flux of each channel, shape (3,), summed over a chunk's particles."""
+
+    emitted: FloatArray
+    clear_body: FloatArray
+    """Absorbed in body and lens plate where they are clear; what scatters absorbs sigma_a times its track lengths."""
+    surfaces: FloatArray
+    """Absorbed by object and LED strips."""
+    escaped: FloatArray
+    ended: FloatArray
+    """Lost with paths that were ended, less what roulette gave to others: zero in the mean."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tracks:
+    """What particles left behind: flux times `FIXED_POINT` times the number of all particles, as integers."""
+
+    cells: Counts
+    """Flux x path length in each infill cell, shape (3 * cells,) [mm]."""
+    body: Counts
+    """Flux x path length in each voxel of the body, shape (3 * voxels,) [mm]; one voxel where it does not scatter."""
+    landed: Counts
+    """Flux on each of the object's triangles, shape (3 * triangles,)."""
+    balance: Balance | None
+    """Where the light went, if that was asked for."""
+
+
 @dr.syntax  # type: ignore[untyped-decorator]
 def deposit_tracks(
-    scene: Any, emitter: Any, shapes: Shapes, media: Media, *, first: int, particles: int, seed: int, max_depth: int,
-) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.uint64]]:  # fmt: skip
+    scene: Any, emitter: Any, shapes: Shapes, media: Media, voxels: Voxels | None, *, first: int, particles: int,
+    seed: int, max_depth: int, balance: bool,
+) -> Tracks:  # fmt: skip
     """Traces particles from one light and adds up weight x path length per cell and channel.
 
     Args:
         scene: The loaded scene.
         emitter: The light.
         shapes: Body, infill and object.
-        media: Optical constants.
+        media: Optical constants, scattering as it is to be followed: reduced, or by the true phase function.
+        voxels: Of the body, or None where it does not scatter.
         first: Index of the first particle, so that a large number can be traced in chunks.
         particles: Number of particles of this chunk.
         seed: Random stream of the light.
         max_depth: Longest path.
-
-    Returns:
-        Fixed-point deposits in cells, shape (3 * cells,): flux x mm times `FIXED_POINT` times the number of all
-        particles; and on the object's triangles, shape (3 * triangles,): flux, in the same units.
+        balance: Whether to keep account of where the light goes.
     """
     # Opaque: the compiled kernel then serves any seed and chunk.
     sampler = mi.PCG32(
@@ -52,27 +84,49 @@ def deposit_tracks(
     weight = mi.Color3f(emitted[1])
     brightest = dr.max(weight)
     deposits = dr.zeros(mi.UInt64, 3 * shapes.cells)
+    clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1))
     landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles)
-    triangles_per_cell = shapes.triangles_per_cell
+    triangles_per_cell, infill = shapes.triangles_per_cell, media.infill
     in_body = mi.Bool(True)
     depth, active = mi.UInt32(0), mi.Bool(brightest > 0)
     context = mi.BSDFContext(mi.TransportMode.Importance)
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
+    source = mi.Color3f(weight)
+    absorbed, stopped, escaped, ended = (mi.Color3f(0.0) for _ in range(4))
     while active:
         si = scene.ray_intersect(ray, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         # Expected track length up to the next collision or wall, instead of the sampled one.
-        transmitted = dr.exp(-media.sigma_t * si.t)
-        length = (1 - transmitted) / media.sigma_t
+        transmitted = dr.exp(-infill.sigma_t * si.t)
+        length = (1 - transmitted) / infill.sigma_t
         cell = si.prim_index // triangles_per_cell
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * length * FIXED_POINT)
             dr.scatter_add(deposits, amount, cell * 3 + channel, active & segment.in_infill)
         scatter = segment.in_infill & (sampler.next_float32(active) > transmitted)
-        # Inverse of the truncated exponential: where inside the cell the collision happens.
-        free_path = -dr.log(1 - sampler.next_float32(active) * (1 - transmitted)) / media.sigma_t
-        weight[scatter] *= media.sigma_s / media.sigma_t
-        weight[segment.in_body & si.is_valid()] *= dr.exp(-media.body_absorption * si.t)
+        way = free_path(sampler.next_float32(active), transmitted, infill.sigma_t)
+        weight[scatter] *= infill.albedo
+        crossed = segment.in_body & si.is_valid()
+        carried = mi.Color3f(weight)
+        collide, clear_mm = mi.Bool(False), si.t
+        if voxels is not None:
+            # Clear of scattering above the block, in the lens plate.
+            begin, stretch = scattering_stretch(ray, si.t, media.top_mm)
+            passed = dr.exp(-media.body.sigma_t * stretch)
+            body_way = begin + free_path(sampler.next_float32(active), passed, media.body.sigma_t)
+            body_length = (1 - passed) / media.body.sigma_t
+            place = voxels.index(ray(body_way))
+            for channel in range(3):
+                amount = mi.UInt64(weight[channel] * body_length * FIXED_POINT)
+                dr.scatter_add(clouded, amount, place * 3 + channel, active & crossed)
+            collide = crossed & (sampler.next_float32(active) > passed)
+            clear_mm = dr.select(collide, begin, si.t - stretch)
+            way = dr.select(collide, body_way, way)
+        weight[crossed] *= dr.exp(-media.body.sigma_a * clear_mm)
+        if balance:
+            absorbed += dr.select(active, carried - weight, 0)
+        weight[collide] *= media.body.albedo
+        scatter |= collide
 
         reflectance, reflected, refracted = fresnel(si, segment, media)[:3]
         choice = sampler.next_float32(active)
@@ -80,26 +134,50 @@ def deposit_tracks(
         local = dr.select(reflect, reflected, refracted)
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
-        opaque = active & segment.opaque
+        opaque = active & segment.opaque & ~scatter
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * FIXED_POINT)
             dr.scatter_add(landed, amount, si.prim_index * 3 + channel, opaque & (si.shape == object_pointer))
         if dr.hint(opaque, mode="symbolic"):
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo
+            if balance:
+                stopped += weight * (1 - value)
             weight *= value
         outward = mi.Frame3f.cos_theta(local) > 0
-        in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
+        arrived = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
+        in_body = dr.select(scatter, segment.in_body, arrived)
         spawned = si.spawn_ray(si.to_world(local))
-        ray.o = dr.select(scatter, ray(free_path), spawned.o)
-        ray.d = dr.select(scatter, mi.warp.square_to_uniform_sphere(sample2), spawned.d)
+        ray.o = dr.select(scatter, ray(way), spawned.o)
+        ray.d = dr.select(
+            scatter,
+            dr.select(
+                segment.in_infill,
+                scattered(ray.d, sample2, infill.anisotropy),
+                scattered(ray.d, sample2, media.body.anisotropy),
+            ),
+            spawned.d,
+        )
         depth += 1
         survive = dr.minimum(dr.max(weight) / brightest, 1)
         roulette = depth > ROULETTE_DEPTH
         keep = sampler.next_float32(active) < survive
+        carried = mi.Color3f(weight)
         weight[roulette] *= dr.rcp(dr.maximum(survive, 1e-6))
-        active &= si.is_valid() & (dr.max(weight) > 0) & (depth < max_depth) & (~roulette | keep)
-    return np.array(deposits), np.array(landed)
+        going = si.is_valid() & (dr.max(weight) > 0) & (depth < max_depth) & (~roulette | keep)
+        if balance:
+            escaped += dr.select(active & ~si.is_valid(), carried, 0)
+            ended += dr.select(active & si.is_valid(), carried - dr.select(going, weight, 0), 0)
+        active &= going
+    parts = (source, absorbed, stopped, escaped, ended) if balance else ()
+    account = [np.array(part + dr.zeros(mi.Color3f, particles), np.float64).sum(1) for part in parts]
+    names = ("emitted", "clear_body", "surfaces", "escaped", "ended")
+    return Tracks(
+        cells=np.array(deposits),
+        body=np.array(clouded),
+        landed=np.array(landed),
+        balance=Balance(**dict(zip(names, account, strict=True))) if balance else None,
+    )
 
 
 def cell_volumes_mm3(

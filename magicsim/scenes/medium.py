@@ -15,22 +15,47 @@ CLEAR_PER_MM = 1e-12
 
 
 @dataclass(slots=True, kw_only=True)
-class Media:
-    """Optical constants of the nested media, as plain numbers."""
+class Medium:
+    """How one material scatters and absorbs."""
 
-    body_ior: float
-    infill_ior: float
-    body_absorption: float
-    """Absorption of the body [1/mm]."""
     sigma_s: float
-    """Isotropic scattering of the infill [1/mm]."""
+    """Scattering coefficient [1/mm]."""
     sigma_a: float
-    """Absorption of the infill [1/mm]."""
+    """Absorption coefficient [1/mm]."""
+    anisotropy: float = 0.0
+    """Mean cosine of the scattering angle (Henyey and Greenstein's phase function)."""
 
     @property
     def sigma_t(self) -> float:
-        """Extinction of the infill [1/mm]; never zero, because both passes divide by it."""
+        """Extinction [1/mm]; never zero, because both passes divide by it."""
         return max(self.sigma_s + self.sigma_a, CLEAR_PER_MM)
+
+    @property
+    def albedo(self) -> float:
+        """Share of a collision that goes on."""
+        return self.sigma_s / self.sigma_t
+
+    @property
+    def reduced(self) -> "Medium":
+        """Isotropic medium that spreads light alike over many collisions: sigma_s (1 - g)."""
+        return Medium(sigma_s=self.sigma_s * (1 - self.anisotropy), sigma_a=self.sigma_a)
+
+
+@dataclass(slots=True, kw_only=True)
+class Media:
+    """Optical constants of the nested media."""
+
+    body_ior: float
+    infill_ior: float
+    body: Medium
+    infill: Medium
+    top_mm: float
+    """Height above which the body's shape is the clear lens plate, which absorbs as the body does [mm]."""
+
+    @property
+    def scatters(self) -> bool:
+        """Whether any medium does."""
+        return self.body.sigma_s > 0 or self.infill.sigma_s > 0
 
 
 @dataclass(slots=True, kw_only=True)
@@ -110,3 +135,47 @@ def fresnel(si: Any, segment: Segment, media: Media) -> tuple[Any, Any, Any, Any
     eta = dr.select(segment.on_infill, mi.Float(media.infill_ior / media.body_ior), mi.Float(media.body_ior))
     reflectance, cosine_t, _eta_it, eta_ti = mi.fresnel(cosine, eta)
     return reflectance, mi.reflect(si.wi), mi.refract(si.wi, cosine_t, eta_ti), dr.square(eta_ti)
+
+
+def scattering_stretch(ray: Any, length: Any, top_mm: float) -> tuple[Any, Any]:
+    """Part of a segment in the body's shape that lies below the lens plate: its start along the ray, and its length.
+
+    Args:
+        ray: The ray.
+        length: Of the whole segment [mm].
+        top_mm: Height of the plate's lower face [mm].
+    """
+    rising = ray.d.z >= 0
+    steepness = dr.maximum(dr.abs(ray.d.z), 1e-9)
+    crossing = dr.select(rising, top_mm - ray.o.z, ray.o.z - top_mm) / steepness
+    start = dr.clip(dr.select(rising, 0, crossing), 0, length)
+    end = dr.clip(dr.select(rising, crossing, length), start, length)
+    return start, end - start
+
+
+def free_path(sample: Any, transmitted: Any, sigma_t: float) -> Any:
+    """Way to a collision that happens before the segment's end: inverse of the truncated exponential.
+
+    Args:
+        sample: Uniform in [0, 1).
+        transmitted: Transmittance of the whole segment.
+        sigma_t: Extinction [1/mm].
+    """
+    return -dr.log(1 - sample * (1 - transmitted)) / sigma_t
+
+
+def scattered(direction: Any, sample: Any, anisotropy: float) -> Any:
+    """Direction after a collision, by Henyey and Greenstein's phase function.
+
+    Args:
+        direction: Before the collision, a unit vector.
+        sample: mi.Point2f, uniform.
+        anisotropy: Mean cosine of the scattering angle.
+    """
+    if anisotropy == 0:
+        return mi.warp.square_to_uniform_sphere(sample)
+    g = anisotropy
+    cosine = (1 + g**2 - dr.square((1 - g**2) / (1 - g + 2 * g * sample.x))) / (2 * g)
+    sine = dr.safe_sqrt(1 - dr.square(cosine))
+    azimuth = 2 * dr.pi * sample.y
+    return mi.Frame3f(direction).to_world(mi.Vector3f(sine * dr.cos(azimuth), sine * dr.sin(azimuth), cosine))

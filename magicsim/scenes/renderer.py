@@ -12,20 +12,19 @@ from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import VARIANT, mi
 from magicsim.scenes.film import film
+from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.names import FLASHLIGHT
 from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.variant import LLVM_VARIANT
-from magicsim.scenes.world import World, WorldContent
+from magicsim.scenes.world import INSET_MM, World, WorldContent
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
 PATH_DEPTH = 256
 """Longest path of `volpath` [interactions], roulette off; four times as long changes the mean by 0.01 %."""
-GREY = (0.7, 0.7, 0.7)
-"""Diffuse reflectance of an object without a colour of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +74,7 @@ class Renderer:
         *,
         seed: int,
         object_mesh: SurfaceMesh | None = None,
-        object_color: tuple[float, float, float] = GREY,
+        object_finish: Finish | None = None,
     ) -> None:
         """Prepares; scenes are loaded when a view first needs them.
 
@@ -85,7 +84,7 @@ class Renderer:
             settings: Estimator, samples, particles.
             seed: Monte Carlo seed that all frames share.
             object_mesh: The object in its own frame, if one will come.
-            object_color: Its diffuse reflectance, linear RGB.
+            object_finish: Its surface; grey by default.
 
         Raises:
             RenderError: The estimator cannot do what the materials ask for.
@@ -95,8 +94,8 @@ class Renderer:
         self.settings = settings
         self.seed = seed
         self.object_mesh = object_mesh
-        self.object_color = object_color
-        self.estimator = choose_estimator(settings.estimator, elastomer)
+        self.object_finish = object_finish or Finish()
+        self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self._film = film(elastomer.design, rig)
         self._worlds: dict[tuple[bool, bool], World] = {}
         self._shown: dict[int, View] = {}
@@ -113,13 +112,15 @@ class Renderer:
         anchor = self.anchor()
         if view.is_untouched:
             return anchor.image
-        world = self._world(view)
-        integrator, grid = world.scene.integrator(), self.elastomer.grid
+        world = self.world(view)
+        integrator = world.scene.integrator()
+        counts = self.elastomer.grid.counts if self.elastomer.grid is not None else None
+        voxels = integrator.voxels.counts if integrator.voxels is not None else None
         fields = [integrator.darkness(world.scene)]
         for name in _lights(world):
             field = integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
-            if name in anchor.careful and grid is not None:
-                field = field.anchored(anchor.cheap[name], anchor.careful[name], grid.counts)
+            if name in anchor.careful:
+                field = field.anchored(anchor.cheap[name], anchor.careful[name], counts, voxels)
             fields.append(field)
         image = self._gather(world, total(fields), self.settings.samples, self.seed)
         return np.asarray(np.maximum(image - anchor.cheap_image + anchor.image, 0))
@@ -131,7 +132,7 @@ class Renderer:
             view: What to see.
             turn: Another number is an independent image of the same view.
         """
-        world = self._world(view)
+        world = self.world(view)
         return self._lit(world, _lights(world), turn=turn)
 
     def basis(self, view: View) -> dict[str, FloatImage]:
@@ -140,7 +141,7 @@ class Renderer:
         Rendering is linear in the lights and all images share their random numbers: those of `plain_radiance` are their
         sum, and other strengths or colours of the lights a weighted one (see `relight`).
         """
-        world, images = self._world(view), {}
+        world, images = self.world(view), {}
         try:
             for name in _lights(world):
                 world.light_only(name)
@@ -156,7 +157,7 @@ class Renderer:
             view: What to see.
             relative_error: Root mean square error over pixels and channels in units of the mean, see `Refinement`.
         """
-        world = self._world(view)
+        world = self.world(view)
         names, refinement = _lights(world), Refinement()
         while not refinement.is_within(relative_error) and refinement.passes < MAX_PASSES:
             refinement.add(self._lit(world, names, turn=refinement.passes))
@@ -175,7 +176,7 @@ class Renderer:
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
-        world = self._world(view)
+        world = self.world(view)
         if self.estimator == "path":
             mi.render(world.scene, spp=1, seed=self.seed)
             return
@@ -187,7 +188,7 @@ class Renderer:
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""
         if self._anchor is None:
-            world = self._world(View())
+            world = self.world(View())
             integrator, names = world.scene.integrator(), _lights(world)
             many = max(1, self.settings.anchor_particles // max(1, len(names)))
             cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
@@ -210,12 +211,13 @@ class Renderer:
         parts = 1 if light == FLASHLIGHT else max(1, len(self.rig.strips))
         return max(1, self.settings.particles // parts)
 
-    def _world(self, view: View) -> World:
+    def world(self, view: View) -> World:
+        """The Mitsuba scene that shows a view, loaded when it is first needed."""
         key = (view.indenter is not None, view.flashlight_x_mm is not None)
         if key not in self._worlds:
             content = WorldContent(
                 object_mesh=self.object_mesh if key[0] else None,
-                object_color=self.object_color,
+                object_finish=self.object_finish,
                 flashlight=key[1],
             )
             self._worlds[key] = World(self.elastomer, self.rig, content, self._integrator())
@@ -249,23 +251,25 @@ class Renderer:
         return {
             "type": "fluence",
             "particles": self.settings.particles,
-            **integrator_settings(self.elastomer, self.object_color),
+            "forward_collisions": self.settings.forward_collisions,
+            **integrator_settings(self.elastomer, self.object_finish, inset_mm=INSET_MM),
         }
 
 
-def choose_estimator(asked: str, elastomer: Elastomer) -> str:
+def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
     """The estimator that will run: `fluence` needs LLVM, and falls back to `path` on the scalar variant.
 
     Raises:
-        RenderError: The body scatters, which only `path` supports.
+        RenderError: The body scatters and a lens plate is bonded to it, which `path` cannot tell apart.
     """
-    if asked == "fluence" and elastomer.design.materials.body.sigma_s_per_mm > 0:
+    estimator = "path" if VARIANT != LLVM_VARIANT else asked
+    if estimator == "path" and elastomer.design.materials.body.sigma_s_per_mm > 0 and rig.lens.thickness_mm > 0:
         msg = (
-            f"materials.body.sigma_s_per_mm = {elastomer.design.materials.body.sigma_s_per_mm:g} is not allowed with "
-            "estimator 'fluence': must be 0; use estimator 'path'"
+            f"lens.thickness_mm = {rig.lens.thickness_mm:g} is not allowed with estimator 'path' where the body "
+            "scatters: must be 0; use estimator 'fluence'"
         )
         raise RenderError(msg)
-    return "path" if VARIANT != LLVM_VARIANT else asked
+    return estimator
 
 
 def _lights(world: World) -> list[str]:

@@ -11,6 +11,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
+from magicsim.scenes.finish import COLORS, Finish
 from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL, OBJECT
 from magicsim.scenes.rig import LedStrip, Rig
 
@@ -29,7 +30,7 @@ class WorldContent:
 
     object_mesh: SurfaceMesh | None
     """The object in its own frame, or None where it is left out."""
-    object_color: tuple[float, float, float]
+    object_finish: Finish
     flashlight: bool
 
 
@@ -125,8 +126,7 @@ def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: di
     if content.flashlight:
         scene[FLASHLIGHT] = _flashlight(rig, 0.0)
     if content.object_mesh is not None:
-        diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(content.object_color)}}
-        scene[OBJECT] = _mesh(content.object_mesh, OBJECT, diffuse)
+        scene[OBJECT] = _mesh(content.object_mesh, OBJECT, content.object_finish.bsdf())
     return scene
 
 
@@ -143,6 +143,8 @@ def _mesh(mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any =
     parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
     parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
     parameters.update()
+    if mesh.colors is not None:
+        shape.add_attribute(COLORS, 3, np.ascontiguousarray(mesh.colors, np.float32).ravel())
     shape.set_id(name)
     return shape
 

@@ -50,6 +50,6 @@ def test_mi_render_runs_the_fluence_estimator(small_scene):
     scene = small_scene("rest", seed=7)
     renderer = Sensor(scene).renderer
     expected = renderer.plain_radiance(View())
-    loaded = renderer._world(View()).scene
+    loaded = renderer.world(View()).scene
     image = np.array(mi.render(loaded, spp=scene.render.samples, seed=7))
     np.testing.assert_array_equal(image, expected)

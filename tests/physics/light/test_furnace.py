@@ -4,10 +4,13 @@ Without absorption and with radiance 1 all around, the fluence in a medium of in
 camera sees 1 less the part that it would see mirrored in the lens face, which the dark housing keeps away.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from magicsim.plan import can_touch
+from magicsim.scenes.finish import Finish
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation import Sensor
@@ -36,7 +39,7 @@ def furnace(scene: SceneConfig, monkeypatch):
     state = timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     view = sensor.view(state, deformation)
-    content = world_module.WorldContent(object_mesh=None, object_color=(0.0, 0.0, 0.0), flashlight=False)
+    content = world_module.WorldContent(object_mesh=None, object_finish=Finish(), flashlight=False)
     world = world_module.World(sensor.elastomer, scene.rig, content, sensor.renderer._integrator())
     if view.body is not None:
         world.update(body=view.body, infill=view.infill)
@@ -60,10 +63,7 @@ def test_camera_pass_leaks_no_light(name, small_scene, monkeypatch):
     loaded = furnace(scene, monkeypatch)
     integrator = loaded.integrator()
     field = integrator.light(loaded, "environment", particles=64, seed=1)
-    even = type(field)(
-        fluence=np.full_like(field.fluence, 4 * np.pi * scene.design.materials.infill.ior**2),
-        irradiance=field.irradiance,
-    )
+    even = replace(field, fluence=np.full_like(field.fluence, 4 * np.pi * scene.design.materials.infill.ior**2))
     image = np.array(integrator.gather(loaded, even, samples=64, seed=1))
     body = scene.design.materials.body.ior
     mirrored = ((body - 1) / (body + 1)) ** 2

@@ -1,0 +1,57 @@
+"""Colours of a mesh file, read at any point of its surface."""
+
+from typing import Any
+
+import igl
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+from magicsim.errors import ConfigError
+
+Array = npt.NDArray[np.float64]
+
+
+def file_colors(path: str, points: Array) -> Array:
+    """Diffuse reflectance at points of a mesh's surface, from its texture, its vertices or its faces.
+
+    Args:
+        path: An OBJ, PLY or GLB file that `mesh_file.load_mesh` has accepted.
+        points: In the file's units, shape (points, 3).
+
+    Returns:
+        Linear RGB in 0..1, shape (points, 3).
+
+    Raises:
+        ConfigError: The file holds no colours.
+    """
+    mesh = trimesh.load_mesh(path, process=False)
+    visual: Any = mesh.visual
+    has_texture = visual.kind == "texture" and visual.uv is not None and _image(visual) is not None
+    if not has_texture and visual.kind not in {"vertex", "face"}:
+        msg = f"file_colors = true is not allowed: mesh '{path}' has neither a texture nor colours"
+        raise ConfigError(msg)
+    vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    tree = igl.AABB()
+    tree.init(vertices, faces)
+    _, face, foot = tree.squared_distance(vertices, faces, np.ascontiguousarray(points))
+    corners = vertices[faces[face]]
+    weights = trimesh.triangles.points_to_barycentric(corners, foot)  # type: ignore[no-untyped-call]
+    if has_texture:
+        uv = np.einsum("pc,pci->pi", weights, np.asarray(visual.uv)[faces[face]])
+        color = trimesh.visual.color.uv_to_interpolated_color(uv, _image(visual))
+    elif visual.kind == "vertex":
+        color = np.einsum("pc,pci->pi", weights, np.asarray(visual.vertex_colors, np.float64)[faces[face]])
+    else:
+        color = np.asarray(visual.face_colors)[face]
+    return _linear(np.asarray(color, np.float64)[:, :3] / 255)
+
+
+def _image(visual: Any) -> Any:  # noqa: ANN401 -- of trimesh, without types
+    material = visual.material
+    return getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
+
+
+def _linear(encoded: Array) -> Array:
+    """Linear light from sRGB (IEC 61966-2-1), both in 0..1."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004

@@ -1,0 +1,75 @@
+"""Surface of the object: a diffuse reflectance, one for all or one a vertex, and a share of light that it mirrors.
+
+Light meets either the mirror, a rough conductor without losses (Trowbridge and Reitz's microfacets), or the diffuse
+ground. Both estimators use the same model, so that each can judge the other.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.objects_base import ObjectBase
+from magicsim.scenes.backend import dr, mi
+
+COLORS = "vertex_color"
+"""Attribute of the object's mesh that holds one reflectance a vertex."""
+GREY = (0.7, 0.7, 0.7)
+"""Diffuse reflectance of an object without a colour of its own."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Finish:
+    """How an object looks."""
+
+    color: tuple[float, float, float] = GREY
+    """Diffuse reflectance in linear RGB; ignored where vertices have their own."""
+    vertex_colors: bool = False
+    """Whether the object's mesh holds them."""
+    specular: float = 0.0
+    """Share of the light that is mirrored."""
+    roughness: float = 0.2
+    """Of the mirror: the root mean square slope of its facets."""
+
+    @classmethod
+    def of(cls, thing: ObjectBase, mesh: SurfaceMesh) -> Self:
+        """That of a configured object.
+
+        Args:
+            thing: The object.
+            mesh: Its surface, which brings the colours of its vertices where the object takes them from a file.
+        """
+        own = mesh.colors is not None
+        return cls(color=thing.color, vertex_colors=own, specular=thing.specular, roughness=thing.roughness)
+
+    def bsdf(self) -> dict[str, Any]:
+        """Entry of the scene's dictionary."""
+        color = (
+            {"type": "mesh_attribute", "name": COLORS}
+            if self.vertex_colors
+            else {"type": "rgb", "value": list(self.color)}
+        )
+        diffuse = {"type": "diffuse", "reflectance": color}
+        if self.specular == 0:
+            return diffuse
+        mirror = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": self.roughness}
+        return {"type": "blendbsdf", "weight": self.specular, "first": diffuse, "second": mirror}
+
+    def diffuse(self, si: Any, active: Any) -> Any:
+        """Radiance that the diffuse ground sends out for each unit of irradiance."""
+        color = si.shape.eval_attribute_3(COLORS, si, active) if self.vertex_colors else mi.Color3f(self.color)
+        return mi.Color3f(color) * ((1 - self.specular) / dr.pi)
+
+    def mirror(self, si: Any, sample: Any) -> tuple[Any, Any]:
+        """A mirrored direction in the local frame, and its weight, 0 where nothing is mirrored.
+
+        Args:
+            si: Where a ray meets the object.
+            sample: mi.Point2f, uniform.
+        """
+        if self.specular == 0:
+            return mi.Vector3f(0, 0, 1), mi.Float(0)
+        facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.roughness, sample_visible=True)
+        normal, _ = facets.sample(si.wi, sample)
+        direction = mi.reflect(si.wi, normal)
+        lit = (mi.Frame3f.cos_theta(direction) > 0) & (mi.Frame3f.cos_theta(si.wi) > 0)
+        return direction, dr.select(lit, self.specular * facets.smith_g1(direction, normal), 0)
