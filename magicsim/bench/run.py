@@ -57,7 +57,8 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
         raise ConfigError(unknown_choice("benchmark", kind, BENCHMARKS))
     if recompute:
         _recompute()
-    data = BENCHMARKS[kind].run(quick=quick)
+    options = {"parts": out / "stress-parts"} if kind == "stress" else {}
+    data = BENCHMARKS[kind].run(quick=quick, **options)
     file = out / f"bench-{kind}.json"
     with result_file(file) as partial:
         partial.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")

@@ -1,14 +1,15 @@
 """Runs the stress grid and records every case: valid, declared as failed, or silently invalid."""
 
-import logging
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from magicsim.bench.compare import machine
-from magicsim.bench.stress_cases import POISSON_RATIOS, Stage, StressPath, grid_paths, single_paths
+from magicsim.bench.stress_cases import POISSON_RATIOS, Stage, StressPath, every_path
 from magicsim.bench.validity import Verification, verify
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import point_spacing_mm
@@ -16,11 +17,10 @@ from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
 from magicsim.errors import ConvergenceError, MagicsimError
 
-LOGGER = logging.getLogger(__name__)
 TOLERANCE_MM = 0.002
 VALID, DECLARED, SILENT = "valid", "declared failure", "silent invalid"
-NOT_AVAILABLE, CRASHED = "not available", "crashed"
-OUTCOMES = (VALID, DECLARED, SILENT, CRASHED, NOT_AVAILABLE)
+NOT_AVAILABLE, CRASHED, TIMED_OUT = "not available", "crashed", "timed out"
+OUTCOMES = (VALID, DECLARED, SILENT, CRASHED, TIMED_OUT, NOT_AVAILABLE)
 """Only the first two are what a solver may do."""
 FIGURES = (
     "force_n", "iterations", "cutbacks", "restarts", "min_jacobian", "penetration_mm", "force_balance",
@@ -60,29 +60,28 @@ class StressRow:
     seconds: float
 
 
-def run_stress(*, quick: bool = False, paths: Iterable[StressPath] | None = None) -> dict[str, Any]:
+def run_stress(
+    *, quick: bool = False, paths: Sequence[StressPath] | None = None, parts: Path | None = None
+) -> dict[str, Any]:
     """Runs the grid and the single cases.
 
     Args:
         quick: Only the spheres and the stiffest and softest of everything.
-        paths: What to run instead.
+        paths: What to run instead, in this process.
+        parts: Folder for the rows of the paths, from which a killed run goes on; by default they are not kept.
 
     Returns:
         The object that the plot is drawn from: `results`, `summary`, `machine`.
     """
     compile_kernels()
-    chosen = list(paths) if paths is not None else [*grid_paths(), *single_paths()]
-    if quick:
-        chosen = [path for path in chosen if _is_quick(path)]
-    rows: list[StressRow] = []
-    for number, path in enumerate(chosen, 1):
-        rows += run_path(path)
-        last = rows[-len(path.stages) :]
-        LOGGER.info(
-            "%d of %d: %s, contrast %s, nu %s: %s, %.1f s",
-            number, len(chosen), path.label, path.contrast, path.poisson_ratio,
-            [row.outcome for row in last], sum(row.seconds for row in last),
-        )  # fmt: skip
+    if paths is not None:
+        rows = [row for path in paths for row in run_path(path)]
+    else:
+        from magicsim.bench.stress_pool import pooled_rows
+
+        chosen = [path for path in every_path() if not quick or _is_quick(path)]
+        with TemporaryDirectory() as temporary:
+            rows = pooled_rows(chosen, parts or Path(temporary))
     return {
         "kind": "stress",
         "quick": quick,
@@ -102,7 +101,7 @@ def run_path(path: StressPath) -> Iterator[StressRow]:
         spacing = point_spacing_mm(indenters[0].shape)
         solver = ContactSolver(lattice, tolerance_mm=TOLERANCE_MM, point_spacing_mm=spacing, **options)
     except MagicsimError as error:
-        yield from (_row(path, stage, float("nan"), NOT_AVAILABLE, str(error)) for stage in path.stages)
+        yield from (unsolved(path, stage, NOT_AVAILABLE, str(error)) for stage in path.stages)
         return
     state: Deformation | None = None
     for stage, indenter in zip(path.stages, indenters, strict=True):
@@ -122,6 +121,11 @@ def run_path(path: StressPath) -> Iterator[StressRow]:
         row = _verified(path, stage, depth, found, check, seconds)
         state = found if row.outcome == VALID else state
         yield row
+
+
+def unsolved(path: StressPath, stage: Stage, outcome: str, message: str) -> StressRow:
+    """A row without a state."""
+    return _row(path, stage, stage.depth_share * path.design.height_mm, outcome, message)
 
 
 def summarise(rows: Iterable[StressRow]) -> dict[str, Any]:

@@ -68,6 +68,11 @@ class StressPath:
     max_step_mm: float | None = None
     """Longest load step [mm]; None is the solver's own."""
 
+    @property
+    def key(self) -> tuple[str, str, float | None, float | None]:
+        """What tells it from all others."""
+        return self.group, self.label, self.contrast, self.poisson_ratio
+
     def indenters(self) -> list[Indenter]:
         """The object at the end of each stage."""
         thing, height = parse_object(self.object_text), self.design.height_mm
@@ -151,6 +156,11 @@ def single_paths() -> list[StressPath]:
         for name, text in {"sphere": ball, "box": "box:size_mm=4"}.items()
     ]  # fmt: skip
     return paths
+
+
+def every_path() -> list[StressPath]:
+    """The grid and the single cases, always in the same order."""
+    return [*grid_paths(), *single_paths()]
 
 
 def _jittered(lattice: Lattice) -> Lattice:

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from magicsim.bench.error_plot import save
 from magicsim.bench.stress import OUTCOMES
 
-COLORS = ("#4daf7c", "#f2c14e", "#c0392b", "#5b2c6f", "#d0d0d0")
+COLORS = ("#4daf7c", "#f2c14e", "#c0392b", "#5b2c6f", "#e08e45", "#d0d0d0")
 """Of `OUTCOMES`, in order."""
 EMPTY = "#ffffff"
 

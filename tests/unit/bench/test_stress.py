@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magicsim.bench import run, stress
+from magicsim.bench import run, stress, stress_pool
 from magicsim.bench.stress_cases import (
     CONTRASTS,
     DEPTH_SHARES,
@@ -15,6 +15,7 @@ from magicsim.bench.stress_cases import (
     Stage,
     StressPath,
     block,
+    every_path,
     grid_paths,
     layered,
     single_paths,
@@ -154,3 +155,24 @@ def test_summary_counts_and_plot_comes_from_the_file_alone(tmp_path):
     file.write_text(json.dumps(data))
     run.draw(file, tmp_path / "stress.png")
     assert (tmp_path / "stress.png").stat().st_size > 1000
+
+
+def test_every_path_has_a_key_of_its_own():
+    assert len({one.key for one in every_path()}) == len(every_path())
+
+
+def test_finished_paths_are_read_and_the_rest_is_solved(tmp_path, monkeypatch):
+    chosen = [one for one in every_path() if one.label == "height 1.5 mm"]
+    done = [stress.unsolved(chosen[0], stage, stress.DECLARED, "from a run before") for stage in chosen[0].stages]
+    file = tmp_path / f"{[one.key for one in every_path()].index(chosen[0].key):03d}.jsonl"
+    for row in done:
+        stress_pool._append(file, row)
+    assert stress_pool.pooled_rows(chosen, tmp_path) == done
+
+
+def test_path_that_takes_too_long_is_timed_out_in_every_stage(tmp_path, monkeypatch):
+    monkeypatch.setattr(stress_pool, "LIMIT_S", 0.01)
+    chosen = [one for one in every_path() if one.label == "height 1.5 mm"]
+    rows = stress_pool.pooled_rows(chosen, tmp_path)
+    assert [row.outcome for row in rows] == [stress.TIMED_OUT] * len(chosen[0].stages)
+    assert stress.summarise(rows)["valid_share"] == 0
