@@ -26,6 +26,7 @@ from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
 from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.renderer import Renderer, View
+from magicsim.scenes.safe_gap import check_skin, check_walls
 from magicsim.scenes.scene import ContactSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.truth import contact_mask, frame_truth
@@ -137,12 +138,18 @@ class Sensor:
         return moved.astype(np.float32)
 
     def view(self, state: FrameState, deformation: Deformation) -> View:
-        """Meshes, object and light of a state as the renderer wants them."""
+        """Meshes, object and light of a state as the renderer wants them.
+
+        Raises:
+            RenderError: A wall or the skin is too thin to be rendered.
+        """
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
         if deformation.is_rest or indenter is None:
             return View(indenter=indenter, flashlight_x_mm=light)
         body, infill = deformed_vertices(self.meshes, deformation, indenter, self.scene.contact)
+        if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
+            check_walls(infill, self.elastomer.infill, self.elastomer.grid)
         return View(body=body, infill=infill, indenter=indenter, flashlight_x_mm=light)
 
     def radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
@@ -176,6 +183,9 @@ def deformed_vertices(
 
     Returns:
         Body vertices, shape (body vertices, 3) [mm], and infill vertices or None without a grid.
+
+    Raises:
+        RenderError: The object reaches a cell through the skin.
     """
     clearance = -WET_OVERLAP_MM if contact.coupling == "wet" else contact.film_mm
     followed = meshes.body.displaced(deformation.displacements_mm)
@@ -187,6 +197,7 @@ def deformed_vertices(
     if meshes.infill is None:
         return body, None
     infill = meshes.infill.displaced(deformation.displacements_mm)
+    check_skin(infill, indenter, clearance)
     return body, settle(infill, np.zeros(len(infill), bool), indenter, clearance)
 
 

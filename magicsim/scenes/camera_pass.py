@@ -130,6 +130,12 @@ def gather_radiance(
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         on_object = active & segment.opaque & (si.shape == object_pointer)
         radiance[on_object] += weight * light.on_object(si.prim_index, on_object) * finish.diffuse(si, on_object)
+        if environment is not None:
+            # The room lights the object from the side that varies most, so it is looked at instead of cached.
+            upward = si.spawn_ray(si.to_world(mi.warp.square_to_cosine_hemisphere(sample2)))
+            sky = scene.ray_intersect(upward, on_object)
+            seen = on_object & ~sky.is_valid()
+            radiance[seen] += weight * environment.eval(sky, seen) * finish.diffuse(si, seen) * dr.pi
         mirrored, share = finish.mirror(si, sample2)
         weight[on_object] *= share
         local = dr.select(on_object, mirrored, local)

@@ -1,5 +1,6 @@
 """The fluence estimator as a Mitsuba integrator, so that `mi.render(scene)` is all that a user needs."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -50,6 +51,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             specular=properties.get("object_specular", 0.0),
             roughness=properties.get("object_roughness", 0.2),
         )
+        self.inside = frozenset(properties.get("lights_inside", "").split(","))
         self._irradiance_kernel: IrradianceKernel | None = None
         self.followed_media = Media(
             body_ior=properties["body_ior"],
@@ -120,7 +122,8 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         for first in range(0, particles, CHUNK):
             tracks = deposit_tracks(
                 scene, emitter, shapes, media, self.voxels, first=first, particles=min(CHUNK, particles - first),
-                seed=stream, max_depth=LIGHT_DEPTH, balance=False,
+                seed=stream, inside=name in self.inside, is_room=name == ENVIRONMENT,
+                max_depth=LIGHT_DEPTH, balance=False,
             )  # fmt: skip
             deposits = [sum_ + part for sum_, part in zip(deposits, (tracks.cells, tracks.body), strict=True)]
             landed += tracks.landed
@@ -228,12 +231,15 @@ def _triple(properties: Any, name: str, kind: type = float) -> Any:
     return tuple(kind(properties[f"{name}_{axis}"]) for axis in "xyz")
 
 
-def integrator_settings(elastomer: Elastomer, finish: Finish, *, inset_mm: float) -> dict[str, Any]:
+def integrator_settings(
+    elastomer: Elastomer, finish: Finish, *, inside: Sequence[str], inset_mm: float
+) -> dict[str, Any]:
     """Scene-dictionary entries of the integrator.
 
     Args:
         elastomer: The block at rest.
         finish: Surface of the object.
+        inside: Names of the lights that shine inside the body.
         inset_mm: Depth of LED strips in optical contact inside the body [mm].
     """
     materials = elastomer.design.materials
@@ -245,6 +251,7 @@ def integrator_settings(elastomer: Elastomer, finish: Finish, *, inset_mm: float
         "triangles_per_cell": max(elastomer.triangles_per_cell, 1),
         "body_ior": materials.body.ior,
         "infill_ior": materials.infill.ior if materials.infill else materials.body.ior,
+        "lights_inside": ",".join(inside),
         "top_mm": elastomer.design.height_mm,
     }
     for name, optics in (("body", materials.body), ("infill", materials.infill)):

@@ -57,7 +57,7 @@ class Tracks:
 @dr.syntax  # type: ignore[untyped-decorator]
 def deposit_tracks(
     scene: Any, emitter: Any, shapes: Shapes, media: Media, voxels: Voxels | None, *, first: int, particles: int,
-    seed: int, max_depth: int, balance: bool,
+    seed: int, inside: bool, is_room: bool, max_depth: int, balance: bool,
 ) -> Tracks:  # fmt: skip
     """Traces particles from one light and adds up weight x path length per cell and channel.
 
@@ -70,6 +70,8 @@ def deposit_tracks(
         first: Index of the first particle, so that a large number can be traced in chunks.
         particles: Number of particles of this chunk.
         seed: Random stream of the light.
+        inside: Whether the light shines inside the body.
+        is_room: Whether it comes from all around; what of it meets the object first is left to the camera pass.
         max_depth: Longest path.
         balance: Whether to keep account of where the light goes.
     """
@@ -87,7 +89,7 @@ def deposit_tracks(
     clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1))
     landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles)
     triangles_per_cell, infill = shapes.triangles_per_cell, media.infill
-    in_body = mi.Bool(True)
+    in_body = mi.Bool(inside)
     depth, active = mi.UInt32(0), mi.Bool(brightest > 0)
     context = mi.BSDFContext(mi.TransportMode.Importance)
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
@@ -135,9 +137,10 @@ def deposit_tracks(
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         opaque = active & segment.opaque & ~scatter
+        counted = (depth > 0) if is_room else mi.Bool(True)
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * FIXED_POINT)
-            dr.scatter_add(landed, amount, si.prim_index * 3 + channel, opaque & (si.shape == object_pointer))
+            dr.scatter_add(landed, amount, si.prim_index * 3 + channel, opaque & counted & (si.shape == object_pointer))
         if dr.hint(opaque, mode="symbolic"):
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo

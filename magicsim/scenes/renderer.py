@@ -14,12 +14,12 @@ from magicsim.scenes.backend import VARIANT, mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField, total
-from magicsim.scenes.names import FLASHLIGHT
+from magicsim.scenes.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.variant import LLVM_VARIANT
-from magicsim.scenes.world import INSET_MM, World, WorldContent
+from magicsim.scenes.world import INSET_MM, World, WorldContent, lights_inside
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
@@ -208,7 +208,7 @@ class Renderer:
         return self._film.seen(_checked(np.array(image, np.float32)))
 
     def _share(self, light: str) -> int:
-        parts = 1 if light == FLASHLIGHT else max(1, len(self.rig.strips))
+        parts = 1 if light in {FLASHLIGHT, ENVIRONMENT} else max(1, len(self.rig.strips))
         return max(1, self.settings.particles // parts)
 
     def world(self, view: View) -> World:
@@ -252,7 +252,9 @@ class Renderer:
             "type": "fluence",
             "particles": self.settings.particles,
             "forward_collisions": self.settings.forward_collisions,
-            **integrator_settings(self.elastomer, self.object_finish, inset_mm=INSET_MM),
+            **integrator_settings(
+                self.elastomer, self.object_finish, inside=lights_inside(self.rig), inset_mm=INSET_MM
+            ),
         }
 
 

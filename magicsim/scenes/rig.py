@@ -101,4 +101,6 @@ class Rig(Config):
     strips: tuple[LedStrip, ...]
     lens: Lens = Lens()
     flashlight: Flashlight = Flashlight()
+    ambient: Rgb = (0.0, 0.0, 0.0)
+    """Radiance of the room, the same in all directions below the contact face, relative units."""
     camera: Camera = Camera()

@@ -12,14 +12,16 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import COLORS, Finish
-from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL, OBJECT
+from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, INFILL, OBJECT
 from magicsim.scenes.rig import LedStrip, Rig
 
 Array = npt.NDArray[np.float64]
 INSET_MM = 0.2
 """How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
-RADIANCE = ".emitter.radiance.value"
+RADIANCE = ".radiance.value"
 """What the renderer calls the radiance of a light, after its name."""
+HOUSING = 1.2
+"""Radius of the housing that keeps the light of the room from camera and lens, in half diagonals of the footprint."""
 AIR_GAP_MM = 0.3
 """Gap between body and an LED strip behind air [mm]."""
 
@@ -45,7 +47,7 @@ class World:
         self.scene: Any = mi.load_dict(_scene(elastomer, rig, content, integrator), optimize=False)
         self._parameters = mi.traverse(self.scene)
         self._radiance = {
-            key.removesuffix(RADIANCE): mi.Color3f(self._parameters[key])
+            key: mi.Color3f(self._parameters[key])
             for key in self._parameters.keys()  # noqa: SIM118 -- not a dict
             if key.endswith(RADIANCE)
         }
@@ -82,12 +84,21 @@ class World:
         Args:
             name: One of `integrator.lights`.
         """
-        for light, radiance in self._radiance.items():
-            self._parameters[light + RADIANCE] = radiance if name in {light, None} else mi.Color3f(0.0)
+        for key, radiance in self._radiance.items():
+            self._parameters[key] = radiance if name in {key.partition(".")[0], None} else mi.Color3f(0.0)
         self._parameters.update()
 
     def _set(self, name: str, vertices: Array) -> None:
         self._parameters[f"{name}.vertex_positions"] = np.ascontiguousarray(vertices, np.float32).ravel()
+
+
+def lights_inside(rig: Rig) -> list[str]:
+    """Names of the lights that shine inside the body: the strips in optical contact."""
+    return [_strip_name(index) for index, strip in enumerate(rig.strips) if strip.coupling == "contact"]
+
+
+def _strip_name(index: int) -> str:
+    return f"strip{index}"
 
 
 def with_lens(body: Array, elastomer: Elastomer, rig: Rig) -> Array:
@@ -122,9 +133,11 @@ def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: di
             exterior=body_medium,
         )
     for index, strip in enumerate(rig.strips):
-        scene[f"strip{index}"] = _strip(strip, elastomer)
+        scene[_strip_name(index)] = _strip(strip, elastomer)
     if content.flashlight:
         scene[FLASHLIGHT] = _flashlight(rig, 0.0)
+    if max(rig.ambient) > 0:
+        scene |= _room(elastomer, rig)
     if content.object_mesh is not None:
         scene[OBJECT] = _mesh(content.object_mesh, OBJECT, content.object_finish.bsdf())
     return scene
@@ -216,6 +229,19 @@ def _rectangle(
         "to_world": mi.ScalarTransform4f(to_world),
         "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": reflectance}},
         "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(radiance)}},
+    }
+
+
+def _room(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
+    """Equal radiance all around, and a black housing that leaves what is below the contact face."""
+    radius = HOUSING * float(np.linalg.norm(elastomer.design.footprint_mm)) / 2
+    top = elastomer.design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm + 1
+    black = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}}
+    lid = mi.ScalarTransform4f().translate([0, 0, top]).scale([radius, radius, 1])
+    return {
+        ENVIRONMENT: {"type": "constant", "radiance": {"type": "rgb", "value": list(rig.ambient)}},
+        "housing": {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, top], "radius": radius, "bsdf": black},
+        "lid": {"type": "disk", "to_world": lid, "bsdf": black},
     }
 
 

@@ -31,7 +31,8 @@ def test_emitted_light_is_absorbed_or_escapes(state, overrides, small_scene):
     for name in lights(world.scene):
         tracks = deposit_tracks(
             world.scene, integrator.emitter(world.scene, name), integrator.shapes(world.scene), integrator.media,
-            integrator.voxels, first=0, particles=100_000, seed=5, max_depth=400, balance=True,
+            integrator.voxels, first=0, particles=100_000, seed=5, inside=name in integrator.inside, is_room=False,
+            max_depth=400, balance=True,
         )  # fmt: skip
         account = tracks.balance
         infill = integrator.media.infill.sigma_a * tracks.cells.reshape(-1, 3).sum(0) / FIXED_POINT

@@ -25,6 +25,7 @@ CASES = {
     "scattering block without a grid": (NO_LENS, "design.materials.body.sigma_s_per_mm=0.3", "design.cell_mm=0"),
     "forward scattering": FORWARD,
     "strips behind air": (AIR,),
+    "light of the room": ("rig.strips=[]", "rig.ambient=[0.5,1,0.7]"),
     "absorbing body": ("design.materials.body.absorption_per_mm=0.1",),
 }  # fmt: skip
 QUICK = ("both scatter", "forward scattering")
