@@ -134,6 +134,31 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             irradiance=self._kernel(shapes).irradiance(landed.reshape(-1, 3) * scale),
         )
 
+    def balance(self, scene: Any, name: str, *, particles: int, seed: int) -> dict[str, float]:
+        """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
+
+        The last is what ended paths still carried less what roulette gave to others, zero in the mean.
+
+        Args:
+            scene: The loaded scene.
+            name: One of `lights(scene)`.
+            particles: Number of particles, at most `CHUNK`.
+            seed: Random stream.
+        """
+        tracks = deposit_tracks(
+            scene, self.emitter(scene, name), self.shapes(scene), self.media, self.voxels, first=0, particles=particles,
+            seed=seed, inside=name in self.inside, is_room=name == ENVIRONMENT, max_depth=LIGHT_DEPTH, balance=True,
+        )  # fmt: skip
+        account, media = tracks.balance, self.media
+        scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
+        absorbed = scattered / FIXED_POINT + account.clear_body.sum() + account.surfaces.sum()
+        return {
+            "emitted": float(account.emitted.sum()),
+            "absorbed": float(absorbed),
+            "escaped": float(account.escaped.sum()),
+            "ended": float(account.ended.sum()),
+        }
+
     def gather(self, scene: Any, field: LightField, *, samples: int, seed: int, pattern: int = 0) -> Any:
         """Radiance image from cached light, a tensor of shape (rows, columns, 3)."""
         shapes = self.shapes(scene)

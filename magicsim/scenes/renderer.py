@@ -220,7 +220,7 @@ class Renderer:
                 object_finish=self.object_finish,
                 flashlight=key[1],
             )
-            self._worlds[key] = World(self.elastomer, self.rig, content, self._integrator())
+            self._worlds[key] = World(self.elastomer, self.rig, content, self.integrator_entry())
         world = self._worlds[key]
         self._show(world, view)
         return world
@@ -243,7 +243,8 @@ class Renderer:
             world.update(**changes)
         self._shown[id(world)] = view
 
-    def _integrator(self) -> dict[str, Any]:
+    def integrator_entry(self) -> dict[str, Any]:
+        """The integrator's entry of a scene dictionary."""
         if self.estimator == "path":
             return {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
         from magicsim.scenes.integrator import integrator_settings

@@ -34,6 +34,8 @@ class WorldContent:
     """The object in its own frame, or None where it is left out."""
     object_finish: Finish
     flashlight: bool
+    furnace: bool = False
+    """White furnace: radiance 1 from all around instead of the room, in which nothing may gain or lose light."""
 
 
 class World:
@@ -136,7 +138,9 @@ def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: di
         scene[_strip_name(index)] = _strip(strip, elastomer)
     if content.flashlight:
         scene[FLASHLIGHT] = _flashlight(rig, 0.0)
-    if max(rig.ambient) > 0:
+    if content.furnace:
+        scene[ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
+    elif max(rig.ambient) > 0:
         scene |= _room(elastomer, rig)
     if content.object_mesh is not None:
         scene[OBJECT] = _mesh(content.object_mesh, OBJECT, content.object_finish.bsdf())
