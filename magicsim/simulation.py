@@ -234,7 +234,9 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     """The frames of an episode in order: the references, then what the plan lists."""
     scene = sensor.scene
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-    shot = _Shot(sensor=sensor, exposure=meter(untouched, scene.rig.camera), landing_mm=_landing(scene))
+    camera = scene.rig.camera
+    exposure = meter(untouched if camera.region_px is None else sensor.renderer.metered(), camera)
+    shot = _Shot(sensor=sensor, exposure=exposure, landing_mm=_landing(scene))
     for index in range(scene.references):
         yield shot.take(UNTOUCHED, sensor.rest, untouched, index=index, is_reference=True)
     reused = {frame.same_as for frame in plan.frames}

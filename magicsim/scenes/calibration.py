@@ -52,11 +52,13 @@ def calibrate(design: ElastomerDesign, rig: Rig) -> Calibration:
         GeometryError: The grid does not fit the block.
         RenderError: The distortion folds the image.
     """
-    camera, focal = rig.camera, focal_px(design, rig)
+    camera, focal, window = rig.camera, focal_px(design, rig), rig.camera.window
+    matrix = camera_matrix(camera, focal)
+    matrix[:2, 2] -= [window.column, window.row]
     face = design.height_mm + rig.lens.thickness_mm
     return Calibration(
-        image_size=(camera.columns, camera.rows),
-        camera_matrix=tuple(tuple(row) for row in camera_matrix(camera, focal).tolist()),
+        image_size=(window.columns, window.rows),
+        camera_matrix=tuple(tuple(row) for row in matrix.tolist()),
         distortion=camera.distortion,
         pinhole_z_mm=face + camera.distance_mm,
         lens_face_z_mm=face,

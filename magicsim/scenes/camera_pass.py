@@ -17,9 +17,12 @@ from magicsim.scenes.cached_light import CachedLight
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.medium import Media, Medium, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.sequence import sequence
+from magicsim.scenes.window import Window
 
 ROULETTE_WEIGHT = 1 / 32
 """Rays lighter than this survive in proportion to their weight: efficiency is flat from 1/32 to 1/64, lower above."""
+FIRST_STREAM = 0xDA3E39CB94B95BDB
+"""PCG32's own first stream."""
 PATTERN_SEED = 1
 """Of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""
 
@@ -27,7 +30,7 @@ PATTERN_SEED = 1
 @dr.syntax  # type: ignore[untyped-decorator]
 def gather_radiance(
     scene: Any, shapes: Shapes, media: Media, light: CachedLight, finish: Finish, *, samples: int, seed: int,
-    max_depth: int, pattern: int = 0, forward: Medium | None = None, followed: int = 0,
+    max_depth: int, window: Window, pattern: int = 0, forward: Medium | None = None, followed: int = 0,
 ) -> Any:  # fmt: skip
     """Radiance of every pixel of the scene's first sensor.
 
@@ -40,27 +43,30 @@ def gather_radiance(
         samples: Camera samples a pixel.
         seed: Random stream of the choices at interfaces.
         max_depth: Longest path.
+        window: Part of the film.
         pattern: Another number shifts every pixel's pattern at random, so that the errors of images are independent.
         forward: The infill with its true phase function, for the first collisions.
         followed: Number of those collisions.
 
     Returns:
-        mi.Float of size rows * columns * 3.
+        mi.Float of size rows * columns * 3 of the window; its pixels are those of the whole film.
     """
     sensor = scene.sensors()[0]
     columns, rows = sensor.film().size()
-    count = columns * rows * samples
+    count = window.columns * window.rows * samples
     # Opaque: the compiled kernel then serves any number of samples and any seed.
     per_pixel = dr.opaque(mi.UInt32, samples)
     lane = dr.arange(mi.UInt32, count)
-    pixel, index = lane // per_pixel, lane % per_pixel
+    place, index = lane // per_pixel, lane % per_pixel
+    pixel = (window.row + place // window.columns) * columns + window.column + place % window.columns
     shifts = mi.PCG32(size=columns * rows, initstate=dr.opaque(mi.UInt64, PATTERN_SEED + pattern))
     shift = [dr.gather(mi.UInt32, shifts.next_uint32(), pixel) for _ in range(2)]
     jitter = mi.Point2f(*sequence(index, shift))
     position = mi.Point2f(
         (mi.Float(pixel % columns) + jitter.x) / columns, (mi.Float(pixel // columns) + jitter.y) / rows
     )
-    sampler = mi.PCG32(size=count, initstate=dr.opaque(mi.UInt64, seed))
+    stream = mi.UInt64(pixel) * mi.UInt64(per_pixel) + mi.UInt64(index)
+    sampler = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed) + stream, initseq=FIRST_STREAM + stream)
     ray = mi.Ray3f(sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))[0])
     weight, radiance = mi.Color3f(1.0), mi.Color3f(0.0)
     waiting, waiting_ray, waiting_weight = mi.Bool(False), mi.Ray3f(ray), mi.Color3f(0.0)

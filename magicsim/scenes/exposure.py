@@ -54,7 +54,7 @@ def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: in
     """Takes one 8-bit frame.
 
     Args:
-        radiance: Linear radiance, shape (rows, columns, 3).
+        radiance: Linear radiance of what the camera reads out, shape (rows, columns, 3).
         exposure: Locked gains.
         camera: Noise and tone curve.
         seed: Seed of the episode.
@@ -63,14 +63,20 @@ def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: in
     Returns:
         RGB frame, shape (rows, columns, 3).
     """
-    pattern = 1 + camera.fixed_pattern * _stream(camera.pattern_seed, PATTERN_STREAM).standard_normal(radiance.shape)
+    pattern = 1 + camera.fixed_pattern * _noise(radiance.shape, camera, _stream(camera.pattern_seed, PATTERN_STREAM))
     signal = np.clip(_sensed(radiance, camera) * exposure.gain, 0, 4) * pattern
     electrons = np.clip(signal, 0, None) * camera.full_well_e
-    random = _stream(seed, frame)
     # Above some hundred electrons the Poisson law is Gaussian to well below one grey level, and twenty times faster.
-    noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * random.standard_normal(radiance.shape)
+    noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * _noise(radiance.shape, camera, _stream(seed, frame))
     tone = np.clip(noisy / camera.full_well_e, 0, 1) ** (1 / camera.gamma)
     return np.rint(255 * tone).astype(np.uint8)
+
+
+def _noise(shape: tuple[int, ...], camera: Camera, random: np.random.Generator) -> npt.NDArray[np.float64]:
+    """Normal deviates of the pixels that are read out, each its own in the whole image."""
+    if camera.region_px is None:
+        return random.standard_normal(shape)
+    return np.asarray(camera.window.of(random.standard_normal((camera.rows, camera.columns, 3))))
 
 
 def _sensed(radiance: FloatImage, camera: Camera) -> FloatImage:

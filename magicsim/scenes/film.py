@@ -15,6 +15,7 @@ from magicsim.errors import RenderError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Camera, Rig
 from magicsim.scenes.viewing import focal_px, landing_mm
+from magicsim.scenes.window import Window
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
@@ -30,15 +31,17 @@ class Film:
 
     columns: int
     rows: int
+    window: Window
+    """Part of the ideal image that is looked at."""
     fov_deg: float
-    """Full field of view along its columns [degrees]."""
+    """Full field of view along the ideal image's columns [degrees]."""
     places_px: FloatImage | None
-    """Column and row in the ideal image of each pixel of the camera, shape (rows, columns, 2); None where the same."""
+    """Column and row in that window of each pixel that is read out, shape (rows, columns, 2); None where the same."""
     shading: FloatImage | None
-    """Relative illumination of each pixel, shape (rows, columns, 1); None where 1."""
+    """Relative illumination of each pixel that is read out, shape (rows, columns, 1); None where 1."""
 
     def seen(self, ideal: FloatImage) -> FloatImage:
-        """The camera's image from the ideal one, both linear radiance, shape (rows, columns, 3)."""
+        """What the camera reads out, from the window of the ideal image; linear radiance, shape (rows, columns, 3)."""
         image = ideal
         if self.places_px is not None:
             image = np.asarray(
@@ -47,21 +50,35 @@ class Film:
         return image if self.shading is None else image * self.shading
 
 
-def film(design: ElastomerDesign, rig: Rig) -> Film:
-    """The ideal image for a camera."""
+def film(design: ElastomerDesign, rig: Rig, *, whole: bool = False) -> Film:
+    """The ideal image for a camera.
+
+    Args:
+        design: The block.
+        rig: What surrounds it.
+        whole: Whether to read out all pixels, whatever the camera's `region_px`.
+    """
     camera, focal = rig.camera, focal_px(design, rig)
-    columns, rows, places = camera.columns, camera.rows, None
+    read = Window.whole(camera.columns, camera.rows) if whole else camera.window
+    columns, rows, places, window = camera.columns, camera.rows, None, read
     if camera.moves_pixels:
         slopes = pixel_slopes(camera, focal)
         reach = np.ceil(focal * np.abs(slopes).max((0, 1))).astype(int) + BORDER_PX
         columns, rows = (2 * int(half) for half in reach)
-        places = np.asarray(focal * slopes + (np.array([columns, rows]) - 1) / 2, np.float32)
+        places = read.of(focal * slopes + (np.array([columns, rows]) - 1) / 2)
+        first = np.floor(places.min((0, 1))).astype(int) - BORDER_PX
+        last = np.ceil(places.max((0, 1))).astype(int) + BORDER_PX
+        first, last = np.maximum(first, 0), np.minimum(last, [columns - 1, rows - 1])
+        left, top, right, bottom = (int(edge) for edge in (*first, *last))
+        window = Window(column=left, row=top, columns=right - left + 1, rows=bottom - top + 1)
+        places = np.asarray(places - first, np.float32)
     return Film(
         columns=columns,
         rows=rows,
+        window=window,
         fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
         places_px=places,
-        shading=_shading(camera) if camera.vignetting > 0 else None,
+        shading=read.of(_shading(camera)) if camera.vignetting > 0 else None,
     )
 
 
@@ -69,9 +86,10 @@ def pixel_landing_mm(design: ElastomerDesign, rig: Rig, *, z_mm: float = 0.0) ->
     """Where the ray through each pixel's centre meets a plane of the undeformed block, the contact face by default.
 
     Returns:
-        x and y in the sensor's frame, shape (rows, columns, 2) [mm].
+        x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
     """
-    return landing_mm(pixel_slopes(rig.camera, focal_px(design, rig)), design, rig, z_mm=z_mm)
+    slopes = rig.camera.window.of(pixel_slopes(rig.camera, focal_px(design, rig)))
+    return landing_mm(slopes, design, rig, z_mm=z_mm)
 
 
 def camera_matrix(camera: Camera, focal: float) -> Array:

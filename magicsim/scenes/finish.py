@@ -30,6 +30,9 @@ class Finish:
     roughness: float = 0.2
     """Of the mirror: the root mean square slope of its facets."""
 
+    is_ghost: bool = False
+    """Whether light passes as if nothing were there: it must leave every image as it is, which tests the estimator."""
+
     @classmethod
     def of(cls, thing: ObjectBase, mesh: SurfaceMesh) -> Self:
         """That of a configured object.
@@ -43,6 +46,8 @@ class Finish:
 
     def bsdf(self) -> dict[str, Any]:
         """Entry of the scene's dictionary."""
+        if self.is_ghost:
+            return {"type": "null"}
         color = (
             {"type": "mesh_attribute", "name": COLORS}
             if self.vertex_colors

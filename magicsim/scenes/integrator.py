@@ -19,6 +19,7 @@ from magicsim.scenes.light_pass import FIXED_POINT, cell_volumes_mm3, deposit_tr
 from magicsim.scenes.medium import Media, Medium, Shapes
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, INFILL, OBJECT
 from magicsim.scenes.voxels import BodyPart, Voxels, body_voxels
+from magicsim.scenes.window import Window
 
 FloatArray = npt.NDArray[np.float64]
 LIGHT_DEPTH = 400
@@ -159,16 +160,19 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             "ended": float(account.ended.sum()),
         }
 
-    def gather(self, scene: Any, field: LightField, *, samples: int, seed: int, pattern: int = 0) -> Any:
-        """Radiance image from cached light, a tensor of shape (rows, columns, 3)."""
+    def gather(
+        self, scene: Any, field: LightField, *, samples: int, seed: int, pattern: int = 0, window: Window | None = None
+    ) -> Any:
+        """Radiance of a window of the film from cached light, a tensor of shape (rows, columns, 3)."""
+        columns, rows = (int(size) for size in scene.sensors()[0].film().size())
+        window = window or Window.whole(columns, rows)
         shapes = self.shapes(scene)
         image = gather_radiance(
             scene, shapes, self.media, self._cached(scene, shapes, field), self.finish,
-            samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, pattern=pattern,
+            samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, window=window, pattern=pattern,
             forward=self.followed_media.infill if self.followed else None, followed=self.followed,
         )  # fmt: skip
-        columns, rows = scene.sensors()[0].film().size()
-        return mi.TensorXf(image, shape=(int(rows), int(columns), 3))
+        return mi.TensorXf(image, shape=(window.rows, window.columns, 3))
 
     def _cached(self, scene: Any, shapes: Shapes, field: LightField) -> CachedLight:
         centres, slopes = np.zeros((shapes.cells, 3)), np.zeros((shapes.cells, 3, 3))

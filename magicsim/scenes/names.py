@@ -3,5 +3,6 @@
 BODY = "body"
 INFILL = "infill"
 OBJECT = "object"
+GHOST = "ghost"
 FLASHLIGHT = "flashlight"
 ENVIRONMENT = "environment"

@@ -97,12 +97,13 @@ class Renderer:
         self.object_finish = object_finish or Finish()
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self._film = film(elastomer.design, rig)
+        self._whole = film(elastomer.design, rig, whole=True)
         self._worlds: dict[tuple[bool, bool], World] = {}
         self._shown: dict[int, View] = {}
         self._anchor: Anchor | None = None
 
     def radiance(self, view: View) -> FloatImage:
-        """Linear radiance of a view, shape (rows, columns, 3), anchored to the untouched state if settings say so.
+        """Linear radiance of what is read out, shape (rows, columns, 3), anchored if settings say so.
 
         Raises:
             RenderError: The image holds values that are not finite.
@@ -110,8 +111,9 @@ class Renderer:
         if self.estimator == "path" or not self.settings.anchor_samples:
             return self.plain_radiance(view)
         anchor = self.anchor()
+        window = self.rig.camera.window
         if view.is_untouched:
-            return anchor.image
+            return np.asarray(window.of(anchor.image))
         world = self.world(view)
         integrator = world.scene.integrator()
         counts = self.elastomer.grid.counts if self.elastomer.grid is not None else None
@@ -123,7 +125,14 @@ class Renderer:
                 field = field.anchored(anchor.cheap[name], anchor.careful[name], counts, voxels)
             fields.append(field)
         image = self._gather(world, total(fields), self.settings.samples, self.seed)
-        return np.asarray(np.maximum(image - anchor.cheap_image + anchor.image, 0))
+        return np.asarray(np.maximum(image - window.of(anchor.cheap_image) + window.of(anchor.image), 0))
+
+    def metered(self) -> FloatImage:
+        """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
+        if self.estimator == "fluence" and self.settings.anchor_samples:
+            return self.anchor().image
+        world = self.world(View())
+        return self._lit(world, _lights(world), whole=True)
 
     def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
         """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
@@ -163,16 +172,17 @@ class Renderer:
             refinement.add(self._lit(world, names, turn=refinement.passes))
         return refinement
 
-    def _lit(self, world: World, names: list[str], *, turn: int = 0) -> FloatImage:
+    def _lit(self, world: World, names: list[str], *, turn: int = 0, whole: bool = False) -> FloatImage:
         """An image by some lights, others being off; every turn is independent of the others."""
         seed = self.seed + turn
         if self.estimator == "path":
-            image = mi.render(world.scene, spp=self.settings.samples, seed=seed)
-            return self._film.seen(_checked(np.array(image, np.float32)))
+            used = self._whole if whole else self._film
+            image = np.array(mi.render(world.scene, spp=self.settings.samples, seed=seed), np.float32)
+            return used.seen(_checked(np.asarray(used.window.of(image))))
         integrator = world.scene.integrator()
         fields = [integrator.darkness(world.scene)]
         fields += [integrator.light(world.scene, name, particles=self._share(name), seed=seed) for name in names]
-        return self._gather(world, total(fields), self.settings.samples, seed, pattern=turn)
+        return self._gather(world, total(fields), self.settings.samples, seed, pattern=turn, whole=whole)
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
@@ -198,14 +208,19 @@ class Renderer:
             self._anchor = Anchor(
                 cheap=cheap,
                 careful=careful,
-                cheap_image=self._gather(world, field, self.settings.samples, self.seed),
-                image=self._gather(world, field, self.settings.anchor_samples, seed),
+                cheap_image=self._gather(world, field, self.settings.samples, self.seed, whole=True),
+                image=self._gather(world, field, self.settings.anchor_samples, seed, whole=True),
             )
         return self._anchor
 
-    def _gather(self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0) -> FloatImage:
-        image = world.scene.integrator().gather(world.scene, field, samples=samples, seed=seed, pattern=pattern)
-        return self._film.seen(_checked(np.array(image, np.float32)))
+    def _gather(
+        self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0, whole: bool = False
+    ) -> FloatImage:
+        used = self._whole if whole else self._film
+        image = world.scene.integrator().gather(
+            world.scene, field, samples=samples, seed=seed, pattern=pattern, window=used.window
+        )
+        return used.seen(_checked(np.array(image, np.float32)))
 
     def _share(self, light: str) -> int:
         parts = 1 if light in {FLASHLIGHT, ENVIRONMENT} else max(1, len(self.rig.strips))

@@ -1,17 +1,20 @@
 """What surrounds the elastomer: LED strips, lens, flashlight and camera. The configuration of `scenes/rigs/*.toml`."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from magicsim.config import Config
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
+from magicsim.scenes.window import Window
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Rgb = tuple[NonNegative, NonNegative, NonNegative]
 Row = tuple[float, float, float]
 Coefficient = Annotated[float, Field(ge=-1, le=1)]
+Pixel = Annotated[int, Field(ge=0)]
+PixelCount = Annotated[int, Field(ge=8)]
 Side = Literal["-x", "+x", "-y", "+y"]
 
 
@@ -59,6 +62,9 @@ class Camera(Config):
     """Image width [px]."""
     rows: Annotated[int, Field(ge=8, le=2048)] = IMAGE_ROWS
     """Image height [px]."""
+    region_px: tuple[Pixel, Pixel, PixelCount, PixelCount] | None = None
+    """Part of the image that is read out: first column and row, number of columns and rows; the whole image by default.
+    Its pixels, noise included, are those of the whole image."""
     distance_mm: Positive = 24.0
     """Distance of the pinhole from the outer face of the lens [mm]."""
     field_mm: Positive = 22.8
@@ -87,6 +93,26 @@ class Camera(Config):
     """Relative standard deviation of the pixels' gains, constant in time."""
     pattern_seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of that pattern: it belongs to the camera, not to an episode."""
+
+    @model_validator(mode="after")
+    def _check_region(self) -> Self:
+        if self.region_px is not None:
+            column, row, columns, rows = self.region_px
+            if column + columns > self.columns or row + rows > self.rows:
+                msg = (
+                    f"region_px = {list(self.region_px)} is not allowed: must lie in the image of {self.columns} x "
+                    f"{self.rows} pixels"
+                )
+                raise ValueError(msg)
+        return self
+
+    @property
+    def window(self) -> Window:
+        """What is read out."""
+        if self.region_px is None:
+            return Window.whole(self.columns, self.rows)
+        column, row, columns, rows = self.region_px
+        return Window(column=column, row=row, columns=columns, rows=rows)
 
     @property
     def moves_pixels(self) -> bool:

@@ -12,7 +12,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import COLORS, Finish
-from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, INFILL, OBJECT
+from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, INFILL, OBJECT
 from magicsim.scenes.rig import LedStrip, Rig
 
 Array = npt.NDArray[np.float64]
@@ -36,6 +36,11 @@ class WorldContent:
     flashlight: bool
     furnace: bool = False
     """White furnace: radiance 1 from all around instead of the room, in which nothing may gain or lose light."""
+
+    @property
+    def object_name(self) -> str:
+        """Of the object's shape: a ghost is none that the estimator knows."""
+        return GHOST if self.object_finish.is_ghost else OBJECT
 
 
 class World:
@@ -75,7 +80,7 @@ class World:
         if infill is not None:
             self._set(INFILL, infill)
         if object_vertices is not None:
-            self._set(OBJECT, object_vertices)
+            self._set(self.content.object_name, object_vertices)
         if light_x_mm is not None:
             self._parameters[f"{FLASHLIGHT}.to_world"] = mi.Transform4f(_light_place(self.rig, light_x_mm))
         self._parameters.update()
@@ -143,7 +148,7 @@ def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: di
     elif max(rig.ambient) > 0:
         scene |= _room(elastomer, rig)
     if content.object_mesh is not None:
-        scene[OBJECT] = _mesh(content.object_mesh, OBJECT, content.object_finish.bsdf())
+        scene[content.object_name] = _mesh(content.object_mesh, content.object_name, content.object_finish.bsdf())
     return scene
 
 

@@ -1,0 +1,46 @@
+"""A region of interest is the crop of the whole frame, to the last bit."""
+
+import numpy as np
+import pytest
+
+from magicsim.simulation import simulate
+
+SMALL = (
+    "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3", "references=2",
+    "render.anchor_samples=8", "render.anchor_particles=20000", "render.particles=10000", "render.samples=4",
+)  # fmt: skip
+REGION = "rig.camera.region_px=[9, 20, 24, 30]"
+
+
+def frames(small_scene, *overrides):
+    return simulate(small_scene("near", *SMALL, *overrides)).frames
+
+
+def test_region_is_the_crop_of_the_whole_frame(small_scene):
+    whole, part = frames(small_scene), frames(small_scene, REGION)
+    for one, other in zip(whole, part, strict=True):
+        np.testing.assert_array_equal(other.image, one.image[20:50, 9:33])
+        np.testing.assert_array_equal(other.contact_mask, one.contact_mask[20:50, 9:33])
+
+
+def test_region_under_a_distorting_lens_is_the_crop_to_rounding(small_scene):
+    lens = (
+        "rig.camera.distortion=[-0.1,0.01,0.002,0.001,0]", "rig.camera.vignetting=0.3",
+        "rig.camera.principal_offset_px=[2,-3]",
+    )  # fmt: skip
+    whole, part = frames(small_scene, *lens), frames(small_scene, *lens, REGION)
+    difference = whole[-1].image[20:50, 9:33].astype(int) - part[-1].image
+    assert np.abs(difference).max() <= 1
+    assert (difference != 0).mean() < 0.01
+
+
+def test_region_is_read_from_the_path_tracer_too(small_scene):
+    path = ("render.estimator=path", "render.samples=2")
+    np.testing.assert_array_equal(
+        frames(small_scene, *path, REGION)[-1].image, frames(small_scene, *path)[-1].image[20:50, 9:33]
+    )
+
+
+def test_region_outside_the_image_is_refused(small_scene):
+    with pytest.raises(ValueError, match="region_px"):
+        small_scene("near", "rig.camera.region_px=[40, 0, 24, 30]")
