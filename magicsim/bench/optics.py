@@ -62,10 +62,10 @@ class OpticsRow:
     case: str
     is_finite: bool
     """Whether images with the scene's own materials hold no NaN and nothing negative."""
-    fluence_error: float
-    """Mean over the cells of a furnace, less one."""
-    least_cell: float
-    most_cell: float
+    fluence_error: float | None
+    """Mean over the cells of a furnace, less one; None where nothing scatters, as their fluence is then left out."""
+    least_cell: float | None
+    most_cell: float | None
     """Cells that are farthest off in the same direction in two independent runs, less one."""
     camera_error: float
     """Mean of the furnace's image over what it must be, less one."""
@@ -92,13 +92,14 @@ def check_optics(case: str, *overrides: str) -> OpticsRow:
     image = sensor.renderer.plain_radiance(view)
     balance = _balance(sensor, sensor.renderer.world(view).scene)
     first, second = (_furnace(sensor, scene, view, seed) for seed in (1, 2))
+    filled = sensor.renderer.world(view).scene.integrator().media.infill.sigma_s > 0
     cells = (first[0] + second[0]) / 2
     return OpticsRow(
         case=case,
         is_finite=bool(np.isfinite(image).all() and (image >= 0).all()),
-        fluence_error=float(cells.mean()) - 1,
-        least_cell=float(np.maximum(first[0], second[0]).min()) - 1,
-        most_cell=float(np.minimum(first[0], second[0]).max()) - 1,
+        fluence_error=float(cells.mean()) - 1 if filled else None,
+        least_cell=float(np.maximum(first[0], second[0]).min()) - 1 if filled else None,
+        most_cell=float(np.minimum(first[0], second[0]).max()) - 1 if filled else None,
         camera_error=(first[1] + second[1]) / 2 - 1,
         balance_error=balance,
         seconds=time.perf_counter() - start,

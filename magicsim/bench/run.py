@@ -6,15 +6,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from magicsim.bench.blur import run_blur
 from magicsim.bench.compare import compare
 from magicsim.bench.cost import run_cost
 from magicsim.bench.cost_plot import plot_cost
 from magicsim.bench.error_plot import plot_errors
+from magicsim.bench.light_cost import run_light_cost
+from magicsim.bench.light_plots import plot_blur, plot_light_cost, plot_verdicts, plot_visibility
 from magicsim.bench.reference import reference_path
 from magicsim.bench.render import run_render
 from magicsim.bench.render_plot import plot_render
 from magicsim.bench.stress import run_stress
 from magicsim.bench.stress_plot import plot_stress
+from magicsim.bench.verdicts import run_verdicts
+from magicsim.bench.visibility import run_visibility
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.folder import result_file
 
@@ -33,6 +38,10 @@ BENCHMARKS = {
     "stress": Benchmark(run=run_stress, plot=plot_stress),
     "cost": Benchmark(run=run_cost, plot=plot_cost),
     "render": Benchmark(run=run_render, plot=plot_render),
+    "light-cost": Benchmark(run=run_light_cost, plot=plot_light_cost),
+    "verdicts": Benchmark(run=run_verdicts, plot=plot_verdicts),
+    "blur": Benchmark(run=run_blur, plot=plot_blur),
+    "visibility": Benchmark(run=run_visibility, plot=plot_visibility),
 }
 
 
@@ -40,8 +49,9 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
     """Runs one benchmark; `out` then holds `bench-KIND.json` and `bench-KIND.png`.
 
     Args:
-        kind: `deform` and `render` (error against run time), `stress` (validity at extremes) or `cost` (cost against
-            size).
+        kind: `deform` and `render` (error against run time), `stress` (validity at extremes), `cost` and `light-cost`
+            (cost against size), `verdicts` (what rendering the detectors need), `blur` (of an edge by distance),
+            `visibility` (of the grid over the assumed constants), or `all`, one after the other.
         out: Folder, made where missing.
         quick: A small part of it, in a minute or two.
         recompute: Solve the reference of `deform` again first, and replace its file (needs NGSolve).
@@ -53,9 +63,12 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
         ConfigError: An unknown kind, or NGSolve is missing where it is needed.
         PresetError: There is no reference.
     """
+    if kind == "all":
+        found = [run_bench(each, out, quick=quick, recompute=recompute) for each in BENCHMARKS]
+        return {"kind": "all", "results": [{"kind": one["kind"], **row} for one in found for row in one["results"]]}
     if kind not in BENCHMARKS:
         raise ConfigError(unknown_choice("benchmark", kind, BENCHMARKS))
-    if recompute:
+    if recompute and kind == "deform":
         _recompute()
     options = {"parts": out / "stress-parts"} if kind == "stress" else {}
     data = BENCHMARKS[kind].run(quick=quick, **options)

@@ -8,15 +8,17 @@ from cyclopts import Parameter
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
 from magicsim.errors import ConfigError
 
+Kind = Literal["deform", "stress", "cost", "render", "light-cost", "verdicts", "blur", "visibility", "all"]
+
 
 @app.command
 def bench(
-    kind: Literal["deform", "stress", "cost", "render"] = "deform", *, out: Out = Path("magicsim-bench"),
+    kind: Kind = "deform", *, out: Out = Path("magicsim-bench"),
     quick: Annotated[bool, Parameter(negative="", help="A small part of it.")] = False,
     recompute: Annotated[bool, Parameter(negative="", help="Solve the reference again (needs NGSolve).")] = False,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Report error against run time of the deformation, its validity at extremes, or cost against size."""
+    """Report error against run time, validity at extremes, cost against size, and what the detectors need of light."""
     from magicsim.bench.run import run_bench
 
     del seed  # the cases' random numbers are fixed; the option exists on every command

@@ -67,7 +67,9 @@ def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: in
     signal = np.clip(_sensed(radiance, camera) * exposure.gain, 0, 4) * pattern
     electrons = np.clip(signal, 0, None) * camera.full_well_e
     # Above some hundred electrons the Poisson law is Gaussian to well below one grey level, and twenty times faster.
-    noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * _noise(radiance.shape, camera, _stream(seed, frame))
+    noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * _noise(
+        radiance.shape, camera, _stream(seed, frame)
+    )
     tone = np.clip(noisy / camera.full_well_e, 0, 1) ** (1 / camera.gamma)
     return np.rint(255 * tone).astype(np.uint8)
 

@@ -23,7 +23,10 @@ from magicsim.scenes.window import Window
 
 FloatArray = npt.NDArray[np.float64]
 LIGHT_DEPTH = 400
-"""Longest light path [interactions]; five times as long changes the mean radiance by less than 0.01 %."""
+"""Longest light path [interactions], and as many more as light needs to diffuse through the block; five times as long
+changes the mean radiance of the default sensor by less than 0.01 %."""
+DIFFUSION = 3.0
+"""Collisions to diffuse across a block, in units of its scattering times its reduced scattering depth."""
 CAMERA_DEPTH = 200
 """Longest camera path [interactions]; four times as long changes the mean radiance by less than 0.01 %."""
 CHUNK = 500_000
@@ -59,7 +62,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             infill_ior=properties["infill_ior"],
             body=_medium(properties, "body").reduced,
             infill=_medium(properties, "infill"),
-            top_mm=properties.get("top_mm", 1e6),
+            top_mm=properties["top_mm"],
         )
         self.followed = properties.get("forward_collisions", 0)
         if self.followed_media.infill.anisotropy == 0:
@@ -124,7 +127,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             tracks = deposit_tracks(
                 scene, emitter, shapes, media, self.voxels, first=first, particles=min(CHUNK, particles - first),
                 seed=stream, inside=name in self.inside, is_room=name == ENVIRONMENT,
-                max_depth=LIGHT_DEPTH, balance=False,
+                max_depth=self.light_depth(media), balance=False,
             )  # fmt: skip
             deposits = [sum_ + part for sum_, part in zip(deposits, (tracks.cells, tracks.body), strict=True)]
             landed += tracks.landed
@@ -148,7 +151,8 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         """
         tracks = deposit_tracks(
             scene, self.emitter(scene, name), self.shapes(scene), self.media, self.voxels, first=0, particles=particles,
-            seed=seed, inside=name in self.inside, is_room=name == ENVIRONMENT, max_depth=LIGHT_DEPTH, balance=True,
+            seed=seed, inside=name in self.inside, is_room=name == ENVIRONMENT,
+            max_depth=self.light_depth(self.media), balance=True,
         )  # fmt: skip
         account, media = tracks.balance, self.media
         scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
@@ -159,6 +163,11 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             "escaped": float(account.escaped.sum()),
             "ended": float(account.ended.sum()),
         }
+
+    def light_depth(self, media: Media) -> int:
+        """Longest path through media that are followed as they are given [interactions]."""
+        depths = [medium.sigma_s * medium.reduced.sigma_s * media.top_mm**2 for medium in (media.body, media.infill)]
+        return int(LIGHT_DEPTH + DIFFUSION * max(depths))
 
     def gather(
         self, scene: Any, field: LightField, *, samples: int, seed: int, pattern: int = 0, window: Window | None = None
