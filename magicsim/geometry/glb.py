@@ -31,14 +31,14 @@ def write_glb(path: Path, parts: Sequence[Part]) -> None:
     scene = trimesh.Scene()
     for part in parts:
         mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)
-        mesh.visual = TextureVisuals(material=_material(part))
+        mesh.visual = TextureVisuals(material=_material(part))  # type: ignore[no-untyped-call]
         scene.add_geometry(mesh, node_name=part.name, geom_name=part.name, transform=TO_VIEWER)
     # Without normals viewers shade each triangle flat, as the glTF specification (section 3.7.2.1) asks
-    path.write_bytes(trimesh.exchange.gltf.export_glb(scene, include_normals=False))
+    path.write_bytes(scene.export(file_type="glb", include_normals=False))
 
 
 def _material(part: Part) -> PBRMaterial:
-    return PBRMaterial(
+    return PBRMaterial(  # type: ignore[no-untyped-call]
         name=part.name,
         baseColorFactor=part.colour,
         metallicFactor=0.0,

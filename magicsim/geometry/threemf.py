@@ -3,7 +3,6 @@
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 from uuid import UUID
 
@@ -63,7 +62,7 @@ def _structures(kind: Any, rows: np.ndarray[Any, Any]) -> Any:  # noqa: ANN401 -
     return (kind * len(rows)).from_buffer_copy(np.ascontiguousarray(rows).tobytes())
 
 
-def _library() -> ModuleType:
+def _library() -> Any:  # noqa: ANN401 - its bindings have no types
     try:
         import lib3mf
     except ImportError:
