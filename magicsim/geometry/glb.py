@@ -34,7 +34,7 @@ def write_glb(path: Path, parts: Sequence[Part]) -> None:
         mesh.visual = TextureVisuals(material=_material(part))  # type: ignore[no-untyped-call]
         scene.add_geometry(mesh, node_name=part.name, geom_name=part.name, transform=TO_VIEWER)
     # Without normals viewers shade each triangle flat, as the glTF specification (section 3.7.2.1) asks
-    path.write_bytes(scene.export(file_type="glb", include_normals=False))
+    path.write_bytes(scene.export(file_type="glb", include_normals=False))  # type: ignore[no-untyped-call]
 
 
 def _material(part: Part) -> PBRMaterial:
