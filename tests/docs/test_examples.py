@@ -27,7 +27,9 @@ def test_force_curve():
 
 def test_skin_and_core():
     script = load(EXAMPLES / "skin_and_core.py")
-    default, skin, core = (script.force_n([*SMALL_BLOCK, "lattice.spacing_mm=2", *changes]) for changes in script.DESIGNS.values())
+    default, skin, core = (
+        script.force_n([*SMALL_BLOCK, "lattice.spacing_mm=2", *changes]) for changes in script.DESIGNS.values()
+    )
     assert core < default < skin
     assert 1.05 < skin / default < 1.4  # 1.17 on the whole block at full resolution
 
