@@ -9,6 +9,8 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.writers.html5 import HTML5Translator
 
+WORD_JOINER = "&#8288;"
+"""Keeps a comma behind a formula on the formula's line."""
 LOGGER = logging.getLogger(__name__)
 
 
@@ -20,7 +22,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 def inline(translator: HTML5Translator, node: nodes.math) -> None:
     """A formula in a line of text."""
-    translator.body.append(_mathml(node, as_block=False))
+    translator.body.append(_mathml(node, as_block=False) + WORD_JOINER)
     raise nodes.SkipNode
 
 
