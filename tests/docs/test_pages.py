@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import magicsim
 from magicsim.cli import entry
 from magicsim.cli.app import app
 from magicsim.geometry.objects import OBJECT_KINDS
@@ -91,3 +92,7 @@ def test_picture_of_the_architecture_is_that_of_its_script_and_names_parts_that_
     assert (DOCS / "architecture.svg").read_text(encoding="utf-8") == script.picture()
     parts = {part for parts, _ in script.LAYERS for part in parts} | {script.ASIDE[0]}
     assert all((ROOT / "magicsim" / part).is_dir() or (ROOT / f"magicsim/{part}.py").is_file() for part in parts)
+
+
+def test_citation_is_of_this_version():
+    assert f"\nversion: {magicsim.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
