@@ -5,7 +5,11 @@ from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_re
 
 @app.command
 def export(design: str, *, out: Out, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
-    """Write a design's printable geometry as STL: the clear part with its cavities, and the infill beside it."""
+    """Write a design's geometry: the clear part with its cavities, and the infill.
+
+    The suffix of --out chooses the format: .3mf to print (mm, both parts in one file), .glb to look at (metres, as glTF
+    asks) or .stl (mm, the infill in a second file).
+    """
     from magicsim.config import load_preset
     from magicsim.geometry.design import ElastomerDesign
     from magicsim.geometry.export import export_design

@@ -34,7 +34,7 @@ class SurfaceMesh:
 
 def from_manifold(solid: manifold3d.Manifold) -> SurfaceMesh:
     """Arrays of a Manifold3D solid."""
-    mesh = solid.to_mesh64() if hasattr(solid, "to_mesh64") else solid.to_mesh()
+    mesh = solid.to_mesh64()
     return SurfaceMesh(
         vertices=np.array(mesh.vert_properties[:, :3], dtype=np.float64),
         faces=np.array(mesh.tri_verts, dtype=np.int32),

@@ -19,43 +19,44 @@ class SphereObject(ObjectBase):
         return Sphere(self.radius_mm)
 
 
-class CylinderObject(ObjectBase):
+class RoundObject(ObjectBase):
+    """What cylinders and punches have in common: a rounded cylinder."""
+
+    radius_mm: Size
+    length_mm: Size
+    edge_radius_mm: Size = EDGE_RADIUS_MM
+
+    def _solid(self, axis: Literal["x", "y", "z"]) -> Shape:
+        solid = RoundedCylinder(self.radius_mm, self.length_mm, axis, self.edge_radius_mm)
+        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * solid.feature_mm))
+
+    @model_validator(mode="after")
+    def _check_rim(self) -> Self:
+        check_edge(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
+        return self
+
+
+class CylinderObject(RoundObject):
     """A cylinder about one axis of its own frame, rims rounded."""
 
     kind: Literal["cylinder"]
-    radius_mm: Size
     length_mm: Size = 20.0
     axis: Literal["x", "y", "z"] = "y"
-    edge_radius_mm: Size = EDGE_RADIUS_MM
 
     def shape(self) -> Shape:
         """The solid, centred on its origin."""
-        solid = RoundedCylinder(self.radius_mm, self.length_mm, self.axis, self.edge_radius_mm)
-        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * solid.feature_mm))
-
-    @model_validator(mode="after")
-    def _check_rim(self) -> Self:
-        check_edge(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
-        return self
+        return self._solid(self.axis)
 
 
-class PunchObject(ObjectBase):
+class PunchObject(RoundObject):
     """A flat punch: a circular face on a shaft along z, its rim rounded."""
 
     kind: Literal["punch"]
-    radius_mm: Size
     length_mm: Size = 10.0
-    edge_radius_mm: Size = EDGE_RADIUS_MM
 
     def shape(self) -> Shape:
         """The solid, centred on its origin."""
-        solid = RoundedCylinder(self.radius_mm, self.length_mm, "z", self.edge_radius_mm)
-        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * solid.feature_mm))
-
-    @model_validator(mode="after")
-    def _check_rim(self) -> Self:
-        check_edge(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
-        return self
+        return self._solid("z")
 
 
 class BoxObject(ObjectBase):

@@ -1,7 +1,6 @@
 """Animated preview of a stream: the frames, each above a strip that says what is true and what was said."""
 
 import io
-import os
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -11,6 +10,7 @@ from PIL import Image
 from magicsim.detectors.verdict import Verdict
 from magicsim.episode import SimulatedFrame
 from magicsim.errors import OutputError
+from magicsim.folder import result_file
 from magicsim.report.gif_palette import shared_palette
 from magicsim.report.preview_strip import with_strip
 
@@ -45,7 +45,7 @@ def animate(
 
     Raises:
         OutputError: An ending that is not known, no frames, a frame rate of 0 or less, or another number of
-            verdicts than of frames.
+            verdicts than of frames; or the file cannot be written.
     """
     kind = FORMATS.get(path.suffix.lower())
     if kind is None:
@@ -64,9 +64,8 @@ def animate(
         data = _encode(pictures, kind, frames_per_second)
         if len(data) <= max_bytes:
             break
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(data)
-    os.replace(part, path)
+    with result_file(path) as partial:
+        partial.write_bytes(data)
     return path
 
 

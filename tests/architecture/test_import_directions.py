@@ -8,13 +8,13 @@ import pytest
 from .source import imports, modules, top_level_imports
 
 LAYERS = (
-    {"errors", "presets", "conventions", "config"},
+    {"errors", "presets", "conventions", "config", "folder"},
     {"geometry"},
     {"deform"},
     {"scenes"},
     {"plan"},
     {"episode", "truth", "simulation"},
-    {"bench", "judge", "table", "folder", "still", "report", "run", "progress", "doctor", "schema"},
+    {"bench", "judge", "table", "still", "report", "run", "progress", "doctor", "schema"},
     {"cli", "__main__"},
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""

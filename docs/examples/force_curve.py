@@ -1,0 +1,24 @@
+"""Force against depth of a ball, and how much of it the lattice's spacing decides.
+
+python docs/examples/force_curve.py        # a table, half a minute
+"""
+
+from magicsim import press
+from magicsim.config import load_preset
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.objects import parse_object
+
+BALL = parse_object("sphere:radius_mm=4")
+
+
+def forces_n(depths_mm: tuple[float, ...], *, spacing_mm: float) -> list[float]:
+    """Normal force of a ball on the plain block at each depth [N]."""
+    block = load_preset(ElastomerDesign, "design", "uniform-block", [f"lattice.spacing_mm={spacing_mm}"])
+    return [press(block, BALL, depth_mm=depth).force_n[2] for depth in depths_mm]
+
+
+if __name__ == "__main__":
+    depths = (0.25, 0.5, 0.75, 1.0)
+    coarse, fine = (forces_n(depths, spacing_mm=spacing) for spacing in (1.0, 0.5))
+    for depth, one, other in zip(depths, coarse, fine, strict=True):
+        print(f"{depth:.2f} mm: {one:.3f} N with nodes 1 mm apart, {other:.3f} N with 0.5 mm")

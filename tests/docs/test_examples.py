@@ -1,0 +1,107 @@
+"""The gallery's scripts and the tutorial's files, run with small settings."""
+
+import numpy as np
+import pytest
+
+from magicsim import load_scene, simulate
+from magicsim.detectors import Contact
+from magicsim.scenes.scene import SceneConfig
+from magicsim.simulation import Sensor
+
+from .pages import EXAMPLES, load
+
+SMALL_BLOCK = ["footprint_mm=[12,12]", "lattice.cells_across=0"]
+SMALL_RENDERING = [
+    "design.footprint_mm=[12,16]", "rig.camera.columns=24", "rig.camera.rows=32", "rig.camera.field_mm=10",
+    "render.samples=2", "render.particles=4000",
+]  # fmt: skip
+SMALL_SENSOR = [
+    "design.lattice.spacing_mm=2", "rig.camera.columns=30", "rig.camera.rows=36", "render.samples=8", "references=3",
+]  # fmt: skip
+
+
+def test_force_curve():
+    [force] = load(EXAMPLES / "force_curve.py").forces_n((1.0,), spacing_mm=1.0)
+    assert force == pytest.approx(5.065, rel=0.01)  # finite elements, see README
+
+
+def test_skin_and_core():
+    script = load(EXAMPLES / "skin_and_core.py")
+    default, skin, core = (
+        script.force_n([*SMALL_BLOCK, "lattice.spacing_mm=2", *changes]) for changes in script.DESIGNS.values()
+    )
+    assert core < default < skin
+    assert 1.05 < skin / default < 1.4  # 1.17 on the whole block at full resolution
+
+
+def test_relaxation():
+    moments = load(EXAMPLES / "relaxation.py").history([*SMALL_BLOCK, "lattice.spacing_mm=2"], hold_s=0.1)
+    forces = [moment.force_n[2] for moment in moments]
+    peak = forces.index(max(forces))
+    assert moments[peak].time_s == pytest.approx(0.5)
+    assert all(later < earlier for earlier, later in zip(forces[peak:], forces[peak + 1 :], strict=False))
+    assert forces[-1] < 0.8 * forces[peak]
+
+
+def test_left_out():
+    assert load(EXAMPLES / "left_out.py").counts("demo") == (74, 16, 37)
+
+
+def test_print_volume(tmp_path):
+    done = load(EXAMPLES / "print_volume.py").export(tmp_path / "block.3mf", SMALL_BLOCK)
+    assert done.volume_mm3 + done.infill_volume_mm3 == pytest.approx(12 * 12 * 6.6)
+
+
+def test_dim_a_light():
+    before, after = load(EXAMPLES / "dim_a_light.py").images(SMALL_RENDERING)
+    assert after[..., 0] == pytest.approx(before[..., 0] / 2, rel=1e-5)  # the first strip alone is red
+    assert after[..., 1] == pytest.approx(before[..., 1], rel=1e-5)
+    assert (after[..., 2] == 0).all()
+
+
+def test_your_detector():
+    detector = load(EXAMPLES / "your_detector.py").LargestChange([np.full((32, 24, 3), 90, np.uint8)] * 3)
+    frame = np.full((32, 24, 3), 92, np.uint8)
+    assert detector.change(frame) == pytest.approx(2)
+    assert detector.judge(frame).combined is Contact.UNTOUCHED
+    frame[10:20, 10:20] = 130
+    assert detector.judge(frame).combined is Contact.TOUCHED
+
+
+@pytest.mark.slow
+def test_your_detector_beside_the_calibrated_one():
+    episode = simulate(load_scene("demo", ["rig.camera.columns=120", "rig.camera.rows=160"]))
+    own, theirs = load(EXAMPLES / "your_detector.py").contact_accuracies(episode)
+    assert 0.5 < own <= 1
+    assert 0.5 < theirs <= 1
+
+
+@pytest.fixture(scope="module")
+def own_sensor() -> SceneConfig:
+    return load_scene(EXAMPLES / "own-sensor" / "press.toml")
+
+
+def test_own_sensor_is_what_the_tutorial_says(own_sensor: SceneConfig):
+    assert own_sensor.design.footprint_mm == (18, 22)
+    assert not own_sensor.design.has_grid
+    assert [strip.side for strip in own_sensor.rig.strips] == ["-x", "+x", "+y"]
+    assert Sensor(own_sensor).renderer.estimator == "path"
+
+
+def test_own_sensor_ends_in_frames_and_forces():
+    episode = load(EXAMPLES / "own_sensor.py").run(SMALL_SENSOR)
+    assert len(episode.references) == 3
+    assert len(episode.scored) == 8
+    near, pressed, slid = (episode.scored[number] for number in (0, 3, 5))
+    assert near.truth.force_n == (0, 0, 0)
+    assert pressed.truth.depth_mm == pytest.approx(0.8)
+    assert pressed.truth.force_n[2] > 0.5
+    assert slid.truth.force_n[0] > 0.1  # friction drags the skin along
+    # what touches is in optical contact: brighter than the same place before
+    touched = pressed.contact_mask
+    assert pressed.image[touched].mean() > 1.3 * episode.references[0].image[touched].mean()
+    # red from -x, where columns are small; green from +x
+    half = near.image.shape[1] // 2
+    at_rest = episode.references[0].image.astype(float)
+    assert at_rest[:, :half, 0].mean() > 1.2 * at_rest[:, half:, 0].mean()
+    assert at_rest[:, half:, 1].mean() > 1.2 * at_rest[:, :half, 1].mean()

@@ -1,0 +1,98 @@
+"""What the pages say is there: commands that parse, names that import, files that exist."""
+
+import ast
+import importlib
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+import magicsim
+from magicsim.cli import entry
+from magicsim.cli.app import app
+from magicsim.geometry.objects import OBJECT_KINDS
+from magicsim.geometry.objects_base import ObjectBase
+
+from .pages import DOCS, EXAMPLES, PAGES, ROOT, blocks, load, name
+
+assert entry  # registers the commands
+COMMANDS = sorted(command for command in app if not command.startswith("-"))
+DIRECTIVE = re.compile(r"^```\{command\} (?P<names>.+)$", re.MULTILINE)
+PLACE = re.compile(
+    r"`((?:tests|docs|benchmarks|detectors|geometry|scenes|deform|magicsim)/[\w./-]+\.(?:py|toml|md)|tests/[\w/]+)`"
+)
+
+
+def command_lines(page: Path) -> list[str]:
+    lines = [line for block in blocks(page, "bash") for line in block.replace("\\\n", " ").splitlines()]
+    parts = [part.strip() for line in lines for part in line.partition("#")[0].split("&&")]
+    return [
+        part.removeprefix(".venv/bin/") for part in parts if part.removeprefix(".venv/bin/").startswith("magicsim ")
+    ]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_command_lines_parse(page: Path):
+    for line in command_lines(page):
+        app.parse_args(shlex.split(line)[1:], exit_on_error=False, print_error=False)
+
+
+def test_there_are_command_lines_to_parse():
+    assert len([line for page in PAGES for line in command_lines(page)]) > 30
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_python_blocks_import_what_exists(page: Path):
+    for block in blocks(page, "python"):
+        for node in ast.walk(ast.parse(block)):
+            if isinstance(node, ast.ImportFrom) and node.module is not None:
+                module = importlib.import_module(node.module)
+                assert all(hasattr(module, alias.name) for alias in node.names)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_files_that_pages_name_exist(page: Path):
+    places = set(PLACE.findall(page.read_text(encoding="utf-8")))
+    assert not {place for place in places if not (ROOT / place).exists() and not (ROOT / "magicsim" / place).exists()}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_one_page(command: str):
+    pages = [
+        page.name
+        for page in (DOCS / "commands").glob("*.md")
+        for found in DIRECTIVE.finditer(page.read_text(encoding="utf-8"))
+        if command in found["names"].split(", ")
+    ]
+    assert len(pages) == 1, f"'{command}' stands on {pages}; docs/extending.md says how to add a page"
+
+
+def test_pages_name_no_command_that_does_not_exist():
+    texts = [page.read_text(encoding="utf-8") for page in (DOCS / "commands").glob("*.md")]
+    named = {name for text in texts for found in DIRECTIVE.finditer(text) for name in found["names"].split(", ")}
+    assert named <= set(COMMANDS)
+
+
+@pytest.mark.parametrize("kind", OBJECT_KINDS)
+def test_table_of_objects_lists_the_keys_of_each_kind(kind: str):
+    text = (DOCS / "commands" / "index.md").read_text(encoding="utf-8")
+    row = next(line for line in text.splitlines() if line.startswith(f"| `{kind}` |"))
+    words = set(re.findall(r"`(\w+)`", row)) - {kind, "x", "y", "z", "8", "4x4x8"}
+    assert words == set(OBJECT_KINDS[kind].model_fields) - set(ObjectBase.model_fields) - {"kind"}
+
+
+def test_every_example_stands_in_the_gallery():
+    gallery = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    assert all(script.name in gallery for script in EXAMPLES.glob("*.py"))
+
+
+def test_picture_of_the_architecture_is_that_of_its_script_and_names_parts_that_exist():
+    script = load(DOCS / "architecture.py")
+    assert (DOCS / "architecture.svg").read_text(encoding="utf-8") == script.picture()
+    parts = {part for parts, _ in script.LAYERS for part in parts} | {script.ASIDE[0]}
+    assert all((ROOT / "magicsim" / part).is_dir() or (ROOT / f"magicsim/{part}.py").is_file() for part in parts)
+
+
+def test_citation_is_of_this_version():
+    assert f"\nversion: {magicsim.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
