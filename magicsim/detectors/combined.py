@@ -43,8 +43,10 @@ def detect(
     image = check_frame(frame, shape=references.background.ceiling.shape)
     filtered = filter_channels(image, references.background)
     return judge(
-        entropy=brightening_entropy(filtered),
-        correlation=brightening_correlation(filtered),
+        entropy=brightening_entropy(
+            filtered, bins=profile.entropy_bins, grey=profile.grey, rounding=profile.grey_rounding
+        ),
+        correlation=brightening_correlation(filtered, constant=profile.constant_channel),
         similarity=grid_similarity(grid_areas(image, references.grid), profile.similarity),
         profile=profile,
         source=source,
@@ -121,6 +123,8 @@ def _check_match(references: References, profile: DetectorProfile) -> None:
         ("tau_b", grid.tau_b, profile.tau_b),
         ("polarity", grid.polarity, profile.polarity),
         ("grid_blur_px", grid.blur_px, profile.grid_blur_px),
+        ("grid_blur_sigma_px", grid.blur_sigma_px, profile.grid_blur_sigma_px),
+        ("grid_reference", grid.kind, profile.grid_reference),
         ("difference_blur_px", background.blur_px, profile.difference_blur_px),
         ("background_count", len(background.images), profile.background_count),
     ):
