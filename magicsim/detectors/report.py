@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain, islice
 from pathlib import Path
 from typing import TextIO
 
@@ -77,7 +78,7 @@ def json_text(found: Sequence[Row]) -> str:
 
 
 def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None = None) -> Iterator[str]:
-    """A heading and one line for each row.
+    """A heading, once there is a first row or none at all, and one line for each row.
 
     Args:
         found: The rows, a sequence where `width` is left out.
@@ -89,8 +90,10 @@ def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None 
         width = max((len(str(row.get("source", ""))) for row in found), default=0)
     width = max(width, len("source"))
     words = (*_WORDS, "stage") if grasp else _WORDS
+    following = iter(found)
+    first = list(islice(following, 1))
     yield _line([f"{'source':<{width}}", *(f"{name:>11}" for name in _NUMBERS), *(f"{name:<11}" for name in words)])
-    for row in found:
+    for row in chain(first, following):
         numbers = [f"{row[name]:>11.4f}" for name in _NUMBERS]
         yield _line([f"{row.get('source', ''):<{width}}", *numbers, *(f"{row[name]:<11}" for name in words)])
 

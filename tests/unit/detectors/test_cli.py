@@ -194,3 +194,11 @@ def test_slip_is_marked_in_its_frame(folders, capsys, save):
     rows = json.loads(out)["frames"]
     assert [number for number, row in enumerate(rows) if row["slip"]] == [11]
     assert [row["stage"] for row in rows[9:]] == ["Transporting", "Transporting", "Slipped", "Returning"]
+
+
+def test_camera_that_is_not_there_leaves_no_heading(folders, capsys):
+    assert main(["9876", "--reference", str(folders / "rest")]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert "camera 9876 cannot be opened" in captured.err
