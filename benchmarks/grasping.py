@@ -6,7 +6,9 @@
 Each episode of the default sensor is drawn from its seed alone: object, colour, place, depth, speed and light. In it a
 flashlight comes and goes, an object approaches, is pressed and held (in every other episode with a flashlight on it),
 is torn away from one frame to the next, leaves, and the flashlight comes again. The machine sees frames only and moves
-nothing. Finished episodes stand in the file, one JSON object a line, so that a run that is cut off goes on.
+nothing. The file keeps the features of every frame, one episode a line, so that a run that is cut off goes on and
+other thresholds or another machine are tried without rendering again (`--judge profile.toml`, with the options that
+the features were measured with).
 """
 
 import argparse
@@ -19,7 +21,8 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import binomtest
 
-from magicsim.detectors import DetectorProfile, Verdict, detect_all, fuse, load_profile, run_grasp
+from magicsim.detectors import DetectorProfile, detect_all, fuse, load_profile, run_grasp
+from magicsim.detectors.combined import judge
 from magicsim.geometry.objects import parse_object
 from magicsim.scenes.scene import Keyframe, SceneConfig, load_scene
 from magicsim.simulation import simulate
@@ -47,11 +50,27 @@ class GraspScene:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class GraspRecording:
+    """One rendered episode, as a line of the file."""
+
+    seed: int
+    profile: str
+    """Profile whose options measured the features."""
+    object_text: str
+    depth_mm: float
+    release: int
+    lights: dict[str, tuple[int, int]]
+    gaps_mm: list[float | None]
+    """True gap of every frame [mm], None without an object."""
+    features: list[tuple[float, float, float]]
+    """Entropy [bit], correlation and similarity of every frame."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class GraspOutcome:
     """What the machine made of one episode."""
 
     seed: int
-    profile: str
     object_text: str
     depth_mm: float
     completed: bool
@@ -128,52 +147,56 @@ def draw_scene(seed: int, overrides: Sequence[str]) -> GraspScene:
     return GraspScene(scene=scene, object_text=text, depth_mm=round(depth, 3), release=release, lights=lights)
 
 
-def run_episode(seed: int, profile: DetectorProfile, name: str, overrides: Sequence[str]) -> GraspOutcome:
-    """Simulates one episode and runs the machine over its frames."""
-    drawn = draw_scene(seed, overrides)
+def record_episode(seed: int, name: str, overrides: Sequence[str]) -> GraspRecording:
+    """Simulates one episode and measures its frames."""
+    drawn, profile = draw_scene(seed, overrides), load_profile(name)
     episode = simulate(drawn.scene)
     references = fuse([frame.image for frame in episode.references], profile)
     verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
-    gaps = [frame.truth.state.gap_mm for frame in episode.scored]
-    return judge_run(drawn, verdicts, gaps, profile, seed=seed, name=name)
+    return GraspRecording(
+        seed=seed,
+        profile=name,
+        object_text=drawn.object_text,
+        depth_mm=drawn.depth_mm,
+        release=drawn.release,
+        lights=drawn.lights,
+        gaps_mm=[frame.truth.state.gap_mm for frame in episode.scored],
+        features=[(one.entropy, one.correlation, one.similarity) for one in verdicts],
+    )
 
 
-def judge_run(
-    drawn: GraspScene,
-    verdicts: Sequence[Verdict],
-    gaps: Sequence[float | None],
-    profile: DetectorProfile,
-    *,
-    seed: int,
-    name: str,
-) -> GraspOutcome:
-    """Runs the machine over an episode's verdicts and holds it against the truth."""
+def judge_run(recording: GraspRecording, profile: DetectorProfile) -> GraspOutcome:
+    """Runs the machine over an episode's frames and holds it against the truth."""
+    verdicts = [
+        judge(entropy=entropy, correlation=correlation, similarity=similarity, profile=profile)
+        for entropy, correlation, similarity in recording.features
+    ]
+    gaps = recording.gaps_mm
     stages = [state.stage.value for state in run_grasp(verdicts, profile)]
     starts = [k for k, stage in enumerate(stages) if k == 0 or stages[k - 1] != stage]
     closes = [k for k in starts if stages[k] == "Closing"]
     slips = [k for k in starts if stages[k] == "Slipped"]
     real = next((k for k in closes if gaps[k] is not None), None)
     touch = next(k for k, gap in enumerate(gaps) if gap is not None and gap < 0)
-    slip = next((k for k in slips if k >= drawn.release), None)
-    before = {stages[k] for k in starts if k < drawn.release}
+    slip = next((k for k in slips if k >= recording.release), None)
+    before = {stages[k] for k in starts if k < recording.release}
     return GraspOutcome(
-        seed=seed,
-        profile=name,
-        object_text=drawn.object_text,
-        depth_mm=drawn.depth_mm,
+        seed=recording.seed,
+        object_text=recording.object_text,
+        depth_mm=recording.depth_mm,
         completed={"Closing", "Grasped", "Transporting"} <= before and slip is not None and stages[-1] == "Waiting",
         closed_at_gap_mm=None if real is None else gaps[real],
         frames_before_contact=None if real is None else touch - real,
-        slip_delay_frames=None if slip is None else slip - drawn.release,
-        false_slips=sum(k < drawn.release for k in slips),
+        slip_delay_frames=None if slip is None else slip - recording.release,
+        false_slips=sum(k < recording.release for k in slips),
         false_closes=sum(gaps[k] is None for k in closes),
         lights_obeyed={
             kind: any(stages[k] != stages[k - 1] and gaps[k] == gaps[k - 1] for k in range(start, end + 2))
-            for kind, (start, end) in drawn.lights.items()
+            for kind, (start, end) in recording.lights.items()
         },
         noise_share={
             kind: sum(one.proximity.value == "Noise" for one in verdicts[start:end]) / (end - start)
-            for kind, (start, end) in drawn.lights.items()
+            for kind, (start, end) in recording.lights.items()
         },
         stages="".join(stage[0] for stage in stages),
     )
@@ -209,22 +232,23 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=50)
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--profile", default="calibrated")
+    parser.add_argument("--judge", help="profile that judges; the one that measures by default")
     parser.add_argument("--set", dest="settings", action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--out", type=Path, default=Path("grasping.jsonl"))
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    profile = load_profile(arguments.profile)
+    profile = load_profile(arguments.judge or arguments.profile)
     lines = arguments.out.read_text(encoding="utf-8").splitlines() if arguments.out.exists() else []
-    done = {each.seed: each for each in (GraspOutcome(**json.loads(line)) for line in lines)}
-    seeds = range(arguments.first_seed, arguments.first_seed + arguments.episodes)
-    for seed in seeds:
-        if seed in done:
-            continue
-        done[seed] = run_episode(seed, profile, arguments.profile, arguments.settings)
-        with arguments.out.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(asdict(done[seed])) + "\n")
-        logging.info("%s", done[seed])
-    print(json.dumps(summary([done[seed] for seed in seeds]), indent=1))
+    done = {each.seed: each for each in (GraspRecording(**json.loads(line)) for line in lines)}
+    outcomes = []
+    for seed in range(arguments.first_seed, arguments.first_seed + arguments.episodes):
+        if seed not in done:
+            done[seed] = record_episode(seed, arguments.profile, arguments.settings)
+            with arguments.out.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(asdict(done[seed])) + "\n")
+        outcomes.append(judge_run(done[seed], profile))
+        logging.info("%s", outcomes[-1])
+    print(json.dumps(summary(outcomes), indent=1))
 
 
 if __name__ == "__main__":

@@ -93,7 +93,7 @@ def _closing(state: GraspState, verdict: Verdict, profile: DetectorProfile) -> G
 
 def _holding(state: GraspState, verdict: Verdict, profile: DetectorProfile) -> GraspState:
     """A slip ends it; otherwise transport begins after some frames, of which Noise counts none."""
-    memory, slipped = step_slip(state.slip, verdict.similarity, verdict.proximity, profile)
+    memory, slipped = step_slip(state.slip, verdict, profile)
     if slipped:
         return GraspState(stage=GraspStage.SLIPPED)
     state = replace(state, slip=memory)

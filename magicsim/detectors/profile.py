@@ -142,6 +142,10 @@ class DetectorProfile:
     slip_window: int = field(
         default=2, metadata=limited("Frames within which that share must return; assumed.", 1, 100)
     )
+    slip_entropy_rise: float = field(
+        default=0.2,
+        metadata=limited("Rise of E from which a rise of S is light and no slip [bit]; assumed.", 0.0, 8.0),
+    )
     close_frames: int = field(
         default=150, metadata=limited("Frames of closing without a touch before the gripper returns.", 1, 100_000)
     )

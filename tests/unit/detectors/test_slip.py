@@ -5,17 +5,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from magicsim.detectors import DetectorProfile, Proximity
+from magicsim.detectors.combined import judge
 from magicsim.detectors.slip import SlipState, is_touch_lost, step_slip
 
 PROFILE = DetectorProfile(tau_g=0.8, slip_share=0.25, slip_window=2, touch_hysteresis=0.5)  # lost from S = 0.9
-QUIET, NOISE = Proximity.APPROACHING, Proximity.NOISE
 
 
-def slips(levels, profile=PROFILE):
+def slips(levels, profile=PROFILE, entropies=None):
     """Frames at which a slip is seen; a level is S, or None for a frame under outside light with S = 1."""
     state, found = SlipState(), []
     for number, level in enumerate(levels):
-        state, slipped = step_slip(state, 1.0 if level is None else level, NOISE if level is None else QUIET, profile)
+        entropy = 3.0 if entropies is None else entropies[number]
+        verdict = judge(
+            entropy=entropy,
+            correlation=0.9 if level is None else 0.1,
+            similarity=1.0 if level is None else level,
+            profile=profile,
+        )
+        assert (verdict.proximity is Proximity.NOISE) == (level is None)
+        state, slipped = step_slip(state, verdict, profile)
         found += [number] * slipped
     return found
 
@@ -51,6 +59,28 @@ def test_no_rise_is_measured_across_light():
 
 def test_object_lost_under_light_is_seen_in_the_second_frame_after_it():
     assert slips([0.5, None, 1.0, 1.0]) == [3]
+
+
+def test_similarity_and_entropy_that_rise_together_are_light_on_the_held_object():
+    assert slips([0.5, 0.7, 0.7, 0.5], entropies=[3.0, 3.2, 3.3, 3.0]) == []
+    assert slips([0.5, 0.7, 0.7, 0.5], entropies=[3.0, 3.1, 3.1, 3.0]) == [1, 2]
+    assert slips([0.5, 0.95, 0.95, 0.95, 0.5], entropies=[3.0, 4.0, 4.0, 4.0, 3.0]) == []
+
+
+def test_similarity_that_rises_while_entropy_falls_is_a_slip():
+    assert slips([0.5, 0.7], entropies=[3.0, 1.0]) == [1]
+
+
+def test_object_lost_under_light_that_was_no_noise_is_seen_two_frames_after_it():
+    assert slips([0.5, 0.95, 0.95, 0.95, 0.95], entropies=[3.0, 4.0, 4.0, 1.0, 1.0]) == [4]
+
+
+def test_history_begins_anew_when_the_light_on_the_held_object_goes():
+    assert slips([0.5, 0.7, 0.7, 0.7, 0.8], entropies=[3.0, 4.0, 3.1, 3.1, 3.1]) == [4]
+
+
+def test_firmer_grip_raises_entropy_and_is_no_light():
+    assert slips([0.5, 0.4, 0.3, 0.5], entropies=[3.0, 3.5, 4.0, 2.0]) == [3]
 
 
 def test_unchanged_similarity_of_one_is_only_a_lost_touch():
