@@ -67,6 +67,11 @@ def test_similarity_and_entropy_that_rise_together_are_light_on_the_held_object(
     assert slips([0.5, 0.95, 0.95, 0.95, 0.5], entropies=[3.0, 4.0, 4.0, 4.0, 3.0]) == []
 
 
+def test_rise_of_entropy_is_measured_from_the_frame_before():
+    assert slips([0.5, 0.5, 0.7], entropies=[4.0, 3.0, 3.5]) == []
+    assert slips([0.5, 0.5, 0.7], entropies=[3.0, 4.0, 3.5]) == [2]
+
+
 def test_similarity_that_rises_while_entropy_falls_is_a_slip():
     assert slips([0.5, 0.7], entropies=[3.0, 1.0]) == [1]
 
