@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from magicsim.deform.durometer import durometer
     from magicsim.deform.press import press
+    from magicsim.detector_fit import calibrate
     from magicsim.detectors.offline import detect_sources
     from magicsim.plan import plan_scene
     from magicsim.scenes.scene import load_scene
@@ -16,9 +17,12 @@ if TYPE_CHECKING:
     from magicsim.still import render_still
 
 __version__ = "0.1.0"
-__all__ = ["detect_sources", "durometer", "load_scene", "plan_scene", "press", "render_still", "simulate"]
+__all__ = [
+    "calibrate", "detect_sources", "durometer", "load_scene", "plan_scene", "press", "render_still", "simulate",
+]  # fmt: skip
 
 _HOMES = {
+    "calibrate": "magicsim.detector_fit",
     "detect_sources": "magicsim.detectors.offline",
     "durometer": "magicsim.deform.durometer",
     "load_scene": "magicsim.scenes.scene",

@@ -8,13 +8,16 @@ from magicsim.detectors.combined import detect, detect_all, detect_stream
 from magicsim.detectors.episode import Episode
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import BackgroundReference, References, fuse
+from magicsim.detectors.grasp import GraspStage, GraspState, run_grasp, step_grasp
 from magicsim.detectors.grid import GridReference
-from magicsim.detectors.offline import detect_sources
+from magicsim.detectors.offline import detect_sources, stream_sources
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.profile_file import load_profile, save_profile
 from magicsim.detectors.profile_schema import profile_schema
 from magicsim.detectors.score import DetectionScore, TaskScore, score_verdicts
+from magicsim.detectors.slip import SlipState, step_slip
 from magicsim.detectors.source import SourceFrame, read_image, read_source
+from magicsim.detectors.stream import StreamState, detect_from_start, start_stream, step_stream
 from magicsim.detectors.truth import FrameClass, classify_frame
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 
@@ -29,16 +32,21 @@ __all__ = [
     "Episode",
     "Frame",
     "FrameClass",
+    "GraspStage",
+    "GraspState",
     "GridReference",
     "Proximity",
     "References",
+    "SlipState",
     "SourceFrame",
+    "StreamState",
     "TaskScore",
     "Verdict",
     "check_frame",
     "classify_frame",
     "detect",
     "detect_all",
+    "detect_from_start",
     "detect_sources",
     "detect_stream",
     "fit_profile",
@@ -47,6 +55,12 @@ __all__ = [
     "profile_schema",
     "read_image",
     "read_source",
+    "run_grasp",
     "save_profile",
     "score_verdicts",
+    "start_stream",
+    "step_grasp",
+    "step_slip",
+    "step_stream",
+    "stream_sources",
 ]

@@ -43,8 +43,10 @@ def detect(
     image = check_frame(frame, shape=references.background.ceiling.shape)
     filtered = filter_channels(image, references.background)
     return judge(
-        entropy=brightening_entropy(filtered),
-        correlation=brightening_correlation(filtered),
+        entropy=brightening_entropy(
+            filtered, bins=profile.entropy_bins, grey=profile.grey, rounding=profile.grey_rounding
+        ),
+        correlation=brightening_correlation(filtered, constant=profile.constant_channel),
         similarity=grid_similarity(grid_areas(image, references.grid), profile.similarity),
         profile=profile,
         source=source,
@@ -76,8 +78,14 @@ def judge(
 
     With L the logistic function, b = L((E - tau_e) / entropy_width) says that something brightens and
     a = L((C - tau_c) / correlation_width) that it does so alike: p_approach = b (1 - a), p_noise = b a, and
-    1 - b is left for Normal. p_touch = L((tau_g - S) / similarity_width). The paper names the distances to
-    the thresholds as the source of its probabilities; the form is assumed.
+    1 - b is left for Normal. p_touch = L((tau_g - S) / similarity_width), of the frame alone, so that outside light,
+    which changes S too, is not taken out of it. All are monotone: p_approach rises with E and falls with C, p_noise
+    rises with both, p_touch falls with S; and b, a and p_touch are one half at their thresholds.
+
+    The paper names the distances to the thresholds as the source of its probabilities; the form is assumed. With
+    widths from `magicsim.detectors.widths.fit_widths` (as `magicsim calibrate` writes them) b, a and p_touch are
+    calibrated: each is the share of positives among training frames at that distance, were both groups as frequent.
+    With other widths, `published` among them, they rank frames and say no share.
 
     Args:
         entropy: E [bit].
@@ -121,6 +129,8 @@ def _check_match(references: References, profile: DetectorProfile) -> None:
         ("tau_b", grid.tau_b, profile.tau_b),
         ("polarity", grid.polarity, profile.polarity),
         ("grid_blur_px", grid.blur_px, profile.grid_blur_px),
+        ("grid_blur_sigma_px", grid.blur_sigma_px, profile.grid_blur_sigma_px),
+        ("grid_reference", grid.kind, profile.grid_reference),
         ("difference_blur_px", background.blur_px, profile.difference_blur_px),
         ("background_count", len(background.images), profile.background_count),
     ):

@@ -37,7 +37,7 @@ class GridAreas:
 
 def grid_areas(frame: Frame, grid: GridReference) -> GridAreas:
     """Measure the overlap of a frame, shape (rows, columns, 3), with a reference of the same shape."""
-    return mask_areas(blur(frame, grid.blur_px), grid)
+    return mask_areas(blur(frame, grid.blur_px, grid.blur_sigma_px), grid)
 
 
 def mask_areas(blurred: Frame, grid: GridReference) -> GridAreas:

@@ -52,7 +52,7 @@ def measure_brightening(
 
     Args:
         episodes: Labelled frames.
-        base: Gives the number of references and of reference frames.
+        base: Gives the number of references and of reference frames, and the options of entropy and correlation.
         difference_blur_px: Side of the Gaussian kernel before the difference [px].
 
     Raises:
@@ -64,8 +64,10 @@ def measure_brightening(
         background = fuse_background(references, count=base.background_count, blur_px=difference_blur_px)
         for frame in _scored_frames(episode, references[0].shape):
             filtered = filter_channels(frame, background)
-            entropies.append(brightening_entropy(filtered))
-            correlations.append(brightening_correlation(filtered))
+            entropies.append(
+                brightening_entropy(filtered, bins=base.entropy_bins, grey=base.grey, rounding=base.grey_rounding)
+            )
+            correlations.append(brightening_correlation(filtered, constant=base.constant_channel))
     return np.array(entropies), np.array(correlations)
 
 
@@ -81,7 +83,7 @@ def measure_similarity(
 
     Args:
         episodes: Labelled frames.
-        base: Gives the number of reference frames.
+        base: Gives the number of reference frames, the kernel's sigma and what the reference keeps.
         options: Ways to tell the grid from the background.
         similarities: Measures of overlap.
 
@@ -99,13 +101,20 @@ def measure_similarity(
         references = _checked_references(episode, base)
         frames = _scored_frames(episode, references[0].shape)
         for size in sorted({option[2] for option in options}):
-            blurred = [blur(frame, size) for frame in frames]
+            blurred = [blur(frame, size, base.grid_blur_sigma_px) for frame in frames]
             for option in options:
                 if option[2] != size or option in empty:
                     continue
                 tau_b, polarity, _ = option
                 try:
-                    grid = fuse_grid(references, tau_b=tau_b, polarity=polarity, blur_px=size)
+                    grid = fuse_grid(
+                        references,
+                        tau_b=tau_b,
+                        polarity=polarity,
+                        blur_px=size,
+                        blur_sigma_px=base.grid_blur_sigma_px,
+                        kind=base.grid_reference,
+                    )
                 except FrameError:
                     empty.add(option)
                     continue

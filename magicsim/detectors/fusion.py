@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.grid import FULL, GridReference, blur, grid_mask
-from magicsim.detectors.profile import DetectorProfile, Polarity
+from magicsim.detectors.profile import DetectorProfile, GridKind, Polarity
 from magicsim.errors import FrameError
 
 
@@ -59,12 +59,21 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
     checked = [check_frame(frame, shape=first.shape) for frame in taken]
     return References(
         background=fuse_background(checked, count=profile.background_count, blur_px=profile.difference_blur_px),
-        grid=fuse_grid(checked, tau_b=profile.tau_b, polarity=profile.polarity, blur_px=profile.grid_blur_px),
+        grid=fuse_grid(
+            checked,
+            tau_b=profile.tau_b,
+            polarity=profile.polarity,
+            blur_px=profile.grid_blur_px,
+            blur_sigma_px=profile.grid_blur_sigma_px,
+            kind=profile.grid_reference,
+        ),
     )
 
 
 def fuse_background(frames: Sequence[Frame], *, count: int, blur_px: int = 0) -> BackgroundReference:
     """Means of `count` runs of consecutive frames, rounded to 8 bit (halves up).
+
+    B_j = (M / N) sum of F_i, i = (j - 1) N / M + 1 .. j N / M, per channel, j = 1..M.
 
     Args:
         frames: Frames of one shape (rows, columns, 3), at least `count`.
@@ -86,21 +95,35 @@ def _rounded_mean(frames: Sequence[Frame]) -> Frame:
     return ((2 * total + len(frames)) // (2 * len(frames))).astype(np.uint8)
 
 
-def fuse_grid(frames: Sequence[Frame], *, tau_b: int, polarity: Polarity, blur_px: int) -> GridReference:
-    """Average of the binarised frames.
+def fuse_grid(
+    frames: Sequence[Frame],
+    *,
+    tau_b: int,
+    polarity: Polarity,
+    blur_px: int,
+    blur_sigma_px: float = 0.0,
+    kind: GridKind = "presence",
+) -> GridReference:
+    """Average of the binarised frames: G_ref = (1 / N) sum of b(blur(F_i)), per channel.
+
+    b is 1 where `grid_mask` sees the grid. With `majority` G_ref is 1 where that average is above one half, else 0.
 
     Args:
         frames: 1 to 255 frames of one shape (rows, columns, 3).
         tau_b: Grey level that separates grid from background.
         polarity: Side of `tau_b` that is the grid.
         blur_px: Side of the Gaussian kernel before binarising [px]; 0 is none.
+        blur_sigma_px: Its standard deviation [px]; 0 takes OpenCV's for the side.
+        kind: Whether the average itself is kept or what the majority of frames shows.
 
     Raises:
         FrameError: No channel of any frame shows the grid; a similarity to nothing has no meaning.
     """
     counts = np.zeros(frames[0].shape, dtype=np.uint8)
     for frame in frames:
-        counts += grid_mask(blur(frame, blur_px), tau_b=tau_b, polarity=polarity) // FULL
+        counts += grid_mask(blur(frame, blur_px, blur_sigma_px), tau_b=tau_b, polarity=polarity) // FULL
+    if kind == "majority":
+        counts = np.where(counts > len(frames) // 2, np.uint8(len(frames)), np.uint8(0))
     red, green, blue = cv2.sumElems(counts)[:3]
     if not red + green + blue:
         side = "at or below" if polarity == "dark" else "above"
@@ -113,4 +136,6 @@ def fuse_grid(frames: Sequence[Frame], *, tau_b: int, polarity: Polarity, blur_p
         tau_b=tau_b,
         polarity=polarity,
         blur_px=blur_px,
+        blur_sigma_px=blur_sigma_px,
+        kind=kind,
     )

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.profile import Polarity
+from magicsim.detectors.profile import GridKind, Polarity
 
 FULL = 255
 """Mask value of a pixel that shows the grid."""
@@ -18,7 +18,8 @@ class GridReference:
     """What the untouched grid looks like, from `fuse_grid`."""
 
     counts: npt.NDArray[np.uint8]
-    """Number of reference frames in which a pixel showed the grid, 0..frames, shape (rows, columns, 3)."""
+    """Number of reference frames in which a pixel showed the grid, 0..frames, shape (rows, columns, 3); 0 or `frames`
+    alone where the majority decides."""
     frames: int
     """Number of reference frames, 1..255."""
     areas: tuple[float, float, float]
@@ -29,6 +30,10 @@ class GridReference:
     """Side of `tau_b` that is the grid."""
     blur_px: int
     """Side of the Gaussian kernel before binarising [px]; 0 is none."""
+    blur_sigma_px: float = 0.0
+    """Its standard deviation [px]; 0 takes OpenCV's for the side."""
+    kind: GridKind = "presence"
+    """What was kept of the binarised frames."""
 
     @property
     def presence(self) -> npt.NDArray[np.float64]:
@@ -36,21 +41,27 @@ class GridReference:
         return self.counts / float(self.frames)
 
 
-def blur(image: Frame, size_px: int) -> Frame:
-    """Gaussian blur rounded to 8 bit.
+def blur(image: Frame, size_px: int, sigma_px: float = 0.0) -> Frame:
+    """Gaussian blur rounded to 8 bit; pixels beyond the edge mirror those inside, without repeating the edge.
+
+    Each axis is weighed by k_i = exp(-i i / (2 sigma sigma)) / sum, i = -(size - 1) / 2 .. (size - 1) / 2; with
+    OpenCV's own sigma, kernels of 3, 5 and 7 px are (1, 2, 1) / 4, (1, 4, 6, 4, 1) / 16 and
+    (2, 7, 14, 18, 14, 7, 2) / 64.
 
     Args:
         image: Shape (rows, columns, 3).
-        size_px: Side of the kernel [px], odd; its standard deviation is OpenCV's 0.15 `size_px` + 0.35.
-            0 and 1 leave the image as it is.
+        size_px: Side of the kernel [px], odd. 0 and 1 leave the image as it is.
+        sigma_px: Standard deviation [px]; 0 takes OpenCV's 0.15 `size_px` + 0.35.
     """
     if size_px <= 1:
         return image
-    return np.asarray(cv2.GaussianBlur(image, (size_px, size_px), 0), dtype=np.uint8)
+    return np.asarray(cv2.GaussianBlur(image, (size_px, size_px), sigma_px), dtype=np.uint8)
 
 
 def grid_mask(blurred: Frame, *, tau_b: int, polarity: Polarity) -> npt.NDArray[np.uint8]:
     """Pixels that show the grid: `FULL` there and 0 elsewhere, per channel.
+
+    Dark grid: F <= tau_b. Bright grid: F > tau_b.
 
     Args:
         blurred: Image after `blur`, shape (rows, columns, 3).

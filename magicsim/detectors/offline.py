@@ -1,60 +1,89 @@
-"""Detection from files: a source to judge, a source of references and a profile's name."""
+"""Detection on sources: one to judge, one of references, and a profile's name."""
 
 import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
+from itertools import islice
 from pathlib import Path
 
 from magicsim.detectors.combined import detect
 from magicsim.detectors.frame import Frame, check_frame
-from magicsim.detectors.fusion import fuse
+from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.profile_file import load_profile
-from magicsim.detectors.source import SourceFrame, read_source
+from magicsim.detectors.source import SourceFrame, read_source, source_kind
 from magicsim.detectors.verdict import Verdict
-from magicsim.errors import FrameError
+from magicsim.errors import ConfigError, FrameError
 
 _LOG = logging.getLogger(__name__)
 
 
 def detect_sources(
-    source: str | Path, reference: str | Path, profile: str | Path | DetectorProfile = "published"
+    source: str | Path,
+    reference: str | Path,
+    profile: str | Path | DetectorProfile = "published",
+    *,
+    frames: int | None = None,
 ) -> list[Verdict]:
     """Judge every frame of a source; logs a warning when there were fewer reference frames than asked for.
 
     Args:
-        source: Image file or folder of images.
-        reference: Image file or folder of images of the untouched sensor.
+        source: Image file, folder of images, video file, or index of a camera.
+        reference: The same, of the untouched sensor; its first `reference_count` frames are taken.
         profile: Shipped name, path of a TOML file, or a profile itself.
+        frames: Most frames to judge; needed for a camera, which never ends.
 
     Returns:
-        One verdict for each frame, with the frame's file name.
+        One verdict for each frame, with the frame's name.
 
     Raises:
-        ConfigError: A source does not exist or holds no image, or the profile is not valid.
+        ConfigError: A source does not exist or holds no image, a camera without `frames`, or the profile is not valid.
         PresetError: There is no such profile.
-        FrameError: An image cannot be used; the line names it.
+        FrameError: An image, a video or a camera cannot be used; the line names it.
     """
+    if frames is None and source_kind(source) == "camera":
+        msg = f"frames is missing: camera {source} never ends; give the number of frames to judge"
+        raise ConfigError(msg)
+    return list(stream_sources(source, reference, profile, frames=frames))
+
+
+def stream_sources(
+    source: str | Path,
+    reference: str | Path,
+    profile: str | Path | DetectorProfile = "published",
+    *,
+    frames: int | None = None,
+) -> Iterator[Verdict]:
+    """As `detect_sources`, one verdict at a time, so that a camera can be judged for as long as it runs."""
+    if frames is not None and frames < 1:
+        msg = f"frames = {frames} is not allowed; must be a whole number of at least 1"
+        raise ConfigError(msg)
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
-    frames = read_source(source)
-    references = fuse(_reference_images(reference), chosen)
-    verdicts = []
-    for each in frames:
-        with _naming(each):
-            verdicts.append(detect(each.image, references, chosen, source=each.name))
+    with closing(read_source(source)) as judged:
+        references = fuse_source(reference, chosen)
+        for each in islice(judged, frames):
+            with _naming(each):
+                verdict = detect(each.image, references, chosen, source=each.name)
+            yield verdict
     if references.grid.frames < chosen.reference_count:
         _LOG.warning("%d reference frames instead of %d", references.grid.frames, chosen.reference_count)
-    return verdicts
 
 
-def _reference_images(reference: str | Path) -> Iterator[Frame]:
+def fuse_source(reference: str | Path, profile: DetectorProfile) -> References:
+    """References from the first frames of a source of the untouched sensor; raises what `detect_sources` raises."""
+    with closing(_reference_images(reference)) as images:
+        return fuse(images, profile)
+
+
+def _reference_images(reference: str | Path) -> Generator[Frame, None, None]:
     """Images of the untouched sensor, all of the first one's size."""
     shape: tuple[int, ...] | None = None
-    for each in read_source(reference):
-        with _naming(each):
-            image = check_frame(each.image, shape=shape)
-        shape = image.shape
-        yield image
+    with closing(read_source(reference)) as frames:
+        for each in frames:
+            with _naming(each):
+                image = check_frame(each.image, shape=shape)
+            shape = image.shape
+            yield image
 
 
 @contextmanager

@@ -1,12 +1,14 @@
 """A detector profile: every threshold and option of the three algorithms, with its range.
 
 The defaults are the published values (Fan, Li, Zhang, arXiv 2505.24382); what the paper leaves open is marked
-as assumed in the field's description.
+as assumed in the field's description, with the reason for the default in a comment. `docs/detector-options.md` has the
+measured effect of every choice.
 """
 
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from typing import Literal, get_args
 
+from magicsim.detectors.limits import checked, limited
 from magicsim.errors import ConfigError
 
 SCHEMA_VERSION = 1
@@ -18,44 +20,17 @@ Polarity = Literal["dark", "bright"]
 Similarity = Literal["recall", "iou", "dice"]
 """How the overlap of a frame's grid with the reference becomes one number in 0..1."""
 
+GridKind = Literal["presence", "majority"]
+"""What the grid reference keeps of the binarised frames: their mean, or that mean binarised at one half."""
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
-    """What a field may be and what it means; stands in the field's metadata under `limits`."""
+Grey = Literal["luma", "mean"]
+"""How three channels become one grey level: 0.299 R + 0.587 G + 0.114 B, or (R + G + B) / 3."""
 
-    about: str
-    """One sentence for documentation and the JSON Schema."""
-    low: float | None = None
-    """Smallest allowed value."""
-    high: float | None = None
-    """Largest allowed value."""
-    odd: bool = False
-    """Whether the number is the side of a centred kernel: odd, or 0 for none."""
-    choices: tuple[str, ...] = ()
-    """The allowed words, for a text field."""
+Rounding = Literal["nearest", "down"]
+"""How a grey level becomes 8 bit: to the nearest level (halves up), or cut off."""
 
-    def allowed(self, kind: type) -> str:
-        """Say in words what is allowed for a value of type `kind` (int, float or str)."""
-        if self.choices:
-            return f"one of: {', '.join(self.choices)}"
-        if self.low == self.high:
-            return f"{self.low:g}"
-        span = f"in {self.low:g}..{self.high:g}"
-        if self.odd:
-            return f"an odd whole number {span}, or 0 for none"
-        return f"a {'whole ' if kind is int else ''}number {span}"
-
-
-def _metadata(
-    about: str,
-    low: float | None = None,
-    high: float | None = None,
-    *,
-    odd: bool = False,
-    choices: tuple[str, ...] = (),
-) -> dict[str, Limits]:
-    """Metadata of one field."""
-    return {"limits": Limits(about=about, low=low, high=high, odd=odd, choices=choices)}
+ConstantChannel = Literal["zero", "skip"]
+"""What a pair with a constant channel, which has no correlation, adds to the mean: 0, or nothing at all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,91 +43,122 @@ class DetectorProfile:
     """
 
     schema_version: int = field(
-        default=SCHEMA_VERSION, metadata=_metadata("Version of these keys.", SCHEMA_VERSION, SCHEMA_VERSION)
+        default=SCHEMA_VERSION, metadata=limited("Version of these keys.", SCHEMA_VERSION, SCHEMA_VERSION)
     )
-    tau_e: float = field(default=0.5, metadata=_metadata("Entropy from which something brightens [bit].", 0.0, 8.0))
+    tau_e: float = field(default=0.5, metadata=limited("Entropy from which something brightens [bit].", 0.0, 8.0))
     tau_c: float = field(
-        default=0.2, metadata=_metadata("Correlation from which a brightening is outside light.", -1.0, 1.0)
+        default=0.2, metadata=limited("Correlation from which a brightening is outside light.", -1.0, 1.0)
     )
     tau_b: int = field(
         default=35,
-        metadata=_metadata("Grey level that separates grid from background; above is bright.", 0, 254),
+        metadata=limited("Grey level that separates grid from background; above is bright.", 0, 254),
     )
-    tau_g: float = field(
-        default=0.6, metadata=_metadata("Grid similarity below which the sensor is touched.", 0.0, 1.0)
-    )
-    background_count: int = field(default=3, metadata=_metadata("Background references M.", 1, 255))
+    tau_g: float = field(default=0.6, metadata=limited("Grid similarity below which the sensor is touched.", 0.0, 1.0))
+    background_count: int = field(default=3, metadata=limited("Background references M.", 1, 255))
     reference_count: int = field(
-        default=30, metadata=_metadata("Frames N of the untouched sensor that make the references.", 1, 255)
+        default=30, metadata=limited("Frames N of the untouched sensor that make the references.", 1, 255)
     )
     grid_blur_px: int = field(
         default=5,
-        metadata=_metadata("Side of the Gaussian kernel before binarising [px]; assumed.", 0, 63, odd=True),
+        metadata=limited("Side of the Gaussian kernel before binarising [px]; assumed.", 0, 63, odd=True),
     )
     difference_blur_px: int = field(
         default=0,
-        metadata=_metadata("Side of the Gaussian kernel before the difference [px].", 0, 63, odd=True),
+        metadata=limited("Side of the Gaussian kernel before the difference [px].", 0, 63, odd=True),
     )
     polarity: Polarity = field(
         default="dark",
-        metadata=_metadata("Side of tau_b that is the grid; assumed.", choices=get_args(Polarity)),
+        metadata=limited("Side of tau_b that is the grid; assumed.", choices=get_args(Polarity)),
     )
     similarity: Similarity = field(
         default="recall",
-        metadata=_metadata("Measure of overlap with the reference grid.", choices=get_args(Similarity)),
+        metadata=limited("Measure of overlap with the reference grid.", choices=get_args(Similarity)),
+    )
+    # Gaussian as published; its side and sigma are not given, and OpenCV's sigma for a side is the customary choice.
+    grid_blur_sigma_px: float = field(
+        default=0.0,
+        metadata=limited("Standard deviation of that kernel [px]; 0 is 0.15 sides + 0.35; assumed.", 0.0, 20.0),
+    )
+    # The algorithm averages the binarised frames and does not binarise the average again.
+    grid_reference: GridKind = field(
+        default="presence",
+        metadata=limited("What the grid reference keeps of the binarised frames.", choices=get_args(GridKind)),
+    )
+    # The luma of ITU-R BT.601 is what a conversion to grey means where nothing else is said.
+    grey: Grey = field(
+        default="luma",
+        metadata=limited("How the filtered channels become grey for the entropy; assumed.", choices=get_args(Grey)),
+    )
+    # Cutting off would hide a brightening of less than one level that the mean of the channels shows.
+    grey_rounding: Rounding = field(
+        default="nearest",
+        metadata=limited("How that grey becomes 8 bit; assumed.", choices=get_args(Rounding)),
+    )
+    # One bin for each of the 256 grey levels is the entropy of the image itself.
+    entropy_bins: int = field(
+        default=256, metadata=limited("Bins of the histogram whose entropy is taken; assumed.", 2, 256)
+    )
+    # Three pairs always weigh one third each, so a channel that falls silent cannot make C jump.
+    constant_channel: ConstantChannel = field(
+        default="zero",
+        metadata=limited("What a pair with a constant channel adds to C; assumed.", choices=get_args(ConstantChannel)),
     )
     entropy_width: float = field(
         default=0.25,
-        metadata=_metadata("Logistic width of the entropy's probability [bit]; assumed.", 1e-6, 8.0),
+        metadata=limited("Logistic width of the entropy's probability [bit]; assumed.", 1e-6, 8.0),
     )
     correlation_width: float = field(
         default=0.05,
-        metadata=_metadata("Logistic width of the correlation's probability; assumed.", 1e-6, 2.0),
+        metadata=limited("Logistic width of the correlation's probability; assumed.", 1e-6, 2.0),
     )
     similarity_width: float = field(
         default=0.05,
-        metadata=_metadata("Logistic width of the similarity's probability; assumed.", 1e-6, 1.0),
+        metadata=limited("Logistic width of the similarity's probability; assumed.", 1e-6, 1.0),
+    )
+    # Published runs see proximity 10 to 15 frames before contact, so that five leave as many to close in.
+    approach_frames: int = field(
+        default=5,
+        metadata=limited("Approaching frames, not broken by Normal or Noise, before closing; assumed.", 1, 1000),
+    )
+    entropy_hysteresis: float = field(
+        default=0.1,
+        metadata=limited("How far E may fall below tau_e without breaking that run [bit]; assumed.", 0.0, 8.0),
+    )
+    touch_frames: int = field(
+        default=2, metadata=limited("Touched frames in a row before an object counts as grasped; assumed.", 1, 1000)
+    )
+    # In shares of 1 - tau_g and 1 - S, so that one value serves designs whose S spans very different ranges.
+    touch_hysteresis: float = field(
+        default=0.25,
+        metadata=limited("Share of 1 - tau_g that S must rise above tau_g before a touch is lost; assumed.", 0.0, 1.0),
+    )
+    transport_frames: int = field(
+        default=3, metadata=limited("Frames held without a slip before transport begins; assumed.", 1, 1000)
+    )
+    slip_share: float = field(
+        default=0.25,
+        metadata=limited("Share of the lost similarity 1 - S that returns suddenly in a slip; assumed.", 0.01, 1.0),
+    )
+    slip_window: int = field(
+        default=2, metadata=limited("Frames within which that share must return; assumed.", 1, 100)
+    )
+    slip_entropy_rise: float = field(
+        default=0.2,
+        metadata=limited("Rise of E from which a rise of S is light and no slip [bit]; assumed.", 0.0, 8.0),
+    )
+    close_frames: int = field(
+        default=150, metadata=limited("Frames of closing without a touch before the gripper returns.", 1, 100_000)
+    )
+    return_frames: int = field(
+        default=5, metadata=limited("Untouched frames in a row before a returned gripper waits again.", 1, 1000)
     )
 
     def __post_init__(self) -> None:
         """Check every field, and turn whole numbers into floats where a float is asked for."""
         for each in fields(self):
-            object.__setattr__(self, each.name, _checked(each, getattr(self, each.name)))
+            object.__setattr__(self, each.name, checked(each, getattr(self, each.name)))
         if self.reference_count < self.background_count:
             msg = (
                 f"reference_count = {self.reference_count} must be at least background_count = {self.background_count}"
             )
             raise ConfigError(msg)
-
-
-def limits_of(each: "Field[object]") -> Limits:
-    """The limits of one field of `DetectorProfile`."""
-    limits: Limits = each.metadata["limits"]
-    return limits
-
-
-def kind_of(each: "Field[object]") -> type[int | float | str]:
-    """The plain type of one field of `DetectorProfile`: int, float or str."""
-    return type(each.default)  # type: ignore[return-value]
-
-
-def _checked(each: "Field[object]", value: object) -> object:
-    """The value in the field's own type, or an error that names field, value and what is allowed."""
-    limits, kind = limits_of(each), kind_of(each)
-    good = _in_choices(value, limits) if kind is str else _in_range(value, kind, limits)
-    if not good:
-        msg = f"{each.name} = {value!r} is not allowed; must be {limits.allowed(kind)}"
-        raise ConfigError(msg)
-    return float(value) if kind is float else value  # type: ignore[arg-type]
-
-
-def _in_choices(value: object, limits: Limits) -> bool:
-    return isinstance(value, str) and value in limits.choices
-
-
-def _in_range(value: object, kind: type, limits: Limits) -> bool:
-    numeric = isinstance(value, int if kind is int else (int, float)) and not isinstance(value, bool)
-    if not numeric:
-        return False
-    inside = limits.low <= value <= limits.high  # type: ignore[operator]  # NaN is never inside
-    return inside and (not limits.odd or value == 0 or value % 2 == 1)  # type: ignore[operator]

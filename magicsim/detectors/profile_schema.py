@@ -2,7 +2,8 @@
 
 import dataclasses
 
-from magicsim.detectors.profile import DetectorProfile, kind_of, limits_of
+from magicsim.detectors.limits import kind_of, limits_of
+from magicsim.detectors.profile import DetectorProfile
 
 _JSON_TYPES = {int: "integer", float: "number", str: "string"}
 

@@ -9,19 +9,26 @@ from itertools import combinations
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.fusion import BackgroundReference
 from magicsim.detectors.grid import blur
-from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.profile import ConstantChannel, DetectorProfile, Grey, Rounding
 from magicsim.detectors.verdict import Proximity
+
+GREY_LEVELS = 256
+"""Grey levels of an 8-bit image."""
+
+_LUMA_THOUSANDTHS = (299, 587, 114)
+"""Weights of red, green and blue in the luma of ITU-R BT.601, in thousandths."""
 
 
 def filter_channels(frame: Frame, background: BackgroundReference) -> Frame:
-    """What brightens against every background reference, per channel.
+    """What brightens against every background reference, per channel: F_filtered = max(F - max_j B_j, 0).
 
-    The published loop F_j = F_(j-1) intersect max(F - B_j, 0), with F_0 = F and the pixelwise minimum as the
-    intersection of grey images, equals max(F - max_j B_j, 0), which is what is computed.
+    It equals the published loop F_j = F_(j-1) intersect max(F - B_j, 0), j = 1..M, with F_0 = F and the pixelwise
+    minimum as the intersection of grey images.
 
     Args:
         frame: Shape (rows, columns, 3).
@@ -34,48 +41,79 @@ def filter_channels(frame: Frame, background: BackgroundReference) -> Frame:
     return np.asarray(cv2.subtract(blurred, background.ceiling), dtype=np.uint8)
 
 
-def brightening_entropy(filtered: Frame) -> float:
-    """Shannon entropy E [bit] of the 256-bin histogram of the grey image, which is rounded to 8 bit.
+def brightening_entropy(
+    filtered: Frame, *, bins: int = GREY_LEVELS, grey: Grey = "luma", rounding: Rounding = "nearest"
+) -> float:
+    """Shannon entropy of the histogram of the grey image: E = -sum of p_i log2 p_i over the bins with p_i > 0.
 
-    Args:
-        filtered: From `filter_channels`, shape (rows, columns, 3); grey = 0.299 R + 0.587 G + 0.114 B.
-
-    Returns:
-        E in 0..8; 0 where all pixels have one grey level.
-    """
-    grey = cv2.cvtColor(filtered, cv2.COLOR_RGB2GRAY)
-    counts = cv2.calcHist([grey], [0], None, [256], [0, 256]).ravel().astype(np.float64)
-    share = counts[counts > 0] / grey.size
-    return max(0.0, -float(np.dot(share, np.log2(share))))
-
-
-def brightening_correlation(filtered: Frame) -> float:
-    """Mean C of the three pairwise Pearson correlations between the channels; a constant channel gives 0.
-
-    The sums are whole numbers, so neither cancellation nor the order of pixels changes the result; the sum of
-    x y comes from the squared differences as (sum of x x + sum of y y - sum of (x - y)(x - y)) / 2.
+    p_i is the share of pixels in bin i; level g of 0..255 falls into bin floor(g bins / 256).
 
     Args:
         filtered: From `filter_channels`, shape (rows, columns, 3).
+        bins: Number of bins, 2..256.
+        grey: How the channels become one grey level.
+        rounding: How that level becomes 8 bit.
 
     Returns:
-        C in -1..1.
+        E [bit] in 0..log2(bins); 0 where all pixels fall into one bin.
+    """
+    levels = grey_image(filtered, grey, rounding)
+    counts = cv2.calcHist([levels], [0], None, [bins], [0, GREY_LEVELS]).ravel().astype(np.float64)
+    share = counts[counts > 0] / levels.size
+    return max(0.0, -float(np.dot(share, np.log2(share))))
+
+
+def grey_image(filtered: Frame, grey: Grey = "luma", rounding: Rounding = "nearest") -> npt.NDArray[np.uint8]:
+    """The filtered channels as one 8-bit grey image, shape (rows, columns).
+
+    All in whole numbers. OpenCV's rounded luma has weights in 2^-15, so it can differ from the decimal weights where a
+    level lies within 0.005 of a half.
+
+    Args:
+        filtered: Shape (rows, columns, 3).
+        grey: `luma` is 0.299 R + 0.587 G + 0.114 B, `mean` is (R + G + B) / 3.
+        rounding: To the nearest level, or down.
+    """
+    if grey == "luma" and rounding == "nearest":
+        return np.asarray(cv2.cvtColor(filtered, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+    weights, scale = (_LUMA_THOUSANDTHS, 1000) if grey == "luma" else ((1, 1, 1), 3)
+    red, green, blue = (weight * filtered[:, :, index].astype(np.uint32) for index, weight in enumerate(weights))
+    total = red + green + blue
+    levels = (2 * total + scale) // (2 * scale) if rounding == "nearest" else total // scale
+    return levels.astype(np.uint8)
+
+
+def brightening_correlation(filtered: Frame, *, constant: ConstantChannel = "zero") -> float:
+    """Mean of the pairwise Pearson correlations between the channels: C = (r_rg + r_rb + r_gb) / 3.
+
+    r_xy = (n sum x y - sum x sum y) / sqrt((n sum x x - (sum x)^2) (n sum y y - (sum y)^2)) over the n pixels; a pair
+    with a constant channel, whose root is 0, counts as 0 or is left out of the mean. The sums are whole numbers, so
+    neither cancellation nor the order of pixels changes the result; the sum of x y comes from the squared differences
+    as (sum of x x + sum of y y - sum of (x - y)(x - y)) / 2.
+
+    Args:
+        filtered: From `filter_channels`, shape (rows, columns, 3).
+        constant: What a pair with a constant channel adds: 0 (`zero`) or nothing (`skip`).
+
+    Returns:
+        C in -1..1; 0 where no pair has a correlation.
     """
     planes = cv2.split(filtered)
     pixels = planes[0].size
     sums = [_whole(cv2.sumElems(plane)[0]) for plane in planes]
     squares = [_whole(cv2.norm(plane, cv2.NORM_L2SQR)) for plane in planes]
     variances = [pixels * square - total * total for square, total in zip(squares, sums, strict=True)]
-    total = 0.0
-    pairs = list(combinations(range(len(planes)), 2))
-    for first, second in pairs:
+    total, counted = 0.0, 0
+    for first, second in combinations(range(len(planes)), 2):
         if variances[first] == 0 or variances[second] == 0:
+            counted += constant == "zero"
             continue
         difference = _whole(cv2.norm(planes[first], planes[second], cv2.NORM_L2SQR))
         product = (squares[first] + squares[second] - difference) // 2
         covariance = pixels * product - sums[first] * sums[second]
         total += covariance / math.sqrt(variances[first] * variances[second])
-    return min(1.0, max(-1.0, total / len(pairs)))
+        counted += 1
+    return min(1.0, max(-1.0, total / counted)) if counted else 0.0
 
 
 def _whole(total: float) -> int:

@@ -1,6 +1,7 @@
-"""Frames from a source outside: an image file or a folder of images."""
+"""Frames from a source outside: an image file, a folder of images, a video file or a camera."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -10,12 +11,13 @@ import numpy as np
 
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.png_check import is_damaged_png
+from magicsim.detectors.video import VIDEO_SUFFIXES, open_video, read_camera
 from magicsim.errors import ConfigError, FrameError
 
 IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".webp")
 """File name endings that are read as images, in any case."""
 
-SourceKind = Literal["image", "folder"]
+SourceKind = Literal["image", "folder", "video", "camera"]
 """What a source can be."""
 
 _COLOUR_CONVERSIONS = {3: cv2.COLOR_BGR2RGB, 4: cv2.COLOR_BGRA2RGB}
@@ -27,38 +29,55 @@ class SourceFrame:
     """One frame and where it came from."""
 
     name: str
-    """File name."""
+    """File name; that of a video, or `camera` and its index, with `#` and the frame's number from 0."""
     image: Frame
     """RGB image, shape (rows, columns, 3)."""
 
 
+Frames = Generator[SourceFrame, None, None]
+"""Frames one at a time; closing it releases what it reads from."""
+
+
 def source_kind(source: str | Path) -> SourceKind:
-    """What the source is.
+    """What the source is. A whole number is a camera's index, unless a file or folder has that name.
 
     Raises:
-        ConfigError: It does not exist, or is a file that is not an image.
+        ConfigError: It does not exist, or is a file of an unknown kind.
     """
     path = Path(source).expanduser()
-    expected = f"an image ({', '.join(IMAGE_SUFFIXES)}) or a folder of images"
     if path.is_dir():
         return "folder"
+    if not path.is_file() and _is_index(source):
+        return "camera"
+    expected = f"an image ({', '.join(IMAGE_SUFFIXES)}), a folder of images"
+    expected += f", a video ({', '.join(VIDEO_SUFFIXES)}) or a camera's index"
     if not path.is_file():
         msg = f"source '{source}' does not exist; give {expected}"
         raise ConfigError(msg)
-    if path.suffix.lower() not in IMAGE_SUFFIXES:
-        msg = f"source '{source}' is not an image; give {expected}"
-        raise ConfigError(msg)
-    return "image"
+    suffix = path.suffix.lower()
+    if suffix in IMAGE_SUFFIXES:
+        return "image"
+    if suffix in VIDEO_SUFFIXES:
+        return "video"
+    msg = f"source '{source}' is neither an image nor a video; give {expected}"
+    raise ConfigError(msg)
 
 
-def read_source(source: str | Path) -> Iterator[SourceFrame]:
-    """Frames of a source, one at a time; those of a folder in the order of their names.
+def read_source(source: str | Path) -> Frames:
+    """Frames of a source, one at a time; those of a folder in the order of their names, a camera's without end.
+
+    A camera is opened with its first frame and released when the iterator is closed, so that one camera can give the
+    references first and the frames to judge afterwards.
 
     Raises:
         ConfigError: The source does not exist, is of no known kind or holds no image.
-        FrameError: An image cannot be read; raised when its turn comes.
+        FrameError: An image, a video or a camera cannot be read; raised when its turn comes, for a video at once.
     """
     return _READERS[source_kind(source)](Path(source).expanduser())
+
+
+def _is_index(source: str | Path) -> bool:
+    return str(source).isascii() and str(source).isdecimal()
 
 
 def read_image(path: str | Path) -> Frame:
@@ -95,11 +114,11 @@ def _to_rgb(decoded: np.ndarray) -> np.ndarray:
     return decoded[:, :, 2::-1]
 
 
-def _read_image_file(path: Path) -> Iterator[SourceFrame]:
-    return iter([SourceFrame(name=path.name, image=read_image(path))])
+def _read_image_file(path: Path) -> Frames:
+    return (SourceFrame(name=each.name, image=read_image(each)) for each in [path])
 
 
-def _read_folder(path: Path) -> Iterator[SourceFrame]:
+def _read_folder(path: Path) -> Frames:
     files = sorted(each for each in path.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES and each.is_file())
     if not files:
         msg = f"source folder '{path}' holds no image ({', '.join(IMAGE_SUFFIXES)})"
@@ -107,8 +126,24 @@ def _read_folder(path: Path) -> Iterator[SourceFrame]:
     return (SourceFrame(name=each.name, image=read_image(each)) for each in files)
 
 
-_READERS: dict[SourceKind, Callable[[Path], Iterator[SourceFrame]]] = {
+def _read_video_file(path: Path) -> Frames:
+    return _numbered(path.name, open_video(path))
+
+
+def _read_camera(path: Path) -> Frames:
+    return _numbered(f"camera {path}", read_camera(int(str(path))))
+
+
+def _numbered(name: str, images: Generator[Frame, None, None]) -> Frames:
+    with closing(images):
+        for number, image in enumerate(images):
+            yield SourceFrame(name=f"{name}#{number}", image=image)
+
+
+_READERS: dict[SourceKind, Callable[[Path], Frames]] = {
     "image": _read_image_file,
     "folder": _read_folder,
+    "video": _read_video_file,
+    "camera": _read_camera,
 }
 """The reader of each kind; a new kind of source is one entry here and one line in `source_kind`."""

@@ -14,7 +14,19 @@ LAYERS = (
     {"scenes"},
     {"plan"},
     {"episode", "truth", "simulation"},
-    {"bench", "judge", "table", "still", "report", "run", "progress", "doctor", "schema"},
+    {
+        "bench",
+        "recorded",
+        "detector_fit",
+        "judge",
+        "table",
+        "still",
+        "report",
+        "run",
+        "progress",
+        "doctor",
+        "schema",
+    },
     {"cli", "__main__"},
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""

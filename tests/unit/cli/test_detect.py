@@ -1,5 +1,7 @@
 from pathlib import Path
 
+import cv2
+
 from magicsim.presets import preset_names
 
 from .conftest import Shell
@@ -50,3 +52,28 @@ def test_unknown_profile_lists_the_choices(shell: Shell, tmp_path: Path):
     message = shell.refusal("detect", frames, "--reference", frames, "--profile", "publishd")
     assert "did you mean 'published'" in message
     assert all(name in message for name in preset_names("profile"))
+
+
+def test_video_is_judged_up_to_a_number_of_frames_with_the_stage_of_a_grasp(shell: Shell, tmp_path: Path):
+    reference = write_frames(tmp_path / "rest", 30)
+    writer = cv2.VideoWriter(str(tmp_path / "clip.avi"), cv2.VideoWriter_fourcc(*"FFV1"), 15, (24, 32))
+    for _ in range(3):
+        writer.write(cv2.imread(str(reference / "000.png")))
+    writer.release()
+    found = shell.json("detect", "clip.avi", "--reference", reference, "--frames", "2", "--grasp")["frames"]
+    assert [(row["source"], row["stage"], row["slip"]) for row in found] == [
+        ("clip.avi#0", "Waiting", False),
+        ("clip.avi#1", "Waiting", False),
+    ]
+    assert {row["similarity"] for row in found} == {1.0}
+
+
+def test_camera_that_is_not_there_is_one_line(shell: Shell, tmp_path: Path):
+    reference = write_frames(tmp_path / "rest", 30)
+    assert "camera 9876 cannot be opened" in shell.refusal("detect", "9876", "--reference", reference, "--frames", "1")
+
+
+def test_video_that_is_damaged_is_one_line(shell: Shell, tmp_path: Path):
+    reference = write_frames(tmp_path / "rest", 30)
+    (tmp_path / "clip.mp4").write_bytes(b"hello")
+    assert "clip.mp4' cannot be decoded" in shell.refusal("detect", "clip.mp4", "--reference", reference)

@@ -53,3 +53,19 @@ def save() -> Callable[[Path, np.ndarray], Path]:
         return path
 
     return write
+
+
+@pytest.fixture
+def write_video() -> Callable[..., Path]:
+    """Write RGB images to a video file; the default codec is lossless."""
+
+    def write(path: Path, images: list[np.ndarray], codec: str = "FFV1") -> Path:
+        rows, columns, _ = images[0].shape
+        writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*codec), 15, (columns, rows))
+        assert writer.isOpened()
+        for image in images:
+            writer.write(np.ascontiguousarray(image[..., ::-1]))
+        writer.release()
+        return path
+
+    return write

@@ -22,14 +22,6 @@ def folders(tmp_path, save):
     return tmp_path
 
 
-@pytest.fixture(autouse=True)
-def _opencv_logging():
-    """The command silences OpenCV for the whole process; undo that for other tests."""
-    level = cv2.utils.logging.getLogLevel()
-    yield
-    cv2.utils.logging.setLogLevel(level)
-
-
 def run(folders, capsys, source, *options, reference="rest"):
     status = main([str(folders / source), "--reference", str(folders / reference), *options])
     captured = capsys.readouterr()
@@ -78,7 +70,7 @@ def make_bad(folders):
     [
         ("none", (), "none' does not exist"),
         ("empty", (), "holds no image"),
-        ("notes.txt", (), "is not an image"),
+        ("notes.txt", (), "is neither an image nor a video"),
         ("damaged.png", (), "damaged.png' cannot be decoded"),
         ("zero.png", (), "zero.png' cannot be decoded"),
         ("small.png", (), "image 'small.png': frame has shape (47, 36, 3); must be (48, 36, 3)"),
@@ -147,3 +139,66 @@ def test_missing_arguments_exit_2_in_one_line():
     done = subprocess.run([sys.executable, "-m", "magicsim.detectors"], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
+
+
+def test_grasp_adds_stage_and_slip_to_every_frame(folders, capsys, save):
+    for index in range(6):
+        save(folders / "run" / f"{index}.png", near_frame(index))
+    status, out, _ = run(folders, capsys, "run", "--grasp", "--json")
+    rows = json.loads(out)["frames"]
+    assert status == 0
+    assert [row["stage"] for row in rows] == [*["Waiting"] * 4, "Closing", "Closing"]
+    assert [row["slip"] for row in rows] == [False] * 6
+    status, out, _ = run(folders, capsys, "run", "--grasp")
+    assert out.splitlines()[0].split()[-1] == "stage"
+    assert out.splitlines()[-1].split()[-1] == "Closing"
+
+
+def test_number_of_frames_is_a_limit(folders, capsys):
+    _, out, _ = run(folders, capsys, "frames", "--frames", "2", "--json")
+    assert len(json.loads(out)["frames"]) == 2
+
+
+def test_video_is_a_source(folders, capsys, write_video):
+    write_video(folders / "clip.avi", [grid_frame(), near_frame()])
+    status, out, _ = run(folders, capsys, "clip.avi", "--json")
+    assert status == 0
+    assert [row["proximity"] for row in json.loads(out)["frames"]] == ["Normal", "Approaching"]
+
+
+def test_camera_without_frames_cannot_be_json(capsys):
+    assert main(["0", "--reference", "0", "--json"]) == 2
+    assert "frames is missing" in capsys.readouterr().err
+
+
+def test_camera_is_judged_line_by_line_until_it_is_interrupted(folders, capsys, monkeypatch):
+    def endless(_: int):
+        yield grid_frame()
+        yield near_frame()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("magicsim.detectors.source.read_camera", endless)
+    assert main(["0", "--reference", str(folders / "rest")]) == 130
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[:2] for line in lines] == [["source", "entropy"], ["camera", "0#0"], ["camera", "0#1"]]
+
+
+def test_slip_is_marked_in_its_frame(folders, capsys, save):
+    """Approach, lines that vanish under a touch, and lines that are all back."""
+    pressed = near_frame()
+    pressed[16:] = 80 + np.random.default_rng(1).integers(0, 60, pressed[16:].shape)
+    for index, frame in enumerate([*[near_frame()] * 5, *[pressed] * 6, near_frame(), grid_frame()]):
+        save(folders / "run" / f"{index:02}.png", frame)
+    (folders / "mine.toml").write_text("tau_g = 0.4\ntau_c = 0.95\n")
+    _, out, _ = run(folders, capsys, "run", "--grasp", "--json", "--profile", str(folders / "mine.toml"))
+    rows = json.loads(out)["frames"]
+    assert [number for number, row in enumerate(rows) if row["slip"]] == [11]
+    assert [row["stage"] for row in rows[9:]] == ["Transporting", "Transporting", "Slipped", "Returning"]
+
+
+def test_camera_that_is_not_there_leaves_no_heading(folders, capsys):
+    assert main(["9876", "--reference", str(folders / "rest")]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert "camera 9876 cannot be opened" in captured.err

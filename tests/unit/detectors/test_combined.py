@@ -3,8 +3,10 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from magicsim.detectors import Contact, Proximity, detect, detect_all, detect_stream
+from magicsim.detectors import Contact, DetectorProfile, Proximity, detect, detect_all, detect_stream
 from magicsim.detectors.combined import combine, judge, logistic
 from magicsim.errors import ConfigError, FrameError
 
@@ -110,3 +112,38 @@ def test_verdict_is_ready_for_json(references, profile):
     ]
     assert row["proximity"] == "Normal"
     assert detect(grid_frame(), references, profile, source="a.png").as_dict()["source"] == "a.png"
+
+
+def probabilities(entropy, correlation, similarity):
+    verdict = judge(entropy=entropy, correlation=correlation, similarity=similarity, profile=DetectorProfile())
+    return np.array([verdict.p_approach, verdict.p_noise, verdict.p_touch])
+
+
+@given(
+    entropy=st.tuples(st.floats(0, 8), st.floats(0, 8)).map(sorted),
+    correlation=st.tuples(st.floats(-1, 1), st.floats(-1, 1)).map(sorted),
+    similarity=st.tuples(st.floats(0, 1), st.floats(0, 1)).map(sorted),
+)
+def test_probabilities_are_monotone_and_shares(entropy, correlation, similarity):
+    e, c, s = entropy[0], correlation[0], similarity[0]
+    low, more_e = probabilities(e, c, s), probabilities(entropy[1], c, s)
+    more_c, more_s = probabilities(e, correlation[1], s), probabilities(e, c, similarity[1])
+    assert (more_e - low >= -1e-15).tolist() == [True, True, True]
+    assert more_e[2] == low[2]
+    assert more_c[0] <= low[0] + 1e-15
+    assert more_c[1] >= low[1] - 1e-15
+    assert more_c[2] == low[2]
+    assert more_s[2] <= low[2]
+    assert (more_s[:2] == low[:2]).all()
+    assert (low >= 0).all()
+    assert low[0] + low[1] <= 1 + 1e-15
+
+
+@given(entropy=st.floats(0, 8), correlation=st.floats(-1, 1), similarity=st.floats(0, 1))
+def test_a_probability_above_one_half_has_its_verdict(entropy, correlation, similarity):
+    verdict = judge(entropy=entropy, correlation=correlation, similarity=similarity, profile=DetectorProfile())
+    if verdict.p_approach > 0.5 + 1e-9:
+        assert verdict.proximity is Proximity.APPROACHING
+    if verdict.p_noise > 0.5 + 1e-9:
+        assert verdict.proximity is Proximity.NOISE
+    assert (verdict.contact is Contact.TOUCHED) or verdict.p_touch <= 0.5 + 1e-9

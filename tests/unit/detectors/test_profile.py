@@ -4,7 +4,7 @@ import math
 import pytest
 
 from magicsim.detectors import DetectorProfile
-from magicsim.detectors.profile import limits_of
+from magicsim.detectors.limits import limits_of
 from magicsim.errors import ConfigError
 
 

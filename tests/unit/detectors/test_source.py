@@ -53,7 +53,7 @@ def test_empty_folder_is_named(tmp_path):
 
 def test_file_that_is_no_image_is_named(tmp_path):
     (tmp_path / "notes.txt").write_text("x")
-    with pytest.raises(ConfigError, match=r"notes.txt' is not an image; .*\.png"):
+    with pytest.raises(ConfigError, match=r"notes.txt' is neither an image nor a video; .*\.png"):
         read_source(tmp_path / "notes.txt")
 
 
@@ -83,3 +83,22 @@ def test_damaged_image_is_one_line_and_prints_nothing(tmp_path, save, capfd, suf
     assert "\n" not in str(caught.value)
     if suffix == ".png":
         assert capfd.readouterr().err == ""
+
+
+def test_whole_number_is_a_camera_unless_a_file_or_folder_has_that_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert source_kind("0") == source_kind("12") == "camera"
+    (tmp_path / "0").mkdir()
+    assert source_kind("0") == "folder"
+    for name in ("-1", "1.5", "\u0661"):
+        with pytest.raises(ConfigError, match="does not exist"):
+            source_kind(name)
+
+
+def test_video_file_is_a_source_of_numbered_frames(tmp_path, write_video):
+    path = write_video(tmp_path / "clip.avi", [IMAGE, IMAGE + 20])
+    assert source_kind(path) == "video"
+    assert [(each.name, each.image[0, 0, 0]) for each in read_source(path)] == [
+        ("clip.avi#0", 200),
+        ("clip.avi#1", 220),
+    ]

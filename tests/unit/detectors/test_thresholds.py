@@ -2,7 +2,14 @@ import numpy as np
 import pytest
 
 from magicsim.detectors import FrameClass
-from magicsim.detectors.thresholds import candidate_cuts, fit_contact, fit_proximity, within_spread
+from magicsim.detectors.thresholds import (
+    candidate_cuts,
+    fit_contact,
+    fit_proximity,
+    share_below,
+    share_from,
+    within_spread,
+)
 
 CLEAR, NEAR, CONTACT, LIGHT = FrameClass
 
@@ -67,3 +74,9 @@ def test_all_contact_frames_in_noise_still_give_a_threshold():
     fit = fit_contact(np.array([0.1, 0.9]), np.array([True, False]), [CONTACT, CLEAR])
     assert 0.0 < fit.tau_g < 0.9
     assert fit.accuracy == pytest.approx(0.5)
+
+
+def test_value_at_a_cut_is_not_below_it():
+    values, cuts = np.array([1.0, 2.0, 2.0, 3.0]), np.array([2.0, 2.5])
+    assert share_below(values, cuts, 4).tolist() == [0.25, 0.75]
+    assert share_from(values, cuts, 4).tolist() == [0.75, 0.25]

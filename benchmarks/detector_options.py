@@ -1,0 +1,183 @@
+"""What each choice that the publication leaves open changes, one at a time, on the frames of a simulated episode.
+
+    magicsim simulate demo --out RUN
+    python benchmarks/detector_options.py RUN [--out docs]
+
+Writes `detector-options.json` and the table drawn from it, `detector-options.md`. Each option is changed alone, in the
+published profile and in the calibrated one. Medians of the features are given by true class, and balanced accuracies
+with the profile's thresholds and with thresholds fitted anew to these very frames, which shows what the choice itself
+can do, with the half gap around the fitted thresholds in standard deviations within the classes.
+"""
+
+import argparse
+import json
+import statistics
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from magicsim.detectors import (
+    Candidates,
+    Episode,
+    FrameClass,
+    detect_all,
+    fit_profile,
+    fuse,
+    load_profile,
+    score_verdicts,
+)
+from magicsim.errors import MagicsimError
+from magicsim.recorded import read_episode
+
+CHANGES: tuple[dict[str, int | float | str], ...] = (
+    {},
+    {"polarity": "dark"}, {"polarity": "bright"},
+    {"similarity": "recall"}, {"similarity": "iou"}, {"similarity": "dice"},
+    {"polarity": "dark", "similarity": "iou"}, {"polarity": "bright", "similarity": "iou"},
+    {"tau_b": 25}, {"tau_b": 35}, {"tau_b": 45}, {"tau_b": 60},
+    {"grid_blur_px": 0}, {"grid_blur_px": 3}, {"grid_blur_px": 9}, {"grid_blur_px": 5, "grid_blur_sigma_px": 2.0},
+    {"grid_reference": "majority"},
+    {"grey": "mean"}, {"grey_rounding": "down"}, {"entropy_bins": 64}, {"entropy_bins": 16},
+    {"difference_blur_px": 3}, {"difference_blur_px": 5}, {"difference_blur_px": 9},
+    {"constant_channel": "skip"},
+    {"background_count": 1}, {"background_count": 6},
+    {"reference_count": 6}, {"reference_count": 15},
+)  # fmt: skip
+FEATURES = ("entropy", "correlation", "similarity")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OptionEffect:
+    """One changed option."""
+
+    base: str
+    changed: dict[str, int | float | str]
+    medians: dict[str, dict[str, float]]
+    """Of entropy [bit], correlation and similarity, by true class."""
+    proximity_accuracy: float | None
+    """With the base's thresholds."""
+    contact_accuracy: float | None
+    refitted_proximity_accuracy: float
+    """With thresholds fitted to these frames."""
+    refitted_contact_accuracy: float | None
+    proximity_margin: float
+    """Half the smaller gap around the fitted tau_e and tau_c, in standard deviations within classes."""
+    contact_margin: float | None
+
+
+def effect(base: str, changed: dict[str, int | float | str], episode: Episode) -> OptionEffect | None:
+    """The effect of one change; None where it changes nothing or leaves no grid."""
+    before = load_profile(base)
+    profile = replace(before, **changed)  # type: ignore[arg-type]
+    if changed and profile == before:
+        return None
+    verdicts = detect_all(episode.frames, fuse(episode.references, profile), profile)
+    score = score_verdicts(verdicts, episode.classes)
+    own = Candidates(
+        tau_b=(profile.tau_b,),
+        polarity=(profile.polarity,),
+        similarity=(profile.similarity,),
+        grid_blur_px=(profile.grid_blur_px,),
+        difference_blur_px=(profile.difference_blur_px,),
+    )
+    fitted = fit_profile(profile, [episode], own).best
+    return OptionEffect(
+        base=base,
+        changed=changed,
+        medians={name: medians(verdicts, episode, name) for name in FEATURES},
+        proximity_accuracy=score.proximity.accuracy,
+        contact_accuracy=score.contact.accuracy,
+        refitted_proximity_accuracy=fitted.proximity_accuracy,
+        refitted_contact_accuracy=fitted.contact_accuracy,
+        proximity_margin=round(fitted.proximity_margin, 3),
+        contact_margin=None if fitted.contact_margin is None else round(fitted.contact_margin, 3),
+    )
+
+
+def medians(verdicts: list, episode: Episode, name: str) -> dict[str, float]:
+    """Median of one feature for each class."""
+    pairs = list(zip(verdicts, episode.classes, strict=True))
+    return {
+        str(wanted): round(statistics.median(getattr(one, name) for one, each in pairs if each is wanted), 4)
+        for wanted in FrameClass
+    }
+
+
+def profile_names() -> tuple[str, ...]:
+    """The profiles whose options are changed."""
+    return ("published", "calibrated")
+
+
+def table(effects: list[OptionEffect], base: str, frames: dict[str, int]) -> list[str]:
+    """Markdown lines of one profile."""
+    counted = ", ".join(f"{count} {name}" for name, count in frames.items())
+    lines = [
+        f"## From the `{base}` profile ({counted} frames)",
+        "",
+        "| changed | E | C | S | accuracy | refitted | margins |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for one in effects:
+        if one.base != base:
+            continue
+        changed = ", ".join(f"{name} = {value}" for name, value in one.changed.items()) or "nothing"
+        cells = [
+            changed,
+            " / ".join(f"{value:.2f}" for value in one.medians["entropy"].values()),
+            " / ".join(f"{value:.2f}" for value in one.medians["correlation"].values()),
+            " / ".join(f"{value:.3f}" for value in one.medians["similarity"].values()),
+            pair(one.proximity_accuracy, one.contact_accuracy),
+            pair(one.refitted_proximity_accuracy, one.refitted_contact_accuracy),
+            pair(one.proximity_margin, one.contact_margin, digits=1),
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return [*lines, ""]
+
+
+def pair(one: float | None, other: float | None, *, digits: int = 2) -> str:
+    """Two numbers, a dash for one that is missing."""
+    return ", ".join("-" if value is None else f"{value:.{digits}f}" for value in (one, other))
+
+
+HEAD = """# What the detectors' open choices change
+
+Drawn from `detector-options.json`; both are written by
+
+```bash
+magicsim simulate demo --out RUN
+python benchmarks/detector_options.py RUN --out docs
+```
+
+Every line changes one option and leaves the rest of the profile. E (bit), C and S are medians over Clear / Near /
+Contact / Light frames. *Accuracy* is the balanced accuracy of proximity and of contact with the profile's own
+thresholds; *refitted* with thresholds fitted to these same frames, so it says what a choice allows and not how well it
+carries over to other episodes; *margins* are half the gap around the fitted thresholds in standard deviations within
+the classes. One episode with one object: differences between margins of one order mean little.
+"""
+
+
+def main() -> None:
+    """Measures every change and writes JSON and Markdown."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path)
+    parser.add_argument("--out", type=Path, default=Path("docs"))
+    arguments = parser.parse_args()
+    episode = read_episode(arguments.run)
+    effects, refused = [], []
+    for base in profile_names():
+        for changed in CHANGES:
+            try:
+                found = effect(base, changed, episode)
+            except MagicsimError as error:
+                refused.append({"base": base, "changed": changed, "reason": str(error)})
+                continue
+            effects += [found] if found is not None else []
+    frames = {str(each): list(episode.classes).count(each) for each in FrameClass}
+    result = {"frames": frames, "effects": [asdict(each) for each in effects], "refused": refused}
+    (arguments.out / "detector-options.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    lines = [HEAD, *(line for base in profile_names() for line in table(effects, base, frames))]
+    (arguments.out / "detector-options.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+    print(f"{len(effects)} effects, {len(refused)} refused")
+
+
+if __name__ == "__main__":
+    main()

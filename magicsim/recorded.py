@@ -1,0 +1,48 @@
+"""Labelled episodes read back from disk: folders that magicsim wrote, and recordings of a real sensor."""
+
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from magicsim.detectors.episode import Episode
+from magicsim.detectors.labels import LABELS, read_labels
+from magicsim.detectors.source import read_image
+from magicsim.detectors.truth import FrameClass
+from magicsim.errors import ConfigError
+
+TABLE = "episode.parquet"
+"""Name of the table in a folder that magicsim wrote."""
+
+
+def read_episode(folder: Path) -> Episode:
+    """Frames and classes of one episode.
+
+    Args:
+        folder: What `magicsim simulate --out` wrote, or images with a `labels.csv` (`magicsim.detectors.labels`).
+
+    Raises:
+        ConfigError: Neither of the two, or a table that cannot be read.
+        FrameError: An image is missing or cannot be used.
+    """
+    if (folder / TABLE).is_file():
+        return _read_run(folder)
+    if (folder / LABELS).is_file():
+        return read_labels(folder)
+    msg = f"'{folder}' is no labelled episode; give a folder that holds {TABLE} (magicsim simulate) or {LABELS}"
+    raise ConfigError(msg)
+
+
+def _read_run(folder: Path) -> Episode:
+    try:
+        table = pq.read_table(folder / TABLE, columns=["file", "is_reference", "frame_class"])
+    except (OSError, pa.ArrowException) as error:
+        msg = f"'{folder / TABLE}' cannot be read: {str(error).splitlines()[0]}"
+        raise ConfigError(msg) from error
+    rows = table.to_pylist()
+    scored = [row for row in rows if not row["is_reference"]]
+    return Episode(
+        references=[read_image(folder / row["file"]) for row in rows if row["is_reference"]],
+        frames=[read_image(folder / row["file"]) for row in scored],
+        classes=[FrameClass(row["frame_class"]) if row["frame_class"] else None for row in scored],
+    )

@@ -1,0 +1,59 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from magicsim.detectors.truth import FrameClass
+from magicsim.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures
+from magicsim.errors import ConfigError, FrameError
+from magicsim.recorded import TABLE, read_episode
+from magicsim.run import write_frames
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.table import frame_file, write_table
+
+CLASSES = (None, None, FrameClass.CLEAR, None, FrameClass.LIGHT)
+
+
+def frame(index: int) -> SimulatedFrame:
+    return SimulatedFrame(
+        image=np.random.default_rng(index).integers(0, 256, (16, 12, 3), dtype=np.uint8),
+        truth=FrameTruth(
+            index=index, time_s=0.0, is_reference=index < 2, state=UNTOUCHED, contact=False, depth_mm=0.0,
+            force_n=(0.0, 0.0, 0.0), torque_nmm=(0.0, 0.0, 0.0), contact_area_mm2=0.0, frame_class=CLASSES[index],
+            solve=SolveFigures(iterations=0, min_jacobian=1.0, max_penetration_mm=0.0, force_balance=0.0),
+        ),
+        contact_mask=None,
+        displacements_mm=None,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def episode() -> Episode:
+    return Episode(scene=load_scene("rest"), frames=tuple(frame(index) for index in range(5)))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, episode: Episode) -> Path:
+    write_frames(tmp_path, episode)
+    write_table(tmp_path / TABLE, episode, [])
+    return tmp_path
+
+
+def test_what_a_simulation_wrote_is_read_back(folder: Path, episode: Episode):
+    found = read_episode(folder)
+    assert list(found.classes) == list(CLASSES[2:])
+    images = [*found.references, *found.frames]
+    assert len(found.references) == 2
+    assert all(np.array_equal(one, each.image) for one, each in zip(images, episode.frames, strict=True))
+
+
+def test_frame_that_is_missing_is_named(folder: Path):
+    (folder / frame_file(3)).unlink()
+    with pytest.raises(FrameError, match=r"00003\.png"):
+        read_episode(folder)
+
+
+def test_folder_without_labels_is_named(tmp_path: Path):
+    with pytest.raises(ConfigError, match=r"episode\.parquet \(magicsim simulate\) or labels\.csv"):
+        read_episode(tmp_path)
