@@ -23,6 +23,6 @@ def schema_of(kind: str) -> dict[str, Any]:
     }
     schema = TypeAdapter(models[kind]).json_schema()
     if kind == "scene":
-        for name in ("design", "rig"):
+        for name in ("design", "rig", "object"):
             schema["properties"][name] = {"anyOf": [{"type": "string"}, schema["properties"][name]]}
     return schema
