@@ -202,6 +202,10 @@ class Renderer:
             )
         return self._anchor
 
+    def adopt_anchor(self, anchor: Anchor) -> None:
+        """Takes the untouched state of another renderer with the same block, rig, settings and seed."""
+        self._anchor = anchor
+
     def _gather(self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0) -> FloatImage:
         image = world.scene.integrator().gather(world.scene, field, samples=samples, seed=seed, pattern=pattern)
         return self._film.seen(_checked(np.array(image, np.float32)))
