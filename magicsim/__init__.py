@@ -10,18 +10,32 @@ if TYPE_CHECKING:
     from magicsim.deform.durometer import durometer
     from magicsim.deform.press import press
     from magicsim.detectors.offline import detect_sources
+    from magicsim.evaluate.run import evaluate_suite
+    from magicsim.evaluate.suite import load_suite
     from magicsim.plan import plan_scene
     from magicsim.scenes.scene import load_scene
     from magicsim.simulation import simulate
     from magicsim.still import render_still
 
 __version__ = "0.1.0"
-__all__ = ["detect_sources", "durometer", "load_scene", "plan_scene", "press", "render_still", "simulate"]
+__all__ = [
+    "detect_sources",
+    "durometer",
+    "evaluate_suite",
+    "load_scene",
+    "load_suite",
+    "plan_scene",
+    "press",
+    "render_still",
+    "simulate",
+]
 
 _HOMES = {
     "detect_sources": "magicsim.detectors.offline",
     "durometer": "magicsim.deform.durometer",
+    "evaluate_suite": "magicsim.evaluate.run",
     "load_scene": "magicsim.scenes.scene",
+    "load_suite": "magicsim.evaluate.suite",
     "plan_scene": "magicsim.plan",
     "press": "magicsim.deform.press",
     "render_still": "magicsim.still",

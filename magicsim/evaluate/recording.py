@@ -83,7 +83,8 @@ def read_recording(folder: Path) -> Recording:
             raise ConfigError(msg)
     reference = np.array([each[1] for each in values], bool)
     if not reference.any() or reference.all() or (np.diff(reference.astype(int)) > 0).any():
-        msg = f"{path}: {int(reference.sum())} of {len(values)} frames are references; must be some, and all before the rest"
+        count = f"{int(reference.sum())} of {len(values)}"
+        msg = f"{path}: {count} frames are references; must be some, and all before the rest"
         raise ConfigError(msg)
     return Recording(
         folder=folder,

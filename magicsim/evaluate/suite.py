@@ -1,4 +1,4 @@
-"""A suite: which objects move how, under which light and sensor noise. The configuration of `detectors/suites/*.toml`."""
+"""A suite: which objects move how, under which light and noise. The configuration of `detectors/suites/*.toml`."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -118,7 +118,7 @@ class SuiteBlock(Config):
 
 
 class SuiteRecording(Config):
-    """An episode of a real sensor: a folder of images and a table of their labels, see `magicsim.evaluate.recording`."""
+    """An episode of a real sensor: images and a table of labels, see `magicsim.evaluate.recording`."""
 
     name: Name
     folder: str

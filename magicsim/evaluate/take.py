@@ -75,7 +75,7 @@ def cached_take(scene: SceneConfig, cache: Path) -> Take:
 
 def read_take(path: Path) -> Take:
     """Reads what `write_take` wrote."""
-    with np.load(path, allow_pickle=False) as content:
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
         return Take(**{name: content[name] for name in Take.__slots__})
 
 

@@ -5,13 +5,11 @@ Each is closed and outward, its edges rounded where skin would touch them. Only 
 
 from itertools import pairwise
 
-import manifold3d
 import numpy as np
 import numpy.typing as npt
+from manifold3d import CrossSection, JoinType, Manifold, OpType
 
 Array = npt.NDArray[np.float64]
-Manifold = manifold3d.Manifold
-CrossSection = manifold3d.CrossSection
 CIRCLE = 96
 """Segments of the large circles of a section."""
 BALL = 24
@@ -34,7 +32,7 @@ def spanner_head(
     slot = CrossSection.square((jaw_mm, 2 * head_radius_mm), center=True).translate((0, 0.6 * head_radius_mm))
     handle = CrossSection.square((handle_width_mm, length), center=True).translate((0, -length / 2))
     outline = CrossSection.circle(head_radius_mm, CIRCLE) - slot.rotate(15) + handle
-    core = outline.offset(-edge_radius_mm, manifold3d.JoinType.Miter).simplify(0.02)
+    core = outline.offset(-edge_radius_mm, JoinType.Miter).simplify(0.02)
     flat = Manifold.extrude(core, thickness_mm - 2 * edge_radius_mm)
     flat = flat.translate((0, 0, edge_radius_mm - thickness_mm / 2))
     return flat.minkowski_sum(Manifold.sphere(edge_radius_mm, 12))
@@ -74,7 +72,7 @@ def tube(centres_mm: Array, radii_mm: Array) -> Manifold:
         for centre, radius in zip(centres_mm, radii_mm, strict=True)
     ]
     pieces = [Manifold.batch_hull([one, other]) for one, other in pairwise(balls)]
-    return Manifold.batch_boolean(pieces, manifold3d.OpType.Add)
+    return Manifold.batch_boolean(pieces, OpType.Add)
 
 
 def scissor_loops(loop_width_mm: float, loop_length_mm: float, tube_radius_mm: float, gap_mm: float) -> Manifold:
@@ -98,7 +96,7 @@ def scissor_loops(loop_width_mm: float, loop_length_mm: float, tube_radius_mm: f
             tube(loop + centre, np.full(len(loop), tube_radius_mm)),
             tube(arm, np.full(len(arm), tube_radius_mm)),
         ]
-    return Manifold.batch_boolean(parts, manifold3d.OpType.Add)
+    return Manifold.batch_boolean(parts, OpType.Add)
 
 
 def banana_section(radius_mm: float, length_mm: float, bend_radius_mm: float) -> Manifold:
@@ -125,4 +123,4 @@ def banana_section(radius_mm: float, length_mm: float, bend_radius_mm: float) ->
         lifted = flat.translate((0, 0, bend_radius_mm)).rotate((float(-np.degrees(angle)), 0, 0))
         sections.append(lifted.translate((0, 0, -bend_radius_mm)))
     pieces = [Manifold.batch_hull([one, other]) for one, other in pairwise(sections)]
-    return Manifold.batch_boolean(pieces, manifold3d.OpType.Add)
+    return Manifold.batch_boolean(pieces, OpType.Add)

@@ -139,7 +139,9 @@ def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
         data = apply_overrides(data, chosen)
         if isinstance(data.get(kind), str):
             data[kind] = read_toml(_beside(kind, data[kind], path))
-    data = apply_overrides(data, [o for o in overrides if o.partition("=")[0].strip() not in {"design", "rig", "object"}])
+    data = apply_overrides(
+        data, [o for o in overrides if o.partition("=")[0].strip() not in {"design", "rig", "object"}]
+    )
     if seed is not None:
         data["seed"] = seed
     return validate(SceneConfig, data, source=path.name)

@@ -18,6 +18,10 @@ MINIMAL = {
     "cone": "half_angle_deg=30",
     "dots": "radius_mm=0.2,spacing_mm=0.6",
     "lines": "width_mm=0.2,spacing_mm=0.5",
+    "spanner": "jaw_mm=8",
+    "screwdriver": "radius_mm=9",
+    "scissors": "tube_radius_mm=3",
+    "banana": "radius_mm=15",
     "mesh": "path=part.stl",
 }
 """What has to be given of each kind."""
