@@ -82,7 +82,8 @@ def parse_object(text: str) -> AnyObject:
     if not separator and (kind in preset_names("object") or kind.endswith(".toml")) and kind not in OBJECT_KINDS:
         return find_object(kind)
     if kind not in OBJECT_KINDS:
-        raise ConfigError(unknown_choice("object kind", kind, [*OBJECT_KINDS, *preset_names("object")]))
+        named = [] if separator else preset_names("object")
+        raise ConfigError(unknown_choice("object kind", kind, [*OBJECT_KINDS, *named]))
     values: dict[str, Any] = {"kind": kind}
     for setting in filter(None, settings.split(",")):
         key, separator, value = setting.partition("=")

@@ -1,3 +1,4 @@
+import re
 from typing import Any
 
 import pytest
@@ -14,7 +15,7 @@ TYPES = {
 KEYWORDS = {
     "$defs", "$ref", "$schema", "additionalProperties", "anyOf", "const", "default", "description", "discriminator",
     "enum", "exclusiveMaximum", "exclusiveMinimum", "items", "maxItems", "maximum", "minItems", "minimum",
-    "multipleOf", "not", "oneOf", "prefixItems", "properties", "required", "title", "type",
+    "multipleOf", "not", "oneOf", "pattern", "prefixItems", "properties", "required", "title", "type",
 }  # fmt: skip
 """What the schemas may use: JSON Schema draft 2020-12, and OpenAPI's `discriminator`, which validators ignore."""
 
@@ -38,6 +39,8 @@ def accepts(schema: dict[str, Any], value: Any, root: dict[str, Any]) -> bool:
         "anyOf" not in schema or any(accepts(each, value, root) for each in schema["anyOf"]),
         "oneOf" not in schema or sum(accepts(each, value, root) for each in schema["oneOf"]) == 1,
     ]
+    if isinstance(value, str) and "pattern" in schema:
+        checks += [re.search(schema["pattern"], value) is not None]
     if isinstance(value, int | float):
         checks += [
             value >= schema.get("minimum", value),

@@ -3,11 +3,10 @@
 from pathlib import Path
 
 import pytest
+from evaluate.synthetic import PROFILE, make_suite
 
 from magicsim.detectors.profile_file import save_profile
 
-from ..evaluate.conftest import PROFILE
-from ..evaluate.synthetic import make_suite
 from .conftest import Shell
 
 

@@ -9,8 +9,8 @@ import magicsim
 from .conftest import Shell
 
 COMMANDS = (
-    "demo", "simulate", "plan", "press", "durometer", "render", "calibration", "bench", "detect", "evaluate", "export", "doctor",
-    "schema",
+    "demo", "simulate", "plan", "press", "durometer", "render", "calibration", "bench", "detect", "evaluate", "export",
+    "doctor", "schema",
 )  # fmt: skip
 
 COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]

@@ -6,18 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.detectors.profile import DetectorProfile
 from magicsim.evaluate.baseline import Baseline
 from magicsim.evaluate.detector import MakeDetector, ProfileDetector
 from magicsim.evaluate.judged import JudgedEpisode, judge_footage
 from magicsim.evaluate.run import Evaluation, evaluate_suite, film_suite
 from magicsim.evaluate.suite import SuiteConfig
 
-from .synthetic import make_suite
-
-PROFILE = DetectorProfile(
-    reference_count=6, grid_blur_px=3, tau_e=1.0, tau_c=0.8, tau_b=60, tau_g=0.8, polarity="bright"
-)
+from .synthetic import PROFILE, make_suite
 
 
 def built_in(**changes: object) -> MakeDetector:

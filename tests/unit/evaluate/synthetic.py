@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluate.cases import Case, list_cases
 from magicsim.evaluate.footage import EpisodeTag, Labels
@@ -16,6 +17,10 @@ from magicsim.scenes.timeline import FrameState, timeline
 
 ROWS, COLUMNS = 48, 36
 OBJECTS = 8
+PROFILE = DetectorProfile(
+    reference_count=6, grid_blur_px=3, tau_e=1.0, tau_c=0.8, tau_b=60, tau_g=0.8, polarity="bright"
+)
+"""Of the built-in detectors, as it suits this sensor."""
 SUITE = """
 schema_version = 1
 design = "uniform-block"

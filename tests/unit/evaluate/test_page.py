@@ -67,7 +67,7 @@ def test_json_holds_intervals_curves_and_regressions_with_frames(worse: Evaluati
     assert content["regressions"][0]["frames"][0].keys() == {
         "episode", "first", "last", "truth", "baseline", "current",
     }  # fmt: skip
-    assert sum(content["confusion"]["contact"]["Near"].values()) == 8 * 5
+    assert sum(content["confusion"]["contact"]["Near"].values()) == 8 * 4
     assert content["detection_by_distance"]
     assert content["frames"] == 16 * 25
 

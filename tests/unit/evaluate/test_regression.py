@@ -15,8 +15,7 @@ from magicsim.evaluate.judged import JudgedEpisode
 from magicsim.evaluate.regression import Change, compare, holm
 from magicsim.evaluate.run import condition_of
 
-from .conftest import PROFILE
-from .synthetic import judged
+from .synthetic import PROFILE, judged
 
 Judge = Callable[..., list[JudgedEpisode]]
 NAMES = [f"take-{number}" for number in range(10)]

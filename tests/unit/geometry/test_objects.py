@@ -105,7 +105,7 @@ def test_colour_and_orientation_are_read_beside_the_shape():
         ("", "unknown object kind ''"),
         (
             "sphre:radius_mm=4",
-            "did you mean 'sphere'?); available: box, cone, cylinder, domed_cylinder, dots, lines, mesh,",
+            "did you mean 'sphere'?); available: banana, box, cone, cylinder, domed_cylinder, dots, lines, mesh,",
         ),
         ("sphere", "radius_mm is missing"),
         ("sphere:radius_mm", "'radius_mm' is not of the form key=value"),
