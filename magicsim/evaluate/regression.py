@@ -1,11 +1,10 @@
-"""Is a detector worse than the baseline on the same frames? A paired permutation test over episodes.
+"""Is a detector worse than the baseline on the same frames? A paired permutation test over takes.
 
-If nothing had changed, it would not matter which of the two runs of an episode is called the baseline's. So both runs
-of each episode are exchanged at random (all 2^n ways where that is feasible), and the observed fall of a measure is
-compared with the falls that this gives. The p-values of all measures are corrected after Holm (1979), leaving out the
-measures in which too few episodes differ to become significant whatever they say (Tarone 1990). Scores enter as ranks
-within their run, because two detectors need not share a scale. A fall counts as a regression where it is significant
-and large enough to matter. With n episodes that all fall p is 2^-n: fewer than six can never raise an alarm.
+If nothing had changed, it would not matter which of the two runs of a take is called the baseline's. So both runs of
+each take, with all its noises, are exchanged (all 2^n ways where that is feasible), and the observed fall of a measure
+is compared with the falls that this gives, corrected for all measures together (`magicsim.evaluate.exchange`). Scores
+enter as ranks within their run, because two detectors need not share a scale. A fall counts as a regression where it is
+significant and large enough to matter. With n takes that all fall p is 2^-n: fewer than five can never raise an alarm.
 """
 
 from collections.abc import Sequence
@@ -13,18 +12,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import permutation_test, rankdata
+from scipy.stats import rankdata
 
 from magicsim.evaluate.changed_frames import FrameRun, changed_runs
-from magicsim.evaluate.intervals import weights_of
+from magicsim.evaluate.exchange import corrected, exchanges, p_values
 from magicsim.evaluate.judged import JudgedEpisode
 from magicsim.evaluate.measures import MEASURES
 from magicsim.evaluate.tally import Tally, tally
 
 SIGNIFICANCE = 0.05
-"""Of all measures together, after Holm."""
-EXCHANGES = 9999
-"""Random exchanges where all of them are more."""
+"""Of all measures together, after correction."""
 STANDARD = {
     "proximity_balanced_accuracy": 0.01,
     "contact_balanced_accuracy": 0.01,
@@ -37,8 +34,6 @@ STANDARD = {
 """Measures that are compared in the standard condition, and the smallest fall that matters."""
 OTHERS = {"proximity_balanced_accuracy": 0.02, "contact_balanced_accuracy": 0.02}
 """The same in every other condition of light and noise."""
-ROUNDING = 1e-10
-"""Differences of measures below this are rounding."""
 Pair = tuple[JudgedEpisode, JudgedEpisode]
 Array = npt.NDArray[np.float64]
 
@@ -56,11 +51,9 @@ class Change:
     matters: float
     """Smallest fall that matters."""
     episodes: int
-    p_fall: float
+    p_fall: float = 1.0
     """Probability of such a fall if nothing had changed."""
-    p_rise: float
-    p_least: float
-    """Smallest p that so many differing episodes could give."""
+    p_rise: float = 1.0
     p_fall_corrected: float = 1.0
     p_rise_corrected: float = 1.0
     frames: list[FrameRun] = field(default_factory=list)
@@ -85,51 +78,37 @@ def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> l
         conditions: Condition of each pair; that of the first pair is the standard one.
         seed: Of random exchanges.
     """
-    changes = []
+    takes = list(dict.fromkeys(now.tag.take for _, now in pairs))
+    tried = exchanges(len(takes), seed=seed)
+    changes: list[Change] = []
+    falls: list[Array] = []
     for condition in dict.fromkeys(conditions):
         chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == condition]
-        gates = STANDARD if condition == conditions[0] else OTHERS
         table = _both(chosen)
-        changes += [
-            change
-            for name, matters in gates.items()
-            if (change := _change(table, len(chosen), condition, name, matters, seed)) is not None
-        ]
-    least = [each.p_least for each in changes]
-    falls, rises = holm([each.p_fall for each in changes], least), holm([each.p_rise for each in changes], least)
-    corrected = [
-        replace(each, p_fall_corrected=fall, p_rise_corrected=rise)
-        for each, fall, rise in zip(changes, falls, rises, strict=True)
+        mixed = tried[:, [takes.index(now.tag.take) for _, now in chosen]]
+        for name, matters in (STANDARD if condition == conditions[0] else OTHERS).items():
+            old, new = _values(table, name, mixed), _values(table, name, ~mixed)
+            if np.isnan(old).any() or np.isnan(new).any():
+                continue
+            falls.append((old - new) * (1.0 if MEASURES[name].better == "higher" else -1.0))
+            changes.append(
+                Change(
+                    condition=condition, measure=name, baseline=float(old[0]), current=float(new[0]),
+                    fall=float(falls[-1][0]), matters=matters, episodes=len(chosen),
+                )
+            )  # fmt: skip
+    if not changes:
+        return []
+    statistics = np.stack(falls, axis=1)
+    fell, rose = p_values(statistics), p_values(-statistics)
+    changes = [
+        replace(each, p_fall=float(a), p_rise=float(b), p_fall_corrected=float(c), p_rise_corrected=float(d))
+        for each, a, b, c, d in zip(changes, fell[0], rose[0], corrected(fell), corrected(rose), strict=True)
     ]
     return [
         replace(each, frames=_frames(each, pairs, conditions)) if each.is_regression or each.is_improvement else each
-        for each in corrected
+        for each in changes
     ]
-
-
-def holm(values: Sequence[float], least: Sequence[float]) -> list[float]:
-    """p-values corrected for several tests, in the given order.
-
-    Holm's step-down method (1979) on the tests that can reject at all: with K the smallest number for which at most K
-    tests can reach a p of `SIGNIFICANCE` / K, only those count (Tarone 1990). The others become 1.
-
-    Args:
-        values: One p a test.
-        least: Smallest p that a test could have given.
-    """
-    counted = next(
-        (
-            able
-            for k in range(1, len(values) + 1)
-            if len(able := [place for place, p in enumerate(least) if p <= SIGNIFICANCE / k]) <= k
-        ),
-        [],
-    )
-    highest, corrected = 0.0, [1.0] * len(values)
-    for rank, place in enumerate(sorted(counted, key=lambda each: values[each])):
-        highest = max(highest, min(1.0, (len(counted) - rank) * values[place]))
-        corrected[place] = highest
-    return corrected
 
 
 def _both(pairs: Sequence[Pair]) -> Tally:
@@ -149,41 +128,15 @@ def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
     ]
 
 
-def _change(table: Tally, count: int, condition: str, name: str, matters: float, seed: int) -> Change | None:
-    kind = MEASURES[name]
-    sign = 1.0 if kind.better == "higher" else -1.0
+def _values(table: Tally, name: str, from_now: npt.NDArray[np.bool_]) -> Array:
+    """A measure of episodes taken from before or from now, shape (exchanges,).
 
-    def values(indices: npt.NDArray[np.int64]) -> Array:
-        weights = weights_of(indices.astype(np.int64), 2 * count)
-        return kind.compute(table, weights.reshape(-1, 2 * count)).reshape(indices.shape[:-1])
-
-    def fall(before: npt.NDArray[np.int64], now: npt.NDArray[np.int64], axis: int = -1) -> Array:
-        found = sign * (values(np.moveaxis(before, axis, -1)) - values(np.moveaxis(now, axis, -1)))
-        return np.asarray(np.round(found, 12))  # sums in another order must compare as equal
-
-    before, now = np.arange(count), np.arange(count, 2 * count)
-    old, new = float(values(before[None])[0]), float(values(now[None])[0])
-    if np.isnan(old) or np.isnan(new):
-        return None
-    exchanged = np.tile(now, (count, 1))
-    np.fill_diagonal(exchanged, before)
-    reverse = np.tile(before, (count, 1))
-    np.fill_diagonal(reverse, now)
-    differ = int((np.abs(fall(reverse, exchanged) - sign * (old - new)) > ROUNDING).sum())
-    p_values = []
-    for side in ("greater", "less"):
-        if count == 1 or differ == 0:
-            p_values.append(1.0)
-            continue
-        found = permutation_test(
-            (before, now), fall, permutation_type="samples", vectorized=True, n_resamples=EXCHANGES, batch=2000,
-            alternative=side, rng=np.random.default_rng(seed),
-        )  # fmt: skip
-        p_values.append(float(found.pvalue))
-    return Change(
-        condition=condition, measure=name, baseline=old, current=new, fall=sign * (old - new), matters=matters,
-        episodes=count, p_fall=p_values[0], p_rise=p_values[1], p_least=0.5**differ,
-    )  # fmt: skip
+    Args:
+        table: All episodes before, then all episodes now.
+        name: A key of `MEASURES`.
+        from_now: Which episodes are taken from now, shape (exchanges, episodes).
+    """
+    return MEASURES[name].compute(table, np.concatenate([~from_now, from_now], axis=1).astype(np.float64))
 
 
 def _frames(change: Change, pairs: Sequence[Pair], conditions: Sequence[str]) -> list[FrameRun]:

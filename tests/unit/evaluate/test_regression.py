@@ -12,7 +12,7 @@ from magicsim.errors import ConfigError
 from magicsim.evaluate.baseline import Baseline, load_baseline, paired, save_baseline
 from magicsim.evaluate.detector import Detection, ProfileDetector
 from magicsim.evaluate.judged import JudgedEpisode
-from magicsim.evaluate.regression import Change, compare, holm
+from magicsim.evaluate.regression import Change, compare
 from magicsim.evaluate.run import condition_of
 
 from .synthetic import PROFILE, judged
@@ -140,18 +140,6 @@ def test_false_alarms_stay_below_the_significance_where_nothing_changed():
         ]
         alarms += any(each.is_regression for each in compare(list(zip(*runs, strict=True)), ["one"] * 10, seed=0))
     assert alarms <= 4  # 5 % of 30 are 1.5; 5 or more have a probability of 2 %
-
-
-def test_correction_after_holm_is_that_of_its_definition():
-    assert holm([0.01, 0.04, 0.03], [0.001] * 3) == pytest.approx([0.03, 0.06, 0.06])
-    assert holm([0.5, 0.9], [0.001] * 2) == [1.0, 1.0]
-    assert holm([], []) == []
-
-
-def test_tests_that_cannot_reject_do_not_count_after_tarone():
-    assert holm([0.01, 0.5, 1.0, 1.0], [0.001, 0.5, 1.0, 1.0]) == [0.01, 1.0, 1.0, 1.0]
-    # Two can reach 0.05 / 2, the third only 0.03: K is 2.
-    assert holm([0.02, 0.01, 0.03], [0.02, 0.01, 0.03]) == pytest.approx([0.02, 0.02, 1.0])
 
 
 def test_baseline_is_read_back_as_it_was_written(judge: Judge, baseline: Baseline):

@@ -63,7 +63,7 @@ def test_loops_are_two_rings_with_a_gap_and_the_banana_is_bent():
     assert np.abs(near_middle).min() == pytest.approx(1.0, abs=0.05)
     straight, bent = banana_section(17.0, 60.0, 1000.0), banana_section(17.0, 60.0, 60.0)
     low = [np.array(each.bounding_box()).reshape(2, 3)[0, 2] for each in (straight, bent)]
-    assert low[1] < low[0] - 3
+    assert low[1] < low[0] - 2  # its ends hang down
 
 
 @pytest.mark.parametrize(
