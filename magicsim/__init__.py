@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from magicsim.deform.press import press
     from magicsim.detector_fit import calibrate
     from magicsim.detectors.offline import detect_sources
+    from magicsim.evaluate.run import evaluate_suite
+    from magicsim.evaluate.suite import load_suite
     from magicsim.plan import plan_scene
     from magicsim.scenes.scene import load_scene
     from magicsim.simulation import simulate
@@ -18,14 +20,25 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
-    "calibrate", "detect_sources", "durometer", "load_scene", "plan_scene", "press", "render_still", "simulate",
-]  # fmt: skip
+    "calibrate",
+    "detect_sources",
+    "durometer",
+    "evaluate_suite",
+    "load_scene",
+    "load_suite",
+    "plan_scene",
+    "press",
+    "render_still",
+    "simulate",
+]
 
 _HOMES = {
     "calibrate": "magicsim.detector_fit",
     "detect_sources": "magicsim.detectors.offline",
     "durometer": "magicsim.deform.durometer",
+    "evaluate_suite": "magicsim.evaluate.run",
     "load_scene": "magicsim.scenes.scene",
+    "load_suite": "magicsim.evaluate.suite",
     "plan_scene": "magicsim.plan",
     "press": "magicsim.deform.press",
     "render_still": "magicsim.still",

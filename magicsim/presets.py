@@ -9,9 +9,11 @@ from magicsim.errors import PresetError, unknown_choice
 
 FOLDERS = {
     "design": "geometry",
+    "object": "geometry/objects",
     "scene": "scenes",
     "rig": "scenes/rigs",
     "profile": "detectors",
+    "suite": "detectors/suites",
 }
 """Folder of each kind of preset, below the packaged copy or the checkout."""
 

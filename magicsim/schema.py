@@ -5,6 +5,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from magicsim.detectors.profile_schema import profile_schema
+from magicsim.evaluate.suite import SuiteConfig
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.scenes.rig import Rig
@@ -12,7 +13,7 @@ from magicsim.scenes.scene import SceneConfig
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """JSON Schema of `design`, `scene`, `rig`, `object` or `profile`."""
+    """JSON Schema of `design`, `scene`, `rig`, `object`, `profile` or `suite`."""
     if kind == "profile":
         return profile_schema()
     models: dict[str, Any] = {
@@ -20,9 +21,11 @@ def schema_of(kind: str) -> dict[str, Any]:
         "scene": SceneConfig,
         "rig": Rig,
         "object": ObjectConfig,
+        "suite": SuiteConfig,
     }
     schema = TypeAdapter(models[kind]).json_schema()
-    if kind == "scene":
-        for name in ("design", "rig"):
+    named = {"scene": ("design", "rig", "object"), "suite": ("design", "rig")}
+    if kind in named:
+        for name in named[kind]:
             schema["properties"][name] = {"anyOf": [{"type": "string"}, schema["properties"][name]]}
     return schema

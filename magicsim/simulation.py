@@ -230,15 +230,32 @@ def simulate_with(sensor: Sensor, *, plan: ScenePlan | None = None, progress: Pr
     return Episode(scene=scene, frames=tuple(frames), seconds=time.perf_counter() - start)
 
 
-def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
-    """The frames of an episode in order: the references, then what the plan lists."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RenderedState:
+    """One frame of the stream before the camera: everything that noise and exposure do not change."""
+
+    state: FrameState
+    deformation: Deformation
+    radiance: FloatImage
+    """Linear radiance, shape (rows, columns, 3); the same array for all frames that look the same."""
+    index: int
+    """Place in the stream, reference frames included."""
+    is_reference: bool
+
+
+def stream_states(sensor: Sensor, plan: ScenePlan, untouched: FloatImage) -> Iterator[RenderedState]:
+    """Rendered states of an episode in order: the references, then what the plan lists.
+
+    Args:
+        sensor: In its scene.
+        plan: Which work to do.
+        untouched: Radiance of the sensor at rest, shape (rows, columns, 3).
+    """
     scene = sensor.scene
-    untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-    camera = scene.rig.camera
-    exposure = meter(untouched if camera.region_px is None else sensor.renderer.metered(), camera)
-    shot = _Shot(sensor=sensor, exposure=exposure, landing_mm=_landing(scene))
     for index in range(scene.references):
-        yield shot.take(UNTOUCHED, sensor.rest, untouched, index=index, is_reference=True)
+        yield RenderedState(
+            state=UNTOUCHED, deformation=sensor.rest, radiance=untouched, index=index, is_reference=True
+        )
     reused = {frame.same_as for frame in plan.frames}
     radiances = {UNTOUCHED_FRAME: untouched}
     deformation = sensor.rest
@@ -247,7 +264,33 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
         radiance = radiances[frame.same_as] if frame.same_as is not None else sensor.radiance(frame.state, deformation)
         if number in reused:
             radiances[number] = radiance
-        yield shot.take(frame.state, deformation, radiance, index=scene.references + number, is_reference=False)
+        yield RenderedState(
+            state=frame.state,
+            deformation=deformation,
+            radiance=radiance,
+            index=scene.references + number,
+            is_reference=False,
+        )
+
+
+def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
+    """The frames of an episode in order: the references, then what the plan lists."""
+    scene = sensor.scene
+    untouched = sensor.radiance(UNTOUCHED, sensor.rest)
+    shot = _Shot(sensor=sensor, exposure=sensor_exposure(sensor, untouched), landing_mm=_landing(scene))
+    for each in stream_states(sensor, plan, untouched):
+        yield shot.take(each.state, each.deformation, each.radiance, index=each.index, is_reference=each.is_reference)
+
+
+def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
+    """Exposure of a sensor's camera, measured on the whole image of the untouched sensor and locked.
+
+    Args:
+        sensor: In its scene.
+        untouched: What the camera reads out at rest, shape (rows, columns, 3).
+    """
+    camera = sensor.scene.rig.camera
+    return meter(untouched if camera.region_px is None else sensor.renderer.metered(), camera)
 
 
 def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Deformation:

@@ -1,19 +1,23 @@
 """Rigid objects that approach and press: all kinds that a user may write, and how their line is read."""
 
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
-from magicsim.config import validate
+from magicsim.config import read_toml, validate
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects_base import ObjectBase
+from magicsim.geometry.objects_everyday import BananaObject, ScissorsObject, ScrewdriverObject, SpannerObject
 from magicsim.geometry.objects_mesh import MeshObject
 from magicsim.geometry.objects_plain import BoxObject, CylinderObject, PunchObject, SphereObject
 from magicsim.geometry.objects_pointed import ConeObject, DomedCylinderObject
 from magicsim.geometry.objects_textured import DotsObject, LinesObject
+from magicsim.presets import find_preset, preset_names
 
 __all__ = [
     "OBJECT_KINDS",
+    "BananaObject",
     "BoxObject",
     "ConeObject",
     "CylinderObject",
@@ -24,7 +28,11 @@ __all__ = [
     "ObjectBase",
     "ObjectConfig",
     "PunchObject",
+    "ScissorsObject",
+    "ScrewdriverObject",
+    "SpannerObject",
     "SphereObject",
+    "find_object",
     "parse_object",
 ]
 
@@ -40,6 +48,10 @@ AnyObject = (
     | ConeObject
     | DotsObject
     | LinesObject
+    | SpannerObject
+    | ScrewdriverObject
+    | ScissorsObject
+    | BananaObject
     | MeshObject
 )
 ObjectConfig = Annotated[AnyObject, Field(discriminator="kind")]
@@ -52,19 +64,26 @@ OBJECT_KINDS: dict[str, type[ObjectBase]] = {
     "cone": ConeObject,
     "dots": DotsObject,
     "lines": LinesObject,
+    "spanner": SpannerObject,
+    "screwdriver": ScrewdriverObject,
+    "scissors": ScissorsObject,
+    "banana": BananaObject,
     "mesh": MeshObject,
 }
 
 
 def parse_object(text: str) -> AnyObject:
-    """Reads `KIND:key=value,key=value`, such as `box:size_mm=4x4x8` or `sphere:radius_mm=4`.
+    """Reads `KIND:key=value,key=value`, such as `box:size_mm=4x4x8`, or the name of an object preset, such as `orange`.
 
     Raises:
-        ConfigError: Unknown kind or key, or a value that is not allowed.
+        ConfigError: Unknown kind, name or key, or a value that is not allowed.
     """
-    kind, _, settings = text.partition(":")
+    kind, separator, settings = text.partition(":")
+    if not separator and (kind in preset_names("object") or kind.endswith(".toml")) and kind not in OBJECT_KINDS:
+        return find_object(kind)
     if kind not in OBJECT_KINDS:
-        raise ConfigError(unknown_choice("object kind", kind, OBJECT_KINDS))
+        named = [] if separator else preset_names("object")
+        raise ConfigError(unknown_choice("object kind", kind, [*OBJECT_KINDS, *named]))
     values: dict[str, Any] = {"kind": kind}
     for setting in filter(None, settings.split(",")):
         key, separator, value = setting.partition("=")
@@ -75,3 +94,18 @@ def parse_object(text: str) -> AnyObject:
         values[name] = value.split("x") if name in SEQUENCES and "x" in value else value
     model = validate(OBJECT_KINDS[kind], values, source=f"object '{text}'")
     return TypeAdapter(ObjectConfig).validate_python(model)
+
+
+def find_object(name: str | Path) -> AnyObject:
+    """An object by preset name, or from the user's own TOML file.
+
+    Raises:
+        PresetError: No such preset or file.
+        ConfigError: The content is not acceptable.
+    """
+    path = find_preset("object", name)
+    data = read_toml(path)
+    kind = str(data.get("kind", ""))
+    if kind not in OBJECT_KINDS:
+        raise ConfigError(f"{path.name}: {unknown_choice('object kind', kind, OBJECT_KINDS)}")
+    return TypeAdapter(ObjectConfig).validate_python(validate(OBJECT_KINDS[kind], data, source=path.name))

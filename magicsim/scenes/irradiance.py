@@ -34,7 +34,8 @@ class IrradianceKernel:
 
     def irradiance(self, deposits: Array) -> Array:
         """Irradiance from flux deposits, both of shape (triangles, 3)."""
-        return np.asarray((self.weights @ deposits) / self.areas_mm2[:, None])
+        # Triangles without an area, which no ray meets, get nothing instead of 0 / 0.
+        return np.asarray((self.weights @ deposits) / np.maximum(self.areas_mm2, 1e-30)[:, None])
 
 
 def irradiance_kernel(mesh: SurfaceMesh) -> IrradianceKernel:

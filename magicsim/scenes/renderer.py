@@ -213,6 +213,10 @@ class Renderer:
             )
         return self._anchor
 
+    def adopt_anchor(self, anchor: Anchor) -> None:
+        """Takes the untouched state of another renderer with the same block, rig, settings and seed."""
+        self._anchor = anchor
+
     def _gather(
         self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0, whole: bool = False
     ) -> FloatImage:

@@ -99,7 +99,7 @@ class SceneConfig(Config):
     frames_per_second: Annotated[float, Field(gt=0, le=1000)] = 15.0
     """Frame rate [1/s]."""
     object: ObjectConfig | None = None
-    """What approaches."""
+    """What approaches; a file may give the name of an object preset instead."""
     contact: ContactSettings = ContactSettings()
     render: RenderSettings = RenderSettings()
     output: OutputSettings = OutputSettings()
@@ -137,12 +137,14 @@ def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
     """
     path = find_preset("scene", name)
     data = read_toml(path)
-    for kind in ("design", "rig"):
+    for kind in ("design", "rig", "object"):
         chosen = [override for override in overrides if override.partition("=")[0].strip() == kind]
         data = apply_overrides(data, chosen)
         if isinstance(data.get(kind), str):
             data[kind] = read_toml(_beside(kind, data[kind], path))
-    data = apply_overrides(data, [o for o in overrides if o.partition("=")[0].strip() not in {"design", "rig"}])
+    data = apply_overrides(
+        data, [o for o in overrides if o.partition("=")[0].strip() not in {"design", "rig", "object"}]
+    )
     if seed is not None:
         data["seed"] = seed
     return validate(SceneConfig, data, source=path.name)

@@ -16,6 +16,7 @@ LAYERS = (
     {"episode", "truth", "simulation"},
     {
         "bench",
+        "evaluate",
         "recorded",
         "detector_fit",
         "judge",

@@ -5,7 +5,20 @@ import sys
 
 import pytest
 
-HEAVY = {"mitsuba", "drjit", "numba", "scipy", "matplotlib", "trimesh", "manifold3d", "pyarrow", "cv2", "PIL", "jinja2"}
+HEAVY = {
+    "mitsuba",
+    "drjit",
+    "numba",
+    "scipy",
+    "matplotlib",
+    "trimesh",
+    "manifold3d",
+    "pyarrow",
+    "cv2",
+    "PIL",
+    "jinja2",
+    "sklearn",
+}
 
 
 def loaded_by(statement: str) -> set[str]:

@@ -13,7 +13,14 @@ from magicsim.presets import FOLDERS
 
 from .source import ROOT
 
-SOURCES = {"design": "geometry", "scene": "scenes", "rig": "scenes/rigs", "profile": "detectors"}
+SOURCES = {
+    "design": "geometry",
+    "object": "geometry/objects",
+    "scene": "scenes",
+    "rig": "scenes/rigs",
+    "profile": "detectors",
+    "suite": "detectors/suites",
+}
 
 
 @pytest.fixture(scope="module")

@@ -181,7 +181,7 @@ def test_preset_is_loaded_by_name_with_overrides():
         ("object.radius=3", "unknown key in [object] 'radius' (did you mean 'radius_mm'?)"),
         (
             "object={kind='box', length=3}",
-            "available: color, edge_radius_mm, kind, pitch_deg, roll_deg, size_mm, yaw_deg",
+            "available: color, edge_radius_mm, kind, pitch_deg, roll_deg, roughness, size_mm, specular, yaw_deg",
         ),
         ("object.kind='sphre'", "unknown object.kind 'sphre' (did you mean 'sphere'?)"),
         ("design.materials.infill.sigma=1", "unknown key in [design.materials.infill] 'sigma'"),

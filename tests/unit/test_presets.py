@@ -6,8 +6,10 @@ from magicsim import presets
 from magicsim.config import load_preset
 from magicsim.detectors.profile_file import load_profile
 from magicsim.errors import PresetError
+from magicsim.evaluate.suite import load_suite
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import build_elastomer
+from magicsim.geometry.objects import find_object
 from magicsim.presets import FOLDERS, find_preset, preset_names, preset_root
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
@@ -22,6 +24,9 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
         ("scene", {"demo", "rest", "near", "pressed", "flashlight"}),
         ("rig", {"digit-rgb"}),
         ("profile", {"published", "calibrated"}),
+        ("object", {"finger", "silver-spanner", "red-screwdriver", "green-screwdriver", "white-pen", "orange"}),
+        ("object", {"yellow-scissors", "yellow-banana", "biscuit-packet"}),
+        ("suite", {"small", "full"}),
     ],
 )
 def test_presets_that_users_rely_on_are_shipped(kind: str, names: set[str]):
@@ -37,6 +42,10 @@ def test_every_shipped_preset_loads(kind: str, name: str):
         assert load_preset(Rig, kind, name).schema_version == 1
     elif kind == "scene":
         assert load_scene(name).frame_count >= 1
+    elif kind == "object":
+        assert find_object(name).color != (0.7, 0.7, 0.7)
+    elif kind == "suite":
+        assert load_suite(name).schema_version == 1
     else:
         assert load_profile(name).schema_version == 1
 

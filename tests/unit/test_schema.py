@@ -1,3 +1,4 @@
+import re
 from typing import Any
 
 import pytest
@@ -6,7 +7,7 @@ from magicsim.config import read_toml
 from magicsim.presets import FOLDERS, find_preset, preset_names
 from magicsim.schema import schema_of
 
-KINDS = ("design", "scene", "rig", "object", "profile")
+KINDS = ("design", "scene", "rig", "object", "profile", "suite")
 TYPES = {
     "object": dict, "array": list, "string": str, "integer": int, "number": (int, float), "boolean": bool,
     "null": type(None),
@@ -14,7 +15,7 @@ TYPES = {
 KEYWORDS = {
     "$defs", "$ref", "$schema", "additionalProperties", "anyOf", "const", "default", "description", "discriminator",
     "enum", "exclusiveMaximum", "exclusiveMinimum", "items", "maxItems", "maximum", "minItems", "minimum",
-    "multipleOf", "not", "oneOf", "prefixItems", "properties", "required", "title", "type",
+    "multipleOf", "not", "oneOf", "pattern", "prefixItems", "properties", "required", "title", "type",
 }  # fmt: skip
 """What the schemas may use: JSON Schema draft 2020-12, and OpenAPI's `discriminator`, which validators ignore."""
 
@@ -38,6 +39,8 @@ def accepts(schema: dict[str, Any], value: Any, root: dict[str, Any]) -> bool:
         "anyOf" not in schema or any(accepts(each, value, root) for each in schema["anyOf"]),
         "oneOf" not in schema or sum(accepts(each, value, root) for each in schema["oneOf"]) == 1,
     ]
+    if isinstance(value, str) and "pattern" in schema:
+        checks += [re.search(schema["pattern"], value) is not None]
     if isinstance(value, int | float):
         checks += [
             value >= schema.get("minimum", value),
@@ -72,7 +75,7 @@ def test_every_shipped_preset_satisfies_its_schema(kind: str, name: str):
     assert accepts(schema, read_toml(find_preset(kind, name)), schema)
 
 
-@pytest.mark.parametrize("kind", ["design", "scene", "rig", "profile"])
+@pytest.mark.parametrize("kind", ["design", "scene", "rig", "object", "profile", "suite"])
 def test_schema_refuses_a_misspelt_key(kind: str):
     schema = schema_of(kind)
     data = read_toml(find_preset(kind, preset_names(kind)[0]))

@@ -9,8 +9,8 @@ import magicsim
 from .conftest import Shell
 
 COMMANDS = (
-    "demo", "simulate", "plan", "press", "durometer", "render", "calibration", "bench", "detect", "calibrate", "export",
-    "doctor", "schema",
+    "demo", "simulate", "plan", "press", "durometer", "render", "calibration", "bench", "detect", "calibrate",
+    "evaluate", "export", "doctor", "schema",
 )  # fmt: skip
 
 COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]
@@ -82,6 +82,12 @@ def test_version_is_that_of_the_package(shell: Shell):
         (["schema", "sensor"], '"sensor"'),
         (["detect", "nothing", "--reference", "nothing"], "'nothing' does not exist"),
         (["detect", "a.png", "--reference", "b.png", "--set", "tau_e=1"], "not allowed with detect"),
+        (["evaluate", "smal"], "unknown suite 'smal' (did you mean 'small'?)"),
+        (["evaluate", "--profile", "calibrted"], "did you mean 'calibrated'"),
+        (["evaluate", "--detector", "nowhere:Thing"], "cannot be imported"),
+        (["evaluate", "--detector", "a:B", "--profile", "published"], "not allowed with --detector"),
+        (["evaluate", "--baseline", "missing.json"], "baseline 'missing.json' cannot be read"),
+        (["evaluate", "--set", "resamples=3"], "resamples = 3 is not allowed"),
     ],
 )
 def test_bad_input_is_one_line_that_names_it(shell: Shell, tmp_path: Path, arguments: list[str], named: str):

@@ -3,7 +3,7 @@ import pytest
 from .conftest import Shell
 
 
-@pytest.mark.parametrize("kind", ["design", "scene", "rig", "object", "profile"])
+@pytest.mark.parametrize("kind", ["design", "scene", "rig", "object", "profile", "suite"])
 def test_schema_is_one_json_object_for_every_kind(shell: Shell, kind: str):
     found = shell.json("schema", kind)
     assert "properties" in found or "oneOf" in found

@@ -18,6 +18,10 @@ MINIMAL = {
     "cone": "half_angle_deg=30",
     "dots": "radius_mm=0.2,spacing_mm=0.6",
     "lines": "width_mm=0.2,spacing_mm=0.5",
+    "spanner": "jaw_mm=8",
+    "screwdriver": "radius_mm=9",
+    "scissors": "tube_radius_mm=3",
+    "banana": "radius_mm=15",
     "mesh": "path=part.stl",
 }
 """What has to be given of each kind."""
@@ -101,7 +105,7 @@ def test_colour_and_orientation_are_read_beside_the_shape():
         ("", "unknown object kind ''"),
         (
             "sphre:radius_mm=4",
-            "did you mean 'sphere'?); available: box, cone, cylinder, domed_cylinder, dots, lines, mesh,",
+            "did you mean 'sphere'?); available: banana, box, cone, cylinder, domed_cylinder, dots, lines, mesh,",
         ),
         ("sphere", "radius_mm is missing"),
         ("sphere:radius_mm", "'radius_mm' is not of the form key=value"),
@@ -119,7 +123,10 @@ def test_colour_and_orientation_are_read_beside_the_shape():
         ("box:size_mm=4x4", "size_mm = ['4', '4']"),
         ("box:size_mm=4x4xa", "size_mm"),
         ("box:size_mm=0.2", "edge_radius_mm = 0.1 is not allowed: must be below 0.1 mm"),
-        ("box:size=2", "available: color, edge_radius_mm, kind, pitch_deg, roll_deg, size_mm, yaw_deg"),
+        (
+            "box:size=2",
+            "available: color, edge_radius_mm, kind, pitch_deg, roll_deg, roughness, size_mm, specular, yaw_deg",
+        ),
         ("cylinder:radius_mm=2,axis=w", "axis = 'w' is not allowed: must be 'x', 'y' or 'z'"),
         ("cylinder:radius_mm=2,length_mm=0.1", "edge_radius_mm = 0.1"),
         ("punch:radius_mm=3,edge_radius_mm=3", "edge_radius_mm = 3 is not allowed: must be below 3 mm"),

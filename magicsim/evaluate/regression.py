@@ -1,0 +1,144 @@
+"""Is a detector worse than the baseline on the same frames? A paired permutation test over takes.
+
+If nothing had changed, it would not matter which of the two runs of a take is called the baseline's. So both runs of
+each take, with all its noises, are exchanged (all 2^n ways where that is feasible), and the observed fall of a measure
+is compared with the falls that this gives, corrected for all measures together (`magicsim.evaluate.exchange`). Scores
+enter as ranks within their run, because two detectors need not share a scale. A fall counts as a regression where it is
+significant and large enough to matter. With n takes that all fall p is 2^-n: fewer than five can never raise an alarm.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import rankdata
+
+from magicsim.evaluate.changed_frames import FrameRun, changed_runs
+from magicsim.evaluate.exchange import corrected, exchanges, p_values
+from magicsim.evaluate.judged import JudgedEpisode
+from magicsim.evaluate.measures import MEASURES
+from magicsim.evaluate.tally import Tally, tally
+
+SIGNIFICANCE = 0.05
+"""Of all measures together, after correction."""
+STANDARD = {
+    "proximity_balanced_accuracy": 0.01,
+    "contact_balanced_accuracy": 0.01,
+    "approach_auc": 0.005,
+    "touch_auc": 0.005,
+    "light_false_alarms": 0.01,
+    "lead_mm": 0.5,
+    "onset_mm": 0.02,
+}
+"""Measures that are compared in the standard condition, and the smallest fall that matters."""
+OTHERS = {"proximity_balanced_accuracy": 0.02, "contact_balanced_accuracy": 0.02}
+"""The same in every other condition of light and noise."""
+Pair = tuple[JudgedEpisode, JudgedEpisode]
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Change:
+    """How one measure differs from the baseline's on the same frames."""
+
+    condition: str
+    measure: str
+    baseline: float
+    current: float
+    fall: float
+    """How much worse, positive where it is worse, in the measure's unit."""
+    matters: float
+    """Smallest fall that matters."""
+    episodes: int
+    p_fall: float = 1.0
+    """Probability of such a fall if nothing had changed."""
+    p_rise: float = 1.0
+    p_fall_corrected: float = 1.0
+    p_rise_corrected: float = 1.0
+    frames: list[FrameRun] = field(default_factory=list)
+    """Frames that tell the two apart, for a change that is reported."""
+
+    @property
+    def is_regression(self) -> bool:
+        """Whether it is significantly and noticeably worse."""
+        return self.fall >= self.matters and self.p_fall_corrected < SIGNIFICANCE
+
+    @property
+    def is_improvement(self) -> bool:
+        """Whether it is significantly and noticeably better."""
+        return -self.fall >= self.matters and self.p_rise_corrected < SIGNIFICANCE
+
+
+def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> list[Change]:
+    """All compared measures of all conditions, with corrected p-values.
+
+    Args:
+        pairs: The same episodes judged before and now.
+        conditions: Condition of each pair; that of the first pair is the standard one.
+        seed: Of random exchanges.
+    """
+    takes = list(dict.fromkeys(now.tag.take for _, now in pairs))
+    tried = exchanges(len(takes), seed=seed)
+    changes: list[Change] = []
+    falls: list[Array] = []
+    for condition in dict.fromkeys(conditions):
+        chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == condition]
+        table = _both(chosen)
+        mixed = tried[:, [takes.index(now.tag.take) for _, now in chosen]]
+        for name, matters in (STANDARD if condition == conditions[0] else OTHERS).items():
+            old, new = _values(table, name, mixed), _values(table, name, ~mixed)
+            if np.isnan(old).any() or np.isnan(new).any():
+                continue
+            falls.append((old - new) * (1.0 if MEASURES[name].better == "higher" else -1.0))
+            changes.append(
+                Change(
+                    condition=condition, measure=name, baseline=float(old[0]), current=float(new[0]),
+                    fall=float(falls[-1][0]), matters=matters, episodes=len(chosen),
+                )
+            )  # fmt: skip
+    if not changes:
+        return []
+    statistics = np.stack(falls, axis=1)
+    fell, rose = p_values(statistics), p_values(-statistics)
+    changes = [
+        replace(each, p_fall=float(a), p_rise=float(b), p_fall_corrected=float(c), p_rise_corrected=float(d))
+        for each, a, b, c, d in zip(changes, fell[0], rose[0], corrected(fell), corrected(rose), strict=True)
+    ]
+    return [
+        replace(each, frames=_frames(each, pairs, conditions)) if each.is_regression or each.is_improvement else each
+        for each in changes
+    ]
+
+
+def _both(pairs: Sequence[Pair]) -> Tally:
+    """Tally of all episodes before, then of all episodes now, scores as ranks within each run."""
+    return tally([*_ranked([before for before, _ in pairs]), *_ranked([now for _, now in pairs])])
+
+
+def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
+    ends = np.cumsum([len(each.approach) for each in episodes])[:-1]
+    ranks = {
+        name: np.split(rankdata(np.concatenate([getattr(each, name) for each in episodes])), ends)
+        for name in ("approach", "touch")
+    }
+    return [
+        replace(each, approach=ranks["approach"][place], touch=ranks["touch"][place])
+        for place, each in enumerate(episodes)
+    ]
+
+
+def _values(table: Tally, name: str, from_now: npt.NDArray[np.bool_]) -> Array:
+    """A measure of episodes taken from before or from now, shape (exchanges,).
+
+    Args:
+        table: All episodes before, then all episodes now.
+        name: A key of `MEASURES`.
+        from_now: Which episodes are taken from now, shape (exchanges, episodes).
+    """
+    return MEASURES[name].compute(table, np.concatenate([~from_now, from_now], axis=1).astype(np.float64))
+
+
+def _frames(change: Change, pairs: Sequence[Pair], conditions: Sequence[str]) -> list[FrameRun]:
+    chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == change.condition]
+    return [run for pair in chosen for run in changed_runs(*pair, change.measure, worse=change.fall > 0)]
