@@ -14,7 +14,7 @@ LAYERS = (
     {"scenes"},
     {"plan"},
     {"episode", "truth", "simulation"},
-    {"bench", "judge", "table", "folder", "still", "report", "run", "progress", "doctor", "schema"},
+    {"bench", "judge", "table", "folder", "still", "report", "run", "progress", "doctor", "robot", "schema"},
     {"cli", "__main__"},
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""

@@ -5,7 +5,20 @@ import sys
 
 import pytest
 
-HEAVY = {"mitsuba", "drjit", "numba", "scipy", "matplotlib", "trimesh", "manifold3d", "pyarrow", "cv2", "PIL", "jinja2"}
+HEAVY = {
+    "mitsuba",
+    "drjit",
+    "numba",
+    "scipy",
+    "matplotlib",
+    "trimesh",
+    "manifold3d",
+    "pyarrow",
+    "cv2",
+    "PIL",
+    "jinja2",
+    "gymnasium",
+}
 
 
 def loaded_by(statement: str) -> set[str]:
@@ -19,7 +32,7 @@ def loaded_by(statement: str) -> set[str]:
     "packages",
     [
         "magicsim",
-        "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.report",
+        "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.report, magicsim.robot",
         "magicsim.errors, magicsim.config",
     ],
 )
