@@ -2,7 +2,7 @@
 
 Images are BGR uint8, shape (rows, columns, 3), in the orientation of all magicsim frames: row 0 at +y, column 0 at -x,
 so 240 x 320 (width x height) by default. Reading never waits: time is the simulation's, one frame further at every
-grab. Like the original, a method of a closed capture answers False or 0 and does not raise.
+grab. Like the original, a method of a closed capture answers False or -1 and does not raise.
 """
 
 from collections.abc import Callable
@@ -84,9 +84,9 @@ class SimulatedCapture:
         return self.retrieve(image) if self.grab() else (False, None)
 
     def get(self, propId: int) -> float:
-        """A property by OpenCV's number; 0 for those that the sensor does not have, and when closed."""
+        """A property by OpenCV's number; 0 for those that the sensor does not have, -1 when closed."""
         if not self.isOpened():
-            return 0.0
+            return -1.0
         camera = self._sensor.sensor.scene.rig.camera
         values = {
             cv2.CAP_PROP_FRAME_WIDTH: camera.columns,

@@ -178,24 +178,29 @@ class Gripper:
         before = self.upper.now(), self.lower.now()
         deepest = -self.upper.workspace.gap_mm[0]
         low, high = max(touches_upper, touches_lower - deepest), min(touches_lower, touches_upper + deepest)
+        tried: dict[float, tuple[float, tuple[Moment, Moment]]] = {}
 
         def imbalance_n(z_mm: float) -> float:
-            self._go_back(before)
-            self._at(replace(place, z_mm=z_mm), width_mm)
-            difference = self._imbalance_n()
-            return 0.0 if abs(difference) <= BALANCE_N else difference
+            """Difference of the normal forces with the object at a place, 0 where they balance; fingers stay there."""
+            if z_mm not in tried:
+                self._go_back(before)
+                self._at(replace(place, z_mm=z_mm), width_mm)
+                found = self._imbalance_n()
+                tried[z_mm] = (0.0 if abs(found) <= BALANCE_N else found, (self.upper.now(), self.lower.now()))
+            value, moments = tried[z_mm]
+            self._go_back(moments)
+            return value
 
-        middle = (low + high) / 2
-        at_middle = imbalance_n(middle)
+        settled = (low + high) / 2
+        at_middle = imbalance_n(settled)
         if at_middle != 0:
-            ends = (low, middle) if at_middle > 0 else (middle, high)
-            # An end that does not balance either is as near as the workspace lets the object come.
+            ends = (low, settled) if at_middle > 0 else (settled, high)
             if imbalance_n(ends[0]) < 0 < imbalance_n(ends[1]):
-                middle = float(brentq(imbalance_n, *ends, xtol=FINEST_MM))
-            else:
-                middle = ends[0] if at_middle > 0 else ends[1]
-        imbalance_n(middle)
-        return replace(place, z_mm=middle)
+                settled = float(brentq(imbalance_n, *ends, xtol=FINEST_MM))
+            else:  # as near to balance as the workspace lets it come
+                settled = ends[0] if at_middle > 0 else ends[1]
+            imbalance_n(settled)
+        return replace(place, z_mm=settled)
 
     def _go_back(self, moments: tuple[Moment, Moment]) -> None:
         for finger, moment in zip((self.upper, self.lower), moments, strict=True):

@@ -105,13 +105,19 @@ class Lift:
 
     def _settle(self, before: Moment, moved: LiftState, rising_mm: float, dt_s: float) -> tuple[float, float]:
         """Height of the object [mm] and the speed at which it falls [mm/s]; the sensor is left there."""
+        tried: dict[float, tuple[float, Moment]] = {}
 
         def excess(height_mm: float) -> float:
-            """Friction less weight with the object at a height [N], 0 where they balance."""
-            self.live.go_back(before)
-            self.live.move_to(gap_mm=moved.gap_mm, y_mm=self._y_mm + height_mm - moved.finger_mm)
-            difference = self._carried_n() - self.weight_n
-            return 0.0 if abs(difference) <= BALANCE_SHARE * self.weight_n else difference
+            """Friction less weight with the object at a height [N], 0 where they balance; the sensor is left there."""
+            if height_mm not in tried:
+                self.live.go_back(before)
+                self.live.move_to(gap_mm=moved.gap_mm, y_mm=self._y_mm + height_mm - moved.finger_mm)
+                difference = self._carried_n() - self.weight_n
+                is_balanced = abs(difference) <= BALANCE_SHARE * self.weight_n
+                tried[height_mm] = (0.0 if is_balanced else difference, self.live.now())
+            value, moment = tried[height_mm]
+            self.live.go_back(moment)
+            return value
 
         # A standing object stays, a hanging one goes along, and neither goes below the table.
         start = max(0.0, moved.object_mm + rising_mm) if moved.object_mm > 0 else 0.0
