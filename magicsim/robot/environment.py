@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
 
 from magicsim.episode import SimulatedFrame
 from magicsim.errors import ConfigError, ConvergenceError, unknown_choice
@@ -20,6 +18,13 @@ from magicsim.robot.lift import Lift
 from magicsim.robot.live import MAX_SEED, LiveSensor
 from magicsim.robot.workspace import Range, Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+except ModuleNotFoundError as error:
+    msg = f"the environment needs {error.name}; `pip install magicsim[robot]`"
+    raise ConfigError(msg) from error
 
 Observation = dict[str, Any]
 """`image` and `proprioception`, both NumPy arrays."""

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -153,3 +155,9 @@ def test_step_before_reset_and_after_close_is_refused():
     env.close()
     env.close()
     assert env.render() is None
+
+
+def test_missing_extra_is_named():
+    code = "import sys; sys.modules['gymnasium'] = None\nfrom magicsim.robot import GraspLift"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stderr.strip().endswith("the environment needs gymnasium; `pip install magicsim[robot]`")
