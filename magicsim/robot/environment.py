@@ -13,7 +13,7 @@ import numpy.typing as npt
 from magicsim.episode import SimulatedFrame
 from magicsim.errors import ConfigError, ConvergenceError, unknown_choice
 from magicsim.geometry.objects import AnyObject
-from magicsim.robot.fingers import half_extents_mm
+from magicsim.robot.fingers import half_extents_mm, is_alike_to_both
 from magicsim.robot.lift import Lift
 from magicsim.robot.live import MAX_SEED, LiveSensor
 from magicsim.robot.workspace import Range, Workspace
@@ -242,13 +242,12 @@ def _half_width_mm(target: AnyObject) -> float:
     """Half of the object's width along the closing axis [mm].
 
     Raises:
-        ConfigError: Its two sides are not alike.
+        ConfigError: The two fingers would not find the same.
     """
-    up, down = half_extents_mm(target)
-    if abs(up - down) > 1e-6 * (up + down):
-        msg = f"object reaches {up:g} mm up and {down:g} mm down: it must be the same after half a turn about y"
+    if not is_alike_to_both(target):
+        msg = f"object '{target.kind}' is not allowed as it lies: must be the same after half a turn about y"
         raise ConfigError(msg)
-    return (up + down) / 2
+    return half_extents_mm(target)[0]
 
 
 gymnasium.register(ENVIRONMENT_ID, entry_point="magicsim.robot.environment:GraspLift")
