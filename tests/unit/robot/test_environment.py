@@ -70,6 +70,7 @@ def test_fingers_stop_at_their_limits(env: GraspLift):
     assert observation["proprioception"] == pytest.approx([2 * (6 + 4), 0, -1.5, 0])
 
 
+@pytest.mark.slow
 def test_reward_is_the_documented_one(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
     env.reset(seed=1, options={"gap_mm": 0.1, "weight_n": 0.2})
     env.step(action(1, 0))

@@ -88,6 +88,7 @@ def test_friction_remembers_the_way(rubbing: LiveSensor):
     assert dragged[1] < oblique[1] < -0.1 * oblique[2]
 
 
+@pytest.mark.slow
 def test_long_slide_ends_at_the_limit_of_friction(rubbing: LiveSensor):
     rubbing.move_to(gap_mm=-0.4, y_mm=1.0)
     rubbing.move_to(y_mm=-2.0)
