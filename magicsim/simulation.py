@@ -72,18 +72,7 @@ class Sensor:
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
-        surface, finish = None, None
-        if scene.object is not None:
-            surface = scene.object.surface()
-            finish = Finish.of(scene.object, surface)
-        self.renderer = Renderer(
-            self.elastomer,
-            scene.rig,
-            scene.render,
-            seed=scene.seed,
-            object_mesh=surface,
-            object_finish=finish,
-        )
+        self.renderer = build_renderer(scene, self.elastomer)
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
@@ -155,6 +144,26 @@ class Sensor:
     def radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
         return self.renderer.radiance(self.view(state, deformation))
+
+
+def build_renderer(scene: SceneConfig, elastomer: Elastomer) -> Renderer:
+    """The renderer of a scene's elastomer, rig and object.
+
+    Raises:
+        RenderError: The estimator cannot render these materials.
+    """
+    surface, finish = None, None
+    if scene.object is not None:
+        surface = scene.object.surface()
+        finish = Finish.of(scene.object, surface)
+    return Renderer(
+        elastomer,
+        scene.rig,
+        scene.render,
+        seed=scene.seed,
+        object_mesh=surface,
+        object_finish=finish,
+    )
 
 
 def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:

@@ -17,6 +17,7 @@ LAYERS = (
     {
         "bench",
         "evaluate",
+        "robot",
         "recorded",
         "detector_fit",
         "judge",

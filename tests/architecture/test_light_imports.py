@@ -18,6 +18,7 @@ HEAVY = {
     "PIL",
     "jinja2",
     "sklearn",
+    "gymnasium",
 }
 
 
@@ -32,7 +33,7 @@ def loaded_by(statement: str) -> set[str]:
     "packages",
     [
         "magicsim",
-        "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.report",
+        "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.report, magicsim.robot",
         "magicsim.errors, magicsim.config",
     ],
 )

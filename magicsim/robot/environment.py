@@ -1,0 +1,253 @@
+"""A Gymnasium environment: approach an object, press, hold, and lift it without letting it slip.
+
+Needs the extra `robot` (gymnasium). Importing this module registers `magicsim/GraspLift-v0`.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.episode import SimulatedFrame
+from magicsim.errors import ConfigError, ConvergenceError, unknown_choice
+from magicsim.geometry.objects import AnyObject
+from magicsim.robot.fingers import half_extents_mm, is_alike_to_both
+from magicsim.robot.lift import Lift
+from magicsim.robot.live import MAX_SEED, LiveSensor
+from magicsim.robot.workspace import Range, Workspace
+from magicsim.scenes.scene import SceneConfig, load_scene
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+except ModuleNotFoundError as error:
+    msg = f"the environment needs {error.name}; `pip install magicsim[robot]`"
+    raise ConfigError(msg) from error
+
+Observation = dict[str, Any]
+"""`image` and `proprioception`, both NumPy arrays."""
+ENVIRONMENT_ID = "magicsim/GraspLift-v0"
+PROPRIOCEPTION = ("opening_mm", "height_mm", "closing_mm_s", "rising_mm_s")
+"""What the second part of an observation holds, in order."""
+SLIP_COST, FORCE_COST = 0.5, 0.1
+OPTIONS = ("weight_n", "gap_mm", "x_mm", "y_mm")
+ROOM_MM = 1.1
+"""How far the object may be above where the fingers hold it in the search for balance [mm]."""
+
+
+class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
+    """Two fingers close on an object on a table and lift it; one of them is seen (see `magicsim.robot.lift`).
+
+    Observation: `image`, uint8 RGB of shape (rows, columns, 3); `proprioception`, float32 of shape (4,): distance of
+    the faces [mm], height of the fingers [mm], closing speed of each finger and rising speed in the last step [mm/s].
+
+    Action: float32 of shape (2,) in -1..1: closing speed of each finger and rising speed, in units of `speed_mm_s`.
+    Fingers stop at the limits of depth, opening and height.
+
+    Reward of a step: way of the object upwards / `target_mm`, less 0.5 x way of slip / `target_mm`, less 0.1 for each
+    N of a finger's normal force above `force_limit_n`; +1 when the task is done, -1 when the object falls to the table.
+
+    Episode: a seed fixes the object's weight and place and every frame's noise. It terminates after `hold_steps` steps
+    in a row with the object at least `target_mm` high, or when it falls to the table. It is truncated after `max_steps`
+    steps, or where no valid equilibrium is found (`info["error"]` says why, the observation is of the state before).
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}  # noqa: RUF012 -- as in the base
+
+    def __init__(
+        self,
+        scene: str | Path | SceneConfig = "grip",
+        overrides: Sequence[str] = (),
+        *,
+        weight_n: Range = (0.5, 4.0),
+        start_gap_mm: Range = (1.0, 3.0),
+        offset_mm: float = 0.5,
+        target_mm: float = 2.0,
+        hold_steps: int = 5,
+        max_steps: int = 120,
+        speed_mm_s: float = 5.0,
+        deepest_mm: float = 2.0,
+        force_limit_n: float = 6.0,
+        render_mode: str | None = None,
+    ) -> None:
+        """Checks the settings; the sensor is built by the first `reset`.
+
+        Args:
+            scene: Scene preset, file or configuration: a finger, the object and the friction between them. The object
+                must look the same after half a turn about y.
+            overrides: `dotted.key=value` settings of a preset or file.
+            weight_n: Smallest and largest weight of the object [N].
+            start_gap_mm: Smallest and largest gap at the start [mm].
+            offset_mm: Largest shift of the object along x and y at the start [mm].
+            target_mm: Height to lift it to [mm].
+            hold_steps: Steps for which it has to stay there.
+            max_steps: Steps of an episode at most.
+            speed_mm_s: Speed of a full action [mm/s].
+            deepest_mm: Largest indentation of a finger [mm].
+            force_limit_n: Normal force above which a finger should not press [N].
+            render_mode: `rgb_array` or None.
+
+        Raises:
+            ConfigError: A setting is not allowed, or the scene has no object or no friction.
+        """
+        config = scene if isinstance(scene, SceneConfig) else load_scene(scene, overrides)
+        if config.object is None or config.contact.friction == 0:
+            msg = "scene: object and contact.friction are needed, without friction nothing can be lifted"
+            raise ConfigError(msg)
+        if render_mode not in {None, *self.metadata["render_modes"]}:
+            raise ConfigError(unknown_choice("render_mode", str(render_mode), self.metadata["render_modes"]))
+        for name, value in (
+            ("target_mm", target_mm), ("speed_mm_s", speed_mm_s), ("deepest_mm", deepest_mm), ("max_steps", max_steps),
+            ("hold_steps", hold_steps), ("weight_n", weight_n[0]), ("start_gap_mm", start_gap_mm[0]),
+        ):  # fmt: skip
+            if not value > 0:
+                msg = f"{name} = {value:g} is not allowed: must be above 0"
+                raise ConfigError(msg)
+        self._scene, self._object = config, config.object
+        self._half_width_mm = _half_width_mm(config.object)
+        self.weight_n, self.start_gap_mm, self.offset_mm = weight_n, start_gap_mm, offset_mm
+        self.target_mm, self.hold_steps, self.max_steps = target_mm, hold_steps, max_steps
+        self.speed_mm_s, self.force_limit_n, self.render_mode = speed_mm_s, force_limit_n, render_mode
+        highest = 2 * target_mm
+        self._limits = {"gap_mm": (-deepest_mm, 2 * start_gap_mm[1]), "finger_mm": (0.0, highest)}
+        self.workspace = Workspace(
+            x_mm=(-offset_mm, offset_mm),
+            y_mm=(-offset_mm - highest, offset_mm + ROOM_MM),
+            twist_deg=(0.0, 0.0),
+            gap_mm=self._limits["gap_mm"],
+        )
+        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self.observation_space = self._observed_space()
+        self._live: LiveSensor | None = None
+        self._lift: Lift | None = None
+        self._frame: SimulatedFrame | None = None
+        self._steps = self._held = 0
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Starts an episode.
+
+        Args:
+            seed: Of weight, place and noise.
+            options: Values instead of drawn ones: `weight_n`, `gap_mm`, `x_mm`, `y_mm`.
+
+        Raises:
+            ConfigError: An option that does not exist or is outside of the workspace.
+        """
+        super().reset(seed=seed)
+        for name in options or {}:
+            if name not in OPTIONS:
+                raise ConfigError(unknown_choice("option", name, OPTIONS))
+        random = self.np_random
+        noise = int(random.integers(MAX_SEED))
+        drawn = {
+            "weight_n": float(random.uniform(*self.weight_n)),
+            "gap_mm": float(random.uniform(*self.start_gap_mm)),
+            "x_mm": float(random.uniform(-self.offset_mm, self.offset_mm)),
+            "y_mm": float(random.uniform(-self.offset_mm, self.offset_mm)),
+        } | (options or {})
+        if self._live is None:
+            self._live = LiveSensor(self._scene, workspace=self.workspace)
+        self._live.reset(seed=noise)
+        self._lift = Lift(self._live, **drawn)
+        self._steps = self._held = 0
+        return self._observe(self._lift, np.zeros(2)), self._info(self._lift)
+
+    def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Moves the fingers for the time of one frame.
+
+        Args:
+            action: Closing and rising speed in -1..1; beyond that it is clipped.
+
+        Raises:
+            ConfigError: `reset` was not called.
+        """
+        if self._lift is None:
+            msg = "step is not allowed yet: call reset() first"
+            raise ConfigError(msg)
+        lift, dt_s = self._lift, 1 / self._lift.live.frames_per_second
+        before = lift.state
+        asked = np.clip(np.asarray(action, float), -1, 1) * self.speed_mm_s * dt_s
+        closing = before.gap_mm - float(np.clip(before.gap_mm - asked[0], *self._limits["gap_mm"]))
+        rising = float(np.clip(before.finger_mm + asked[1], *self._limits["finger_mm"])) - before.finger_mm
+        self._steps += 1
+        try:
+            state = lift.step(closing_mm=closing, rising_mm=rising, dt_s=dt_s)
+        except ConvergenceError as error:
+            return self._observe(lift, np.zeros(2)), 0.0, False, True, {**self._info(lift), "error": str(error)}
+        self._held = self._held + 1 if state.object_mm >= self.target_mm else 0
+        is_done = self._held >= self.hold_steps
+        reward = (state.object_mm - before.object_mm - SLIP_COST * state.slip_mm) / self.target_mm
+        reward -= FORCE_COST * max(0.0, state.normal_n - self.force_limit_n)
+        reward += float(is_done) - float(state.has_dropped)
+        info = {**self._info(lift), "is_success": is_done}
+        speeds = np.array([closing, rising]) / dt_s
+        is_over, is_late = is_done or state.has_dropped, self._steps >= self.max_steps
+        return self._observe(lift, speeds), float(reward), is_over, is_late, info
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """The last frame, RGB of shape (rows, columns, 3), in mode `rgb_array`."""
+        if self.render_mode is None or self._frame is None:
+            return None
+        return self._frame.image.copy()
+
+    def close(self) -> None:
+        """Lets go of the sensor; may be called again."""
+        if self._live is not None:
+            self._live.close()
+        self._live, self._lift, self._frame = None, None, None
+
+    @property
+    def frame(self) -> SimulatedFrame | None:
+        """The last frame with its ground truth, None before the first `reset`."""
+        return self._frame
+
+    def _observed_space(self) -> spaces.Dict:
+        camera, speed = self._scene.rig.camera, self.speed_mm_s
+        limits = [[2 * (gap + self._half_width_mm) for gap in self._limits["gap_mm"]], self._limits["finger_mm"]]
+        low, high = np.array([*limits, (-speed, speed), (-speed, speed)], np.float32).T
+        slack = 1e-3  # of rounding in float32
+        return spaces.Dict(
+            {
+                "image": spaces.Box(0, 255, (camera.rows, camera.columns, 3), np.uint8),
+                "proprioception": spaces.Box(low - np.float32(slack), high + np.float32(slack), dtype=np.float32),
+            }
+        )
+
+    def _observe(self, lift: Lift, speeds_mm_s: npt.NDArray[np.float64]) -> Observation:
+        self._frame, state = lift.live.frame(), lift.state
+        values = [2 * (state.gap_mm + self._half_width_mm), state.finger_mm, *speeds_mm_s]
+        return {"image": self._frame.image.copy(), "proprioception": np.array(values, np.float32)}
+
+    @staticmethod
+    def _info(lift: Lift) -> dict[str, Any]:
+        state = lift.state
+        return {
+            "weight_n": lift.weight_n,
+            "normal_n": state.normal_n,
+            "carried_n": state.carried_n,
+            "slip_share": state.slip_share,
+            "slip_mm": state.slip_mm,
+            "gap_mm": state.gap_mm,
+            "object_mm": state.object_mm,
+            "has_dropped": state.has_dropped,
+            "is_success": False,
+        }
+
+
+def _half_width_mm(target: AnyObject) -> float:
+    """Half of the object's width along the closing axis [mm].
+
+    Raises:
+        ConfigError: The two fingers would not find the same.
+    """
+    if not is_alike_to_both(target):
+        msg = f"object '{target.kind}' is not allowed as it lies: must be the same after half a turn about y"
+        raise ConfigError(msg)
+    return half_extents_mm(target)[0]
+
+
+gymnasium.register(ENVIRONMENT_ID, entry_point="magicsim.robot.environment:GraspLift")

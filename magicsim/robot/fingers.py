@@ -1,0 +1,103 @@
+"""Two facing sensors: the frame of each finger, and the object as each of them sees it.
+
+The gripper's frame is right-handed, its origin midway between the two contact faces, z along the closing axis, y along
+the 32 mm side of both fingertips (row 0 of both images at +y). The upper finger is at +z, its axes parallel to the
+gripper's. The lower finger is the upper one turned by half a turn about y:
+
+    upper: x = x_g,  y = y_g, z = z_g - width / 2
+    lower: x = -x_g, y = y_g, z = -z_g - width / 2
+
+So both are the same part, LEDs included, and an object that half a turn about y leaves as it is gives both the same
+image, not mirrored. An object on the gripper's +x side is on the right of the upper image and on the left of the lower.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.objects import AnyObject
+from magicsim.geometry.pose import Pose
+
+Array = npt.NDArray[np.float64]
+Side = Literal["upper", "lower"]
+SIDES: tuple[Side, Side] = ("upper", "lower")
+HALF_TURN_DEG = 180.0
+DIRECTIONS = 200
+"""Directions in which the reach of an object is compared with that of the turned one."""
+ALIKE_SHARE = 1e-3
+"""Largest difference that counts as none, in units of the largest reach."""
+TO_GRIPPER: dict[Side, Array] = {"upper": np.eye(3), "lower": np.diag([-1.0, 1.0, -1.0])}
+"""Rotation from each finger's frame to the gripper's; each is its own inverse."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObjectPlace:
+    """Where the object is between the fingers, in the gripper's frame."""
+
+    x_mm: float = 0.0
+    """Object's origin along x [mm]."""
+    y_mm: float = 0.0
+    """Along y [mm]."""
+    z_mm: float = 0.0
+    """Along the closing axis [mm]; 0 is midway."""
+    twist_deg: float = 0.0
+    """Rotation about z, added to the object's own yaw [degrees]."""
+
+
+def finger_pose(side: Side, width_mm: float) -> Pose:
+    """The transform from a finger's frame to the gripper's: p_gripper = rotation @ p_finger + position.
+
+    Args:
+        side: Which finger.
+        width_mm: Distance between the contact faces [mm].
+    """
+    rotation = TO_GRIPPER[side]
+    return Pose(position_mm=rotation @ np.array([0.0, 0.0, width_mm / 2]), rotation=rotation)
+
+
+def seen_by(side: Side, target: AnyObject) -> AnyObject:
+    """The object with its orientation in a finger's frame.
+
+    Half a turn about y before Rz(yaw) Ry(pitch) Rx(roll) is Rz(-yaw) Ry(180 + pitch) Rx(roll).
+    """
+    if side == "upper":
+        return target
+    return target.model_copy(update={"pitch_deg": target.pitch_deg + HALF_TURN_DEG, "yaw_deg": -target.yaw_deg})
+
+
+def half_extents_mm(target: AnyObject) -> tuple[float, float]:
+    """How far the object reaches from its origin towards the upper and the lower finger, whatever its twist [mm]."""
+    up = Pose.from_degrees(np.zeros(3), roll=target.roll_deg, pitch=target.pitch_deg, yaw=target.yaw_deg).rotation[2]
+    shape = target.shape()
+    return shape.support_mm(up), shape.support_mm(-up)
+
+
+def is_alike_to_both(target: AnyObject) -> bool:
+    """Whether the object's convex hull is the same after half a turn about y, so that both fingers find the same."""
+    pose = Pose.from_degrees(np.zeros(3), roll=target.roll_deg, pitch=target.pitch_deg, yaw=target.yaw_deg)
+    directions, shape = np.random.default_rng(0).normal(size=(DIRECTIONS, 3)), target.shape()
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    ours = np.array([shape.support_mm(pose.rotation.T @ each) for each in directions])
+    theirs = np.array([shape.support_mm(pose.rotation.T @ TO_GRIPPER["lower"] @ each) for each in directions])
+    return bool(np.abs(ours - theirs).max() <= ALIKE_SHARE * np.abs(ours).max())
+
+
+def finger_motion(side: Side, place: ObjectPlace, width_mm: float, extents_mm: tuple[float, float]) -> dict[str, float]:
+    """Where a finger finds the object: gap, x and y [mm] and twist [degrees] in its own frame, as `move_to` takes them.
+
+    Args:
+        side: Which finger.
+        place: The object in the gripper's frame.
+        width_mm: Distance between the contact faces [mm].
+        extents_mm: From `half_extents_mm`.
+    """
+    sign = 1.0 if side == "upper" else -1.0
+    reach = extents_mm[0] if side == "upper" else extents_mm[1]
+    return {
+        "gap_mm": width_mm / 2 - sign * place.z_mm - reach,
+        "x_mm": sign * place.x_mm,
+        "y_mm": place.y_mm,
+        "twist_deg": sign * place.twist_deg,
+    }

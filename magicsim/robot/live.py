@@ -1,0 +1,384 @@
+"""A simulated sensor whose object and lights the user's code moves, in any order, one frame at a time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.config import validate
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.face import contact_face, point_spacing_mm
+from magicsim.episode import FrameTruth, SimulatedFrame
+from magicsim.errors import ConfigError
+from magicsim.plan import can_touch
+from magicsim.robot.motion import waypoints
+from magicsim.robot.slip import slip_mm, slip_share
+from magicsim.robot.workspace import Workspace, bounded
+from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
+from magicsim.scenes.film import pixel_landing_mm
+from magicsim.scenes.rig import Camera
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.simulation import Sensor, build_renderer
+from magicsim.truth import contact_mask, frame_truth
+
+Rgb = tuple[float, float, float]
+FULL: Rgb = (1.0, 1.0, 1.0)
+MAX_SEED = 2**31
+MAX_FRAME_RATE = 1000
+REMEMBERED = 3
+"""Radiance images that are kept: the untouched sensor's, and a state with and without outside light."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """Everything that one frame depends on, held until it is developed."""
+
+    index: int
+    """Place in the stream; each frame has noise of its own."""
+    time_s: float
+    """Time since the stream began [s]."""
+    seed: int
+    """Seed of the stream's noise."""
+    state: FrameState
+    deformation: Deformation
+    slid_mm: float
+    led_strength: Rgb
+
+
+class LiveSensor:
+    """One sensor with one object, moved by the caller.
+
+    Every motion is quasi-static and starts from the equilibrium before, so friction has the history of the motions. A
+    motion that fails leaves everything as it was. Exposure is metered once, on the untouched sensor at full light.
+    """
+
+    def __init__(self, scene: SceneConfig, *, workspace: Workspace | None = None) -> None:
+        """Builds geometry and lattice; the renderer loads when the first frame is taken.
+
+        Args:
+            scene: Design, rig, object, contact and render settings; its keyframes do not matter.
+            workspace: Where the object may go. The lattice is fine where it can touch, so a small one is faster.
+
+        Raises:
+            ConfigError: The workspace goes too deep, or the scene depends on time.
+            GeometryError: The design cannot be built.
+            RenderError: The estimator cannot render these materials.
+        """
+        if scene.contact.rate_dependent:
+            msg = "contact.rate_dependent = True is not allowed here: the motions of a live sensor are quasi-static"
+            raise ConfigError(msg)
+        self.workspace = workspace or Workspace()
+        self._built: Sensor | None = Sensor(bounded(scene, self.workspace))
+        self._frames_per_second = scene.frames_per_second
+        self._area_mm2 = _contact_areas_mm2(self._built)
+        self._exposure: Exposure | None = None
+        self._landing_mm: npt.NDArray[np.float64] | None = None
+        self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage]] = {}
+        self.reset()
+
+    def reset(self, *, seed: int | None = None) -> None:
+        """Back to the untouched sensor at full light, the stream at its first frame.
+
+        Args:
+            seed: Of the frames' noise; the scene's by default. The rendering itself keeps the scene's seed.
+
+        Raises:
+            ConfigError: The seed is not allowed.
+        """
+        self._seed = self.sensor.scene.seed if seed is None else seed
+        if not 0 <= self._seed < MAX_SEED:
+            msg = f"seed = {seed} is not allowed: must be 0 to {MAX_SEED - 1}"
+            raise ConfigError(msg)
+        self._index, self._time_s = 0, 0.0
+        self._state, self._deformation, self._slid_mm, self._led_strength = UNTOUCHED, self.sensor.rest, 0.0, FULL
+
+    @property
+    def sensor(self) -> Sensor:
+        """The solver and renderer behind.
+
+        Raises:
+            ConfigError: The sensor was closed.
+        """
+        if self._built is None:
+            msg = "the sensor is closed: build another one"
+            raise ConfigError(msg)
+        return self._built
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether `close` was called."""
+        return self._built is None
+
+    @property
+    def frames_per_second(self) -> float:
+        """Frames in a second of simulated time [1/s]."""
+        return self._frames_per_second
+
+    @property
+    def frame_index(self) -> int:
+        """Number of frames grabbed since the stream began."""
+        return self._index
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time of the next frame [s]."""
+        return self._time_s
+
+    @property
+    def state(self) -> FrameState:
+        """Where object and outside light are."""
+        return self._state
+
+    @property
+    def deformation(self) -> Deformation:
+        """The present equilibrium."""
+        return self._deformation
+
+    @property
+    def contact_area_mm2(self) -> npt.NDArray[np.float64]:
+        """Rest area of each contact point, shape (points,) [mm2]."""
+        return self._area_mm2
+
+    @property
+    def slip_share(self) -> float:
+        """Share of the normal force that presses on sliding points, 0..1; see `magicsim.robot.slip`."""
+        return slip_share(self._deformation, self._area_mm2)
+
+    @property
+    def slid_mm(self) -> float:
+        """How far the skin has slid over the object since the stream began, see `magicsim.robot.slip` [mm]."""
+        return self._slid_mm
+
+    @property
+    def truth(self) -> FrameTruth:
+        """Ground truth of the present state, as the next frame would have it."""
+        return self._truth(self.now())
+
+    def move_to(
+        self,
+        *,
+        gap_mm: float | None = None,
+        x_mm: float | None = None,
+        y_mm: float | None = None,
+        twist_deg: float | None = None,
+    ) -> None:
+        """Moves the object in a straight line and finds the equilibrium at its end; what is None stays.
+
+        Args:
+            gap_mm: Distance of its highest point from the undeformed contact face [mm], negative when pressed.
+            x_mm: Its origin along x [mm].
+            y_mm: Its origin along y [mm].
+            twist_deg: Its rotation about z [degrees].
+
+        Raises:
+            ConfigError: There is no object, no gap yet, or the pose is outside of the workspace.
+            ConvergenceError: No valid equilibrium was found; the sensor stays where it was.
+        """
+        asked = {"gap_mm": gap_mm, "x_mm": x_mm, "y_mm": y_mm, "twist_deg": twist_deg}
+        given = {name: float(value) for name, value in asked.items() if value is not None}
+        self._go(replace(self._state, **given))  # type: ignore[arg-type]
+
+    def go_back(self, moment: Moment) -> None:
+        """Object, lights and the history of the contact as they were at a moment; the stream goes on.
+
+        Args:
+            moment: From `grab` or `now` of this sensor.
+        """
+        self._state, self._deformation, self._slid_mm = moment.state, moment.deformation, moment.slid_mm
+        self._led_strength = moment.led_strength
+
+    def remove_object(self) -> None:
+        """Takes the object away; the skin forgets it."""
+        self._go(replace(self._state, gap_mm=None, x_mm=0.0, y_mm=0.0, twist_deg=0.0))
+
+    def shine(self, *, on: bool = True, x_mm: float = 0.0) -> None:
+        """Turns the flashlight on, shifted along x [mm], or off."""
+        self._state = replace(self._state, flashlight=on, light_x_mm=float(x_mm) if on else 0.0)
+
+    def set_led_strength(self, red: float, green: float, blue: float) -> None:
+        """Radiance of the LED strips' red, green and blue in units of the rig's; exposure stays locked.
+
+        Raises:
+            ConfigError: A strength is negative or not finite.
+        """
+        strength = (float(red), float(green), float(blue))
+        if not all(np.isfinite(strength)) or min(strength) < 0:
+            msg = f"LED strength = {strength} is not allowed: must be 0 or more, in units of the rig's radiance"
+            raise ConfigError(msg)
+        self._led_strength = strength
+
+    def set_frame_rate(self, frames_per_second: float) -> None:
+        """Sets how much time passes from one frame to the next.
+
+        Raises:
+            ConfigError: Not above 0, or above 1000.
+        """
+        if not 0 < frames_per_second <= MAX_FRAME_RATE:
+            msg = f"frames_per_second = {frames_per_second:g} is not allowed: must be above 0, at most {MAX_FRAME_RATE}"
+            raise ConfigError(msg)
+        self._frames_per_second = float(frames_per_second)
+
+    def set_image_size(self, *, columns: int, rows: int) -> None:
+        """Renders with so many pixels from now on; what they see along x stays `camera.field_mm`.
+
+        Raises:
+            ConfigError: The size is not allowed.
+        """
+        scene = self.sensor.scene
+        values = scene.rig.camera.model_dump() | {"columns": columns, "rows": rows}
+        camera = validate(Camera, values, source="image size")
+        if camera == scene.rig.camera:
+            return
+        self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
+        self.sensor.renderer = build_renderer(self.sensor.scene, self.sensor.elastomer)
+        self._exposure, self._landing_mm = None, None
+        self._seen.clear()
+
+    def now(self) -> Moment:
+        """The present moment, without taking it from the stream."""
+        return Moment(
+            index=self._index,
+            time_s=self._time_s,
+            seed=self._seed,
+            state=self._state,
+            deformation=self._deformation,
+            slid_mm=self._slid_mm,
+            led_strength=self._led_strength,
+        )
+
+    def grab(self) -> Moment:
+        """Takes the next moment of the stream without developing it, and lets one frame's time pass."""
+        moment = self.now()
+        self._index += 1
+        self._time_s += 1 / self._frames_per_second
+        return moment
+
+    def develop(self, moment: Moment) -> SimulatedFrame:
+        """Renders a moment; equal states are rendered once.
+
+        Raises:
+            RenderError: The image is not valid.
+        """
+        scene = self.sensor.scene
+        radiance = self._lit(moment)
+        masked, moved = scene.output.contact_mask, scene.output.displacements
+        return SimulatedFrame(
+            image=expose(radiance, self._metered(), scene.rig.camera, seed=moment.seed, frame=moment.index),
+            truth=self._truth(moment),
+            contact_mask=contact_mask(moment.deformation, self._landing()) if masked else None,
+            displacements_mm=self.sensor.printed_displacements_mm(moment.deformation) if moved else None,
+        )
+
+    def frame(self) -> SimulatedFrame:
+        """The next frame: RGB image, shape (rows, columns, 3), and ground truth."""
+        return self.develop(self.grab())
+
+    def close(self) -> None:
+        """Lets go of solver, scenes and images; may be called again."""
+        self._built = None
+        self._seen.clear()
+
+    def __enter__(self) -> Self:
+        """Itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Closes."""
+        self.close()
+
+    def _go(self, state: FrameState) -> None:
+        sensor = self.sensor
+        lit = replace(UNTOUCHED, flashlight=state.flashlight, light_x_mm=state.light_x_mm)
+        if state.gap_mm is None and state != lit:
+            msg = "gap_mm is missing: there is no object yet, so the first motion must say how far away it is"
+            raise ConfigError(msg)
+        if state.has_object and sensor.scene.object is None:
+            msg = "object is missing: the scene of this sensor has none to move"
+            raise ConfigError(msg)
+        self.workspace.check(state)
+        if state == self._state:
+            return
+        (self._deformation, self._slid_mm), self._state = self._solved(state), state
+
+    def _solved(self, state: FrameState) -> tuple[Deformation, float]:
+        """The equilibrium at the end of a straight way to a state, and the way of slip until then [mm]."""
+        sensor, deformation, slid_mm = self.sensor, self._deformation, self._slid_mm
+        has_friction = sensor.scene.contact.friction > 0
+        reach = sensor.lattice.zone.radius_mm if sensor.lattice.zone is not None else 0.0
+        way = waypoints(self._state, state, has_friction=has_friction, reach_mm=reach)
+        if not way:
+            return sensor.rest, slid_mm
+        if not can_touch(self._state):
+            deformation = sensor.rest
+        for each in way:
+            before, deformation = deformation, sensor.deform(each, deformation)
+            slid_mm += slip_mm(before, deformation, self._area_mm2)
+        return sensor.rest if deformation.is_rest else deformation, slid_mm
+
+    def _truth(self, moment: Moment) -> FrameTruth:
+        return frame_truth(
+            moment.state, moment.deformation, index=moment.index, time_s=moment.time_s, is_reference=False
+        )
+
+    def _metered(self) -> Exposure:
+        if self._exposure is None:
+            untouched = self._radiance(UNTOUCHED, self.sensor.rest)
+            self._exposure = meter(untouched, self.sensor.scene.rig.camera)
+        return self._exposure
+
+    def _landing(self) -> npt.NDArray[np.float64]:
+        if self._landing_mm is None:
+            self._landing_mm = pixel_landing_mm(self.sensor.scene.design, self.sensor.scene.rig)
+        return self._landing_mm
+
+    def _lit(self, moment: Moment) -> FloatImage:
+        """Radiance at the strengths of the LEDs: colours do not mix on their way, so each strength scales its channel.
+
+        Outside light is not scaled: it is what the flashlight adds to the same state without it.
+        """
+        full = self._radiance(moment.state, moment.deformation)
+        if moment.led_strength == FULL:
+            return full
+        strength = np.array(moment.led_strength, np.float32)
+        if not moment.state.flashlight:
+            return full * strength
+        inside = self._radiance(replace(moment.state, flashlight=False, light_x_mm=0.0), moment.deformation)
+        return np.asarray(np.maximum(inside * strength + (full - inside), 0))
+
+    def _radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
+        key = (state, id(deformation))  # the deformation is kept beside, so that no other one gets its id
+        if key not in self._seen:
+            while len(self._seen) >= REMEMBERED:
+                del self._seen[next(iter(self._seen))]
+            self._seen[key] = (deformation, self.sensor.radiance(state, deformation))
+        return self._seen[key][1]
+
+
+def live_sensor(
+    scene: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None, workspace: Workspace | None = None
+) -> LiveSensor:
+    """A live sensor from a scene preset or file.
+
+    Args:
+        scene: Scene preset or TOML file: design, rig and object.
+        overrides: `dotted.key=value` settings.
+        seed: Seed instead of the file's.
+        workspace: Where the object may go.
+
+    Raises:
+        MagicsimError: As `load_scene` and `LiveSensor`.
+    """
+    return LiveSensor(load_scene(scene, overrides, seed=seed), workspace=workspace)
+
+
+def _contact_areas_mm2(sensor: Sensor) -> npt.NDArray[np.float64]:
+    target = sensor.scene.object
+    spacing = {"point_spacing_mm": point_spacing_mm(target.shape())} if target is not None else {}
+    return contact_face(sensor.lattice, **spacing).area_mm2

@@ -1,0 +1,88 @@
+"""Where an object may be moved: declared before the sensor is built, because the lattice is fine only there."""
+
+import math
+from dataclasses import dataclass, fields
+from itertools import product
+
+from magicsim.errors import ConfigError
+from magicsim.scenes.scene import Keyframe, SceneConfig
+from magicsim.scenes.timeline import FrameState
+
+Range = tuple[float, float]
+TWIST_STEP_DEG = 30.0
+"""Twists at which the touched part of the face is looked up [degrees]: a rectangle turned half as far is 3.4 % of its
+half diagonal wider at most, less than the fine lattice's margin."""
+MAX_DEPTH_SHARE = 0.9
+"""Deepest press in units of the block's height, as in `magicsim press`."""
+ROUNDING = 1e-9
+"""Poses beyond a limit by no more than this are on it [mm, degrees]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Workspace:
+    """Smallest and largest value of each coordinate of the object's pose, in the sensor's frame."""
+
+    x_mm: Range = (-2.0, 2.0)
+    """Object's origin along x [mm]."""
+    y_mm: Range = (-2.0, 2.0)
+    """Object's origin along y [mm]."""
+    twist_deg: Range = (-90.0, 90.0)
+    """Rotation about z [degrees]."""
+    gap_mm: Range = (-2.0, 30.0)
+    """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed."""
+
+    def __post_init__(self) -> None:
+        """Checks the limits.
+
+        Raises:
+            ConfigError: A limit is not finite, or a pair is not in order.
+        """
+        for field in fields(self):
+            low, high = getattr(self, field.name)
+            if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+                msg = f"workspace.{field.name} = ({low:g}, {high:g}) is not allowed: must be finite, smaller one first"
+                raise ConfigError(msg)
+
+    def check(self, state: FrameState) -> None:
+        """Refuses a pose outside of the limits; a state without an object is always inside.
+
+        Raises:
+            ConfigError: Names the coordinate and its range.
+        """
+        for field in fields(self) if state.has_object else ():
+            value, (low, high) = getattr(state, field.name), getattr(self, field.name)
+            if not low - ROUNDING <= value <= high + ROUNDING:
+                msg = (
+                    f"{field.name} = {value:g} is not allowed: must be {low:g} to {high:g}, the workspace that this "
+                    "sensor was built for"
+                )
+                raise ConfigError(msg)
+
+    def corners(self) -> tuple[Keyframe, ...]:
+        """Poses that bound where the object can touch: every corner at the deepest press, and twists between."""
+        low, high = self.twist_deg
+        count = math.ceil((high - low) / TWIST_STEP_DEG)
+        twists = [low + (high - low) * step / count for step in range(count + 1)] if count else [low]
+        poses = product(sorted(set(self.x_mm)), sorted(set(self.y_mm)), twists)
+        return tuple(
+            Keyframe(frame=frame, gap_mm=self.gap_mm[0], x_mm=x, y_mm=y, twist_deg=twist)
+            for frame, (x, y, twist) in enumerate(poses)
+        )
+
+
+def bounded(scene: SceneConfig, workspace: Workspace) -> SceneConfig:
+    """The scene with the corners of a workspace in place of its keyframes.
+
+    Raises:
+        ConfigError: The workspace goes deeper than the block allows.
+    """
+    if scene.object is None:
+        return scene.model_copy(update={"keyframes": (Keyframe(frame=0),)})
+    deepest, limit = -workspace.gap_mm[0], MAX_DEPTH_SHARE * scene.design.height_mm
+    if deepest > limit:
+        msg = (
+            f"workspace.gap_mm = {workspace.gap_mm[0]:g} is not allowed: must be at least {-limit:g}, 90 % of the "
+            "block's height"
+        )
+        raise ConfigError(msg)
+    return scene.model_copy(update={"keyframes": workspace.corners()})

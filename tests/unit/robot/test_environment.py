@@ -1,0 +1,162 @@
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from magicsim.errors import ConfigError, ConvergenceError
+from magicsim.scenes.scene import load_scene
+
+from .conftest import TINY
+
+gymnasium = pytest.importorskip("gymnasium")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+
+from magicsim.robot.environment import ENVIRONMENT_ID, GraspLift  # noqa: E402
+
+QUICK = [*TINY, "output.contact_mask=false", "output.displacements=false"]
+
+
+@pytest.fixture(scope="module")
+def shared_env() -> Iterator[Any]:
+    env = gymnasium.make(ENVIRONMENT_ID, overrides=QUICK, render_mode="rgb_array", disable_env_checker=True).unwrapped
+    yield env
+    env.close()
+
+
+@pytest.fixture
+def env(shared_env: GraspLift, monkeypatch: pytest.MonkeyPatch) -> GraspLift:
+    monkeypatch.setattr(shared_env, "max_steps", 120)
+    return shared_env
+
+
+def action(closing: float, rising: float) -> np.ndarray:
+    return np.array([closing, rising], np.float32)
+
+
+def test_it_passes_gymnasiums_own_check(env: GraspLift):
+    check_env(env)
+
+
+def test_seed_repeats_observations_rewards_and_truth(env: GraspLift):
+    def episode() -> list[Any]:
+        return [env.reset(seed=7, options={"gap_mm": 0.1}), env.step(action(1, 0.2))]
+
+    one, two = episode(), episode()
+    for a, b in zip(one, two, strict=True):
+        assert (a[0]["image"] == b[0]["image"]).all()
+        assert (a[0]["proprioception"] == b[0]["proprioception"]).all()
+        assert a[1:] == b[1:]
+    assert one[-1][-1]["normal_n"] > 0
+    other = env.reset(seed=8)
+    assert other[1]["weight_n"] != one[0][1]["weight_n"]
+
+
+def test_observation_tells_opening_height_and_speeds(env: GraspLift):
+    first, _ = env.reset(seed=1, options={"gap_mm": 2.0})
+    assert first["proprioception"] == pytest.approx([2 * (2 + 4), 0, 0, 0])
+    second = env.step(action(0.6, 0.3))[0]
+    assert second["proprioception"] == pytest.approx([2 * (1.8 + 4), 0.1, 3.0, 1.5])
+    assert (env.render() == second["image"]).all()
+    assert (env.frame.image == second["image"]).all()
+
+
+def test_fingers_stop_at_their_limits(env: GraspLift):
+    env.reset(seed=1, options={"gap_mm": 5.9})
+    observation = env.step(action(-1, -1))[0]
+    assert observation["proprioception"] == pytest.approx([2 * (6 + 4), 0, -1.5, 0])
+
+
+@pytest.mark.slow
+def test_reward_is_the_documented_one(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
+    env.reset(seed=1, options={"gap_mm": 0.1, "weight_n": 0.2})
+    env.step(action(1, 0))
+    before = env._lift.state
+    monkeypatch.setattr(env, "force_limit_n", 0.1)
+    reward, info = env.step(action(0, 1))[1::3]
+    progress = (info["object_mm"] - before.object_mm) / 2.0
+    assert progress > 0.05
+    assert reward == pytest.approx(progress - 0.5 * info["slip_mm"] / 2.0 - 0.1 * (info["normal_n"] - 0.1))
+
+
+@pytest.mark.slow
+def test_grasp_that_is_firm_enough_lifts_and_holds(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(env, "target_mm", 0.5)
+    monkeypatch.setattr(env, "hold_steps", 2)
+    env.reset(seed=1, options={"gap_mm": 0.1, "weight_n": 1.0})
+    rewards = []
+    for number in range(12):
+        _, reward, is_over, _, info = env.step(action(1, 0) if number < 3 else action(0, 1))
+        rewards.append(reward)
+        if is_over:
+            break
+    assert info["is_success"]
+    assert rewards[-1] > 1
+    assert info["carried_n"] == pytest.approx(1.0, rel=0.01)
+    for _ in range(3):
+        _, reward, is_over, _, info = env.step(action(-1, 0))
+        if is_over and info["has_dropped"]:
+            break
+    assert info["has_dropped"]
+    assert reward < -1
+
+
+def test_episode_ends_after_its_last_step(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(env, "max_steps", 2)
+    env.reset(seed=1)
+    assert env.step(action(0, 0))[2:4] == (False, False)
+    assert env.step(action(0, 0))[2:4] == (False, True)
+
+
+def test_step_without_an_equilibrium_ends_the_episode_and_shows_the_state_before(
+    env: GraspLift, monkeypatch: pytest.MonkeyPatch
+):
+    def fail(**_: object) -> None:
+        msg = "no equilibrium"
+        raise ConvergenceError(msg)
+
+    env.reset(seed=1, options={"gap_mm": 2.0})
+    monkeypatch.setattr(env._lift, "step", fail)
+    observation, reward, is_over, is_late, info = env.step(action(1, 0))
+    assert (reward, is_over, is_late, info["error"]) == (0.0, False, True, "no equilibrium")
+    assert observation["proprioception"][0] == pytest.approx(12)
+
+
+def test_options_that_do_not_exist_or_are_outside_are_refused(env: GraspLift):
+    with pytest.raises(ConfigError, match="unknown option 'weight'"):
+        env.reset(options={"weight": 1})
+    with pytest.raises(ConfigError, match="gap_mm = 99 is not allowed"):
+        env.reset(options={"gap_mm": 99})
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"scene": "pressed"}, "contact.friction are needed"),
+        ({"scene": "rest"}, "contact.friction are needed"),
+        ({"target_mm": 0}, "target_mm = 0 is not allowed: must be above 0"),
+        ({"render_mode": "human"}, "unknown render_mode 'human'"),
+        ({"overrides": ["object={kind='cone',half_angle_deg=40}"]}, "same after half a turn about y"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any], message: str):
+    with pytest.raises(ConfigError, match=message):
+        GraspLift(**settings)
+
+
+def test_step_before_reset_and_after_close_is_refused():
+    env = GraspLift(load_scene("grip", QUICK))
+    with pytest.raises(ConfigError, match=r"call reset\(\) first"):
+        env.step(action(0, 0))
+    env.close()
+    env.close()
+    assert env.render() is None
+
+
+def test_missing_extra_is_named():
+    code = "import sys; sys.modules['gymnasium'] = None\nfrom magicsim.robot import GraspLift"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stderr.strip().endswith("the environment needs gymnasium; `pip install magicsim[robot]`")
