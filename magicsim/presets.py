@@ -11,6 +11,7 @@ FOLDERS = {
     "design": "geometry",
     "scene": "scenes",
     "rig": "scenes/rigs",
+    "recipe": "scenes/recipes",
     "profile": "detectors",
 }
 """Folder of each kind of preset, below the packaged copy or the checkout."""

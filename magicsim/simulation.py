@@ -27,7 +27,8 @@ from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.renderer import Renderer, View
 from magicsim.scenes.scene import ContactSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.truth import contact_mask, frame_truth
+from magicsim.scenes.untouched import UntouchedStates
+from magicsim.truth import contact_mask, depth_map_mm, frame_truth
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -55,8 +56,12 @@ class Meshes:
 class Sensor:
     """One sensor in one scene: solves and renders states on request, reusing what has not changed."""
 
-    def __init__(self, scene: SceneConfig) -> None:
+    def __init__(self, scene: SceneConfig, *, untouched: UntouchedStates | None = None) -> None:
         """Builds geometry, lattice and renderer.
+
+        Args:
+            scene: What happens.
+            untouched: Untouched states of sensors that other episodes share.
 
         Raises:
             GeometryError: The design cannot be built.
@@ -78,6 +83,7 @@ class Sensor:
             seed=scene.seed,
             object_mesh=shape.mesh() if shape is not None else None,
             object_color=scene.object.color if scene.object is not None else (0.0, 0.0, 0.0),
+            untouched=untouched,
         )
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
@@ -241,7 +247,8 @@ def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Def
 
 
 def _landing(scene: SceneConfig) -> Array | None:
-    return pixel_landing_mm(scene.design, scene.rig) if scene.output.contact_mask else None
+    needed = scene.output.contact_mask or scene.output.depth_map
+    return pixel_landing_mm(scene.design, scene.rig) if needed else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -271,6 +278,11 @@ class _Shot:
                 time_s=index / scene.frames_per_second,
                 is_reference=is_reference,
             ),
-            contact_mask=contact_mask(deformation, self.landing_mm) if self.landing_mm is not None else None,
+            contact_mask=contact_mask(deformation, self.landing_mm)
+            if self.landing_mm is not None and scene.output.contact_mask
+            else None,
             displacements_mm=self.sensor.printed_displacements_mm(deformation) if scene.output.displacements else None,
+            depth_map_mm=depth_map_mm(deformation, self.landing_mm)
+            if self.landing_mm is not None and scene.output.depth_map
+            else None,
         )

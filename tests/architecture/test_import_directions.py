@@ -14,7 +14,8 @@ LAYERS = (
     {"scenes"},
     {"plan"},
     {"episode", "truth", "simulation"},
-    {"bench", "judge", "table", "folder", "still", "report", "run", "progress", "doctor", "schema"},
+    {"workers"},
+    {"bench", "dataset", "judge", "table", "folder", "still", "report", "run", "progress", "doctor", "schema"},
     {"cli", "__main__"},
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""

@@ -13,7 +13,9 @@ from magicsim.presets import FOLDERS
 
 from .source import ROOT
 
-SOURCES = {"design": "geometry", "scene": "scenes", "rig": "scenes/rigs", "profile": "detectors"}
+SOURCES = {
+    "design": "geometry", "scene": "scenes", "rig": "scenes/rigs", "recipe": "scenes/recipes", "profile": "detectors",
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
