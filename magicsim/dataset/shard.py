@@ -54,18 +54,29 @@ def rows_as_bytes(table: pa.Table) -> bytes:
 
 def read_rows(path: Path) -> pa.Table:
     """A whole Parquet file, its extension metadata kept as it is."""
-    return pq.ParquetFile(path).read()
+    with pq.ParquetFile(path) as file:
+        return file.read()
 
 
 def read_episodes(path: Path, wanted: set[int]) -> Iterator[tuple[int, pa.Table]]:
     """Rows of some episodes of a shard, one episode at a time."""
-    file = pq.ParquetFile(path)
-    episodes = file.read(columns=["episode"])["episode"].to_pylist()
-    whole = file.read() if wanted & set(episodes) else None
+    if not wanted:
+        return
+    with pq.ParquetFile(path) as file:
+        whole = file.read()
+    episodes = whole["episode"].to_pylist()
     for episode in sorted(wanted & set(episodes)):
-        if whole is not None:
-            first = episodes.index(episode)
-            yield episode, whole.slice(first, episodes.count(episode)).combine_chunks()
+        yield episode, whole.slice(episodes.index(episode), episodes.count(episode)).combine_chunks()
+
+
+def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:
+    """The same rows under exactly this schema, whether or not some library has registered its extension types."""
+    arrays = []
+    for name in schema.names:
+        chunk = table[name].combine_chunks()
+        chunk = chunk.storage if isinstance(chunk, pa.ExtensionArray) else chunk
+        arrays.append(chunk)
+    return pa.Table.from_arrays(arrays, schema=schema)
 
 
 def place(path: Path, content: bytes) -> None:
