@@ -1,15 +1,15 @@
-"""Commands that write and check datasets: `dataset RECIPE`, `dataset verify`."""
+"""Commands that write and check datasets: `dataset RECIPE`, `dataset verify`, `dataset export`."""
 
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
-from magicsim.errors import ConfigError
+from magicsim.errors import ConfigError, OutputError
 
 if TYPE_CHECKING:
     from magicsim.dataset.generate import Standing
@@ -27,6 +27,9 @@ def dataset(
     workers: Annotated[int | None, Parameter(help="Processes; one for each core by default.")] = None,
     cluster: Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")] = None,
     resume: Annotated[bool, Parameter(negative="", help="Go on with the dataset in the folder, or let it grow.")] = False,
+    preview: Annotated[
+        int | None, Parameter(help="Instead of a dataset, a contact sheet of so many coarse frames, and statistics.")
+    ] = None,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Write a labelled dataset from a recipe: Parquet shards that Hugging Face `datasets` reads.
@@ -40,6 +43,9 @@ def dataset(
 
     config = load_recipe(recipe, settings or [], seed=seed)
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
+    if preview is not None:
+        _preview(config, out, preview, options, as_json=json)
+        return
     check_folder(out, resume=resume)
     _announce(config, options, out)
     from magicsim.dataset.generate import generate_dataset
@@ -61,6 +67,31 @@ def verify(folder: Folder, *, settings: Settings = None, seed: Seed = None, json
     print_result(fields_of(found), as_json=json)
     if found.problems:
         sys.exit(1)
+
+
+@dataset_app.command
+def export(
+    folder: Folder, *, format: Literal["lerobot", "webdataset", "hdf5", "zarr"], out: Out,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Write a finished dataset in the layout of another library."""
+    from magicsim.dataset.export.run import export_dataset
+
+    _refuse(settings, "export")
+    del seed
+    print_result(fields_of(export_dataset(folder, out, format)), as_json=json)
+
+
+def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", *, as_json: bool) -> None:
+    if count < 1:
+        msg = f"preview = {count} is not allowed: must be at least 1"
+        raise ConfigError(msg)
+    if out.is_file():
+        msg = f"output folder '{out}' is a file; name a new folder"
+        raise OutputError(msg)
+    from magicsim.dataset.preview import preview_recipe
+
+    print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
 
 
 def _refuse(settings: list[str] | None, command: str) -> None:

@@ -4,6 +4,7 @@ import pytest
 
 from magicsim import presets
 from magicsim.config import load_preset
+from magicsim.dataset.recipe import load_recipe
 from magicsim.detectors.profile_file import load_profile
 from magicsim.errors import PresetError
 from magicsim.geometry.design import ElastomerDesign
@@ -21,6 +22,7 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
         ("design", {"mini-magictac", "uniform-block"}),
         ("scene", {"demo", "rest", "near", "pressed", "flashlight"}),
         ("rig", {"digit-rgb"}),
+        ("recipe", {"default"}),
         ("profile", {"published", "calibrated"}),
     ],
 )
@@ -37,6 +39,8 @@ def test_every_shipped_preset_loads(kind: str, name: str):
         assert load_preset(Rig, kind, name).schema_version == 1
     elif kind == "scene":
         assert load_scene(name).frame_count >= 1
+    elif kind == "recipe":
+        assert load_recipe(name).episodes >= 1
     else:
         assert load_profile(name).schema_version == 1
 

@@ -39,17 +39,19 @@ def fake_rows(task: SampleTask) -> bytes:
     for step in range(count):
         row = {}
         for column in task.columns:
-            row[column.name] = _value(column, random)
+            row[column.name] = _value(column, random, episode.scene.rig.camera)
         rows.append(row | task.constants | {"episode": episode.index, "step": step, "sensor": episode.sensor})
         rows[-1] |= {"contact": False, "force_n": [0.0] * 3, "force_balance": 0.0, "seed": episode.scene.seed}
+        rows[-1] |= {"path_kind": episode.path_kind, "time_s": step / 15, "gap_mm": None}
     arrays = [pa.array([row[column.name] for row in rows], column.arrow) for column in task.columns]
     return rows_as_bytes(pa.Table.from_arrays(arrays, schema=schema_of_columns(task.columns)))
 
 
-def _value(column, random: np.random.Generator) -> object:
+def _value(column, random: np.random.Generator, camera) -> object:
     kind = column.feature["_type"]
     if kind == "Image":
-        pixels = random.integers(0, 256, (8, 6, 3), np.uint8)
+        channels = (3,) if column.name == "image" else ()
+        pixels = random.integers(0, 256, (camera.rows, camera.columns, *channels), np.uint8)
         return {"bytes": cv2.imencode(".png", pixels)[1].tobytes(), "path": None}
     if kind == "Array2D":
         rows, width = column.feature["shape"]

@@ -22,13 +22,6 @@ from .fakes import FAILING, FAKE, content, small_recipe
 ONE, TWO = WorkerOptions(workers=1), WorkerOptions(workers=2, max_tasks=3)
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("whole") / "set"
-    generate_dataset(small_recipe("episodes=11"), out, options=ONE, simulator=FAKE)
-    return out
-
-
 def test_dataset_has_a_row_for_every_frame_and_nothing_left_over(whole: Path):
     manifest = read_manifest(whole)
     rows = {entry.file: pq.read_table(whole / entry.file, columns=["episode"]).num_rows for entry in manifest.shards}
