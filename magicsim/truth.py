@@ -69,9 +69,7 @@ def contact_mask(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) 
     return np.asarray(touching[nearest].reshape(landing_mm.shape[:2]))
 
 
-def depth_map_mm(
-    deformation: Deformation, landing_mm: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float32]:
+def depth_map_mm(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
     """How far the contact face is pressed in where each pixel's ray meets it; below zero where it bulges out.
 
     Linear between the deformed contact points; rays are those of the undeformed sensor, as for the contact mask.

@@ -12,6 +12,7 @@ from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_re
 from magicsim.errors import ConfigError, OutputError
 
 if TYPE_CHECKING:
+    from magicsim.dataset.estimate import Estimate
     from magicsim.dataset.generate import Standing
     from magicsim.dataset.recipe import Recipe
     from magicsim.workers.options import WorkerOptions
@@ -26,7 +27,7 @@ def dataset(
     recipe: str, *, out: Out,
     workers: Annotated[int | None, Parameter(help="Processes; one for each core by default.")] = None,
     cluster: Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")] = None,
-    resume: Annotated[bool, Parameter(negative="", help="Go on with the dataset in the folder, or let it grow.")] = False,
+    resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's dataset, or let it grow.")] = False,
     preview: Annotated[
         int | None, Parameter(help="Instead of a dataset, a contact sheet of so many coarse frames, and statistics.")
     ] = None,
@@ -47,12 +48,13 @@ def dataset(
         _preview(config, out, preview, options, as_json=json)
         return
     check_folder(out, resume=resume)
-    _announce(config, options, out)
     from magicsim.dataset.generate import generate_dataset
     from magicsim.progress import show_progress
 
     with show_progress(f"{recipe}: {config.episodes} episodes") as progress:
-        summary = generate_dataset(config, out, options=options, resume=resume, progress=_told(progress))
+        summary = generate_dataset(
+            config, out, options=options, resume=resume, announce=_announce(out), progress=_told(progress)
+        )
     print_result(fields_of(summary), as_json=json)
 
 
@@ -100,23 +102,22 @@ def _refuse(settings: list[str] | None, command: str) -> None:
         raise ConfigError(msg)
 
 
-def _announce(recipe: "Recipe", options: "WorkerOptions", out: Path) -> None:
-    """The estimate of time and disk, before any work."""
+def _announce(out: Path) -> "Callable[[Estimate], None]":
+    """Writes the estimate of time and disk, before any work."""
     import shutil
 
-    from magicsim.dataset.draw import draw_episodes
-    from magicsim.dataset.estimate import estimate
     from magicsim.workers.options import usable_cores
 
-    found = estimate(recipe, draw_episodes(recipe), processes=options.workers)
-    minutes = found.seconds(usable_cores()) / 60
-    free = shutil.disk_usage(next(path for path in (out.resolve(), *out.resolve().parents) if path.exists())).free
-    sys.stderr.write(
-        f"about {found.frames} frames, {minutes:.0f} minutes on {usable_cores()} cores and {found.bytes / 1e6:.0f} MB "
-        f"of {free / 1e6:.0f} MB that are free (rough estimates)\n"
-    )
-    if found.bytes > free:
-        sys.stderr.write("this will probably not fit; what is finished when the disk is full is kept\n")
+    def announce(found: "Estimate") -> None:
+        cores, free = usable_cores(), shutil.disk_usage(out).free
+        sys.stderr.write(
+            f"about {found.frames} frames to simulate, {found.seconds(cores) / 60:.0f} minutes on {cores} cores and "
+            f"{found.bytes / 1e6:.0f} MB of {free / 1e6:.0f} MB that are free (rough estimates)\n"
+        )
+        if found.bytes > free:
+            sys.stderr.write("this will probably not fit; what is finished when the disk is full is kept\n")
+
+    return announce
 
 
 def _told(progress: Callable[..., None]) -> "Callable[[Standing], None]":

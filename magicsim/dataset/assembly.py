@@ -10,7 +10,7 @@ from magicsim.dataset.layout import ShardPlan, plan_shards
 from magicsim.dataset.manifest import FailedEpisode, Manifest, ShardEntry, write_manifest
 from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.shard import as_schema, place_shard, read_episodes, rows_as_bytes, sha256_of
-from magicsim.workers.outcome import FailureKind, Outcome
+from magicsim.workers.outcome import Outcome
 
 
 class Assembly:
@@ -23,7 +23,7 @@ class Assembly:
         self.manifest = manifest
         self._plans = plan_shards(recipe)
         self._place = {episode: plan for plan in self._plans for episode in plan.episodes}
-        self._failed = {each.episode: each for each in manifest.failed if each.kind == FailureKind.REFUSED}
+        self._failed = {each.episode: each for each in manifest.failed if each.kind == "refused"}
         self._shards = {entry.file: entry for entry in manifest.shards if self._is_intact(entry)}
         self._missing: dict[str, set[int]] = {}
         for plan in self._plans:

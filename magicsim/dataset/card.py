@@ -9,7 +9,7 @@ LICENCE = "cc-by-4.0"
 
 def dataset_card(recipe: Recipe, columns: list[Column], versions: dict[str, str]) -> str:
     """Markdown with a YAML header that names the files of each split."""
-    splits = sorted({shard.split for shard in plan_shards(recipe)}, key="train validation test".split().index)
+    splits = sorted({shard.split for shard in plan_shards(recipe)}, key=["train", "validation", "test"].index)
     files = "\n".join(f"  - split: {split}\n    path: data/{split}-*.parquet" for split in splits)
     rows = "\n".join(f"| `{column.name}` | {column.meaning} |" for column in columns)
     made_by = ", ".join(f"{name} {version}" for name, version in versions.items())
@@ -32,9 +32,9 @@ configs:
 
 # Simulated frames of a see-through touch sensor
 
-{recipe.episodes} episodes of one or more objects in front of and against mini-MagicTac, a soft block with a printed grid
-that a camera looks through; simulated by {made_by}. Every value that was drawn is a column; `config.toml` is the recipe
-that draws the same dataset again, with seed {recipe.seed}.
+{recipe.episodes} episodes of objects in front of and against mini-MagicTac, a soft block with a printed grid that a
+camera looks through; simulated by {made_by}. Every value that was drawn is a column; `config.toml` is the recipe that
+draws the same dataset again, with seed {recipe.seed}.
 
 Units are mm, N, N mm, s and degrees. The sensor's frame is right-handed with its origin at the centre of the contact
 face, x along the short and y along the long side, +z from the contact face towards the camera; objects come from -z.

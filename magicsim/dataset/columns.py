@@ -21,7 +21,9 @@ def columns_of(recipe: Recipe) -> list[Column]:
         value("sensor", "int32", "number of the printed sensor, a row of `sensors.parquet`"),
         value("path_kind", "string", "what happens in the episode"),
         value("frame_class", "string", "Clear, Near, Contact or Light; null between them and for references"),
-        value("gap_mm", "float64", "gap of the object to the undeformed face, negative when pressed; null without [mm]"),
+        value(
+            "gap_mm", "float64", "gap of the object to the undeformed face, negative when pressed; null without [mm]"
+        ),
         value("contact", "bool", "whether a contact force acts"),
         value("depth_mm", "float64", "indentation depth [mm]"),
         vector("force_n", 3, "force of the object on the sensor [N]"),
@@ -51,7 +53,10 @@ def columns_of(recipe: Recipe) -> list[Column]:
         value("config_hash", "string", "SHA-256 of the recipe"),
         value("version", "string", "programs that made the row"),
         value("variant", "string", "Mitsuba variant that rendered"),
-        *(value(f"{DRAWN}{name}", "float64", "drawn value; null where it does not apply") for name in drawn_names(recipe)),
+        *(
+            value(f"{DRAWN}{name}", "float64", "drawn value; null where it does not apply")
+            for name in drawn_names(recipe)
+        ),
     ]
 
 

@@ -1,9 +1,10 @@
 """Where a number of a recipe comes from: a constant, an interval, a normal distribution, or a list."""
 
+from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from magicsim.config import Config
 
@@ -69,8 +70,14 @@ class Distribution(Config):
         return choices[choose(share, self.weights or (1.0,) * len(choices))]
 
 
-Number = float | Distribution
-"""A number of a recipe."""
+def _written_as(value: object) -> str:
+    return "distribution" if isinstance(value, Mapping | Distribution) else "number"
+
+
+Number = Annotated[
+    Annotated[float, Tag("number")] | Annotated[Distribution, Tag("distribution")], Discriminator(_written_as)
+]
+"""A number of a recipe: a constant, or a distribution."""
 
 
 def choose(share: float, weights: tuple[float, ...]) -> int:

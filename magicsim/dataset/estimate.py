@@ -62,8 +62,8 @@ def _episode(scene: SceneConfig) -> tuple[float, float]:
     pixels = camera.rows * camera.columns
     rendered = 1 + sum(frame.same_as is None for frame in plan.frames)
     solved = sum(frame.solve for frame in plan.frames)
-    seconds = EPISODE_S + solved * SOLVE_S + rendered * (
-        pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S
+    seconds = (
+        EPISODE_S + solved * SOLVE_S + rendered * (pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
     )
     frames = scene.references + scene.frame_count
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)

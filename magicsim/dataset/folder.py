@@ -1,4 +1,4 @@
-"""The folder that a dataset grows in: who may write to it, finished episodes that wait for their shard, the error log."""
+"""The folder that a dataset grows in: who may write to it, episodes that wait for their shard, the error log."""
 
 import fcntl
 import json
@@ -115,4 +115,3 @@ def log_failures(out: Path, episode: int, failures: tuple[Failure, ...]) -> None
         log.write("".join(f"{line}\n" for line in lines))
         log.flush()
         os.fsync(log.fileno())
-

@@ -4,6 +4,7 @@ import errno
 import importlib.metadata
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import DrawnEpisode, draw_episodes, draw_sensors, sensor_of
+from magicsim.dataset.estimate import Estimate, estimate
 from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.folder import check_folder, sole_writer
 from magicsim.dataset.manifest import Manifest, read_manifest
@@ -80,6 +82,7 @@ def generate_dataset(
     options: WorkerOptions | None = None,
     resume: bool = False,
     simulator: Simulator | None = None,
+    announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[Standing], None] | None = None,
 ) -> DatasetSummary:
     """Writes a dataset, or the rest of one.
@@ -90,6 +93,7 @@ def generate_dataset(
         options: Where and how to compute; all cores by default. Never changes the content.
         resume: Whether to go on with the dataset in the folder, which may also grow that way.
         simulator: What makes rows.
+        announce: Told what is left to do, before it is begun.
         progress: Told after every episode.
 
     Raises:
@@ -103,7 +107,10 @@ def generate_dataset(
     try:
         with sole_writer(out):
             assembly = _begin(recipe, out, columns_of(recipe), simulator.variant())
-            return _complete(recipe, assembly, episodes, options, simulator, progress)
+            left = assembly.episodes_to_simulate()
+            if announce is not None:
+                announce(estimate(recipe, [episodes[each] for each in left], processes=options.workers))
+            return _complete(recipe, assembly, episodes, left, options, simulator, progress)
     except OSError as error:
         reason = "no space left on the disk" if error.errno == errno.ENOSPC else error.strerror or str(error)
         msg = f"cannot write {out}: {reason}; what is finished is kept, and --resume goes on from there"
@@ -162,6 +169,7 @@ def _complete(
     recipe: Recipe,
     assembly: Assembly,
     episodes: list[DrawnEpisode],
+    left: list[int],
     options: WorkerOptions,
     simulator: Simulator,
     progress: Callable[[Standing], None] | None,
@@ -169,16 +177,14 @@ def _complete(
     start = time.perf_counter()
     assembly.write_manifest()
     assembly.close_ready_shards()
-    left = assembly.episodes_to_simulate()
     frames = 0
-    outcomes = run_tasks(
-        simulator.function, _tasks(recipe, assembly, episodes, left), options, prepare=simulator.prepare
-    )
-    for done, outcome in enumerate(outcomes if left else (), 1):
-        assembly.take(outcome)
-        frames += recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
-        if progress is not None:
-            progress(Standing(done=done, total=len(left), failed=assembly.failed, frames=frames))
+    tasks = _tasks(recipe, assembly, episodes, left)
+    with closing(run_tasks(simulator.function, tasks, options, prepare=simulator.prepare)) as outcomes:
+        for done, outcome in enumerate(outcomes if left else (), 1):
+            assembly.take(outcome)
+            frames += recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
+            if progress is not None:
+                progress(Standing(done=done, total=len(left), failed=assembly.failed, frames=frames))
     assembly.write_manifest()
     assembly.staging.close()
     seconds = time.perf_counter() - start

@@ -43,7 +43,7 @@ def episode_table(
     rows = [_row(frame, scene) | shared for frame in frames]
     arrays = []
     for column in columns:
-        values = [row.get(column.name) for row in rows]
+        values: list[Any] = [row.get(column.name) for row in rows]
         nested = column.feature["_type"] == "Array2D"
         arrays.append(_nested(values, column.arrow) if nested else pa.array(values, column.arrow))
     return pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
@@ -111,7 +111,7 @@ def _pose(scene: SceneConfig, state: FrameState) -> Pose | None:
     return placed.pose
 
 
-def _png(pixels: npt.NDArray[np.uint8]) -> dict[str, Any]:
+def _png(pixels: npt.NDArray[Any]) -> dict[str, Any]:
     return {"bytes": cv2.imencode(".png", pixels)[1].tobytes(), "path": None}
 
 

@@ -32,7 +32,7 @@ def preview_scene(episode: DrawnEpisode) -> SceneConfig:
     samples, particles = min(SAMPLES, scene.render.samples), min(PARTICLES, scene.render.particles)
     data["render"] |= {"samples": samples, "particles": particles, "anchor_samples": 0}
     data["contact"]["friction"] = 0.0
-    data["output"] = {name: False for name in data["output"]}
+    data["output"] = dict.fromkeys(data["output"], False)
     keyframe = {"frame": 0, "flashlight": state.flashlight, "light_x_mm": state.light_x_mm}
     if state.gap_mm is not None:
         keyframe |= {name: getattr(state, name) for name in ("gap_mm", "x_mm", "y_mm", "twist_deg")}

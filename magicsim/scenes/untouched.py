@@ -54,7 +54,8 @@ def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -
     """Everything that the untouched state depends on."""
     data = [
         design.model_dump(mode="json"),
-        rig.model_dump(mode="json", include={"strips": True, "lens": True, "camera": OPTICAL_CAMERA}),
+        rig.model_dump(mode="json", include={"strips", "lens"}),
+        rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
         settings.model_dump(mode="json", include={"estimator", "anchor_samples", "anchor_particles", "anchor_seed"}),
     ]
     return json.dumps(data, sort_keys=True)

@@ -53,7 +53,7 @@ def attempt(function: Callable[[Any], Any], task: object, prepare: Prepare | Non
             result = function(task)
         except MagicsimError as error:
             failure = Failure(kind=FailureKind.REFUSED, message=_one_line(error), traceback=traceback.format_exc())
-        except Exception as error:  # noqa: BLE001 - whatever it is, it belongs to this task alone
+        except Exception as error:  # whatever it is, it belongs to this task alone
             message = f"{type(error).__name__}: {_one_line(error)}"
             failure = Failure(kind=FailureKind.ERROR, message=message, traceback=traceback.format_exc())
         else:

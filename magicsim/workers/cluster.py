@@ -27,12 +27,14 @@ class ClusterPool:
             ConfigError: dask.distributed is not installed, or no scheduler answers at the address.
         """
         try:
-            from distributed import Client
+            import distributed
+
+            connect: Any = distributed.Client
         except ImportError:
             msg = "cluster needs dask.distributed: pip install 'magicsim[cluster]'"
             raise ConfigError(msg) from None
         try:
-            self._client: Any = Client(options.cluster, timeout=CONNECT_S, set_as_default=False)
+            self._client: Any = connect(options.cluster, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError) as error:
             msg = f"cluster = '{options.cluster}' does not answer: {' '.join(str(error).split())}"
             raise ConfigError(msg) from None
@@ -53,6 +55,7 @@ class ClusterPool:
 
     def wait(self) -> tuple[int, Reply]:
         """The next attempt that ends."""
+        future: Any
         try:
             key, future = self._ended.get(timeout=self._options.timeout_s)
         except queue.Empty:
@@ -64,7 +67,7 @@ class ClusterPool:
             return self.wait()
         try:
             reply: Reply = future.result()
-        except Exception as error:  # noqa: BLE001 - dask's own: the worker was lost too often, or the task cancelled
+        except Exception as error:  # dask's own: the worker was lost too often, or the task cancelled
             return self._lost(key, FailureKind.CRASH, f"{type(error).__name__}: {' '.join(str(error).split())}")
         del self._running[key]
         return key, reply

@@ -4,11 +4,11 @@ import multiprocessing
 import os
 import queue
 from collections.abc import Callable
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as TookTooLong
 from typing import Any
 
-from pebble import ProcessExpired, ProcessFuture, ProcessPool
+from pebble import ProcessExpired, ProcessPool
 
 from magicsim.workers.attempt import Prepare, Reply, attempt, begin_process
 from magicsim.workers.options import WorkerOptions
@@ -22,7 +22,7 @@ class LocalPool:
         """Starts nothing yet; the processes start with the first task."""
         self.slots = options.workers
         self._function, self._prepare, self._options = function, prepare, options
-        self._ended: queue.SimpleQueue[tuple[int, ProcessFuture[Reply]]] = queue.SimpleQueue()
+        self._ended: queue.SimpleQueue[tuple[int, Future[Reply]]] = queue.SimpleQueue()
         self._pool = ProcessPool(
             max_workers=options.workers,
             max_tasks=options.max_tasks,
@@ -51,7 +51,7 @@ class LocalPool:
 
     def close(self) -> None:
         """Ends all processes, whatever they do."""
-        self._pool.stop()
+        self._pool.stop()  # type: ignore[no-untyped-call]
         self._pool.join()
 
 

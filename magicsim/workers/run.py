@@ -1,6 +1,6 @@
 """Runs tasks, tries again where that can help, and yields each task's outcome as it ends."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from itertools import islice
 from typing import Protocol, TypeVar
 
@@ -37,7 +37,7 @@ def run_tasks(
     options: WorkerOptions,
     *,
     prepare: Prepare | None = None,
-) -> Iterator[Outcome[ResultT]]:
+) -> Generator[Outcome[ResultT]]:
     """Calls a function on every task in other processes.
 
     Tasks are idempotent: one that was lost is run again. Closing the iterator ends the processes.
@@ -61,9 +61,7 @@ def run_tasks(
         engine.close()
 
 
-def _engine(
-    function: Callable[[TaskT], ResultT], prepare: Prepare | None, options: WorkerOptions
-) -> Engine:
+def _engine(function: Callable[[TaskT], ResultT], prepare: Prepare | None, options: WorkerOptions) -> Engine:
     if options.cluster is not None:
         from magicsim.workers.cluster import ClusterPool
 

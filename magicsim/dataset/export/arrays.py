@@ -12,7 +12,6 @@ import pyarrow as pa
 from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, decoded, numbers
 from magicsim.dataset.features import Column
 
-
 LARGE = 256
 """Numbers in a row from which on it is stored by itself."""
 
@@ -73,6 +72,7 @@ def _nodes(source: Source) -> int:
 
 def _spec(column: Column, size: tuple[int, int], nodes: int) -> ArraySpec:
     kind, feature = column.feature["_type"], column.feature
+    shape: tuple[int, ...]
     if kind == BYTES:
         shape, dtype = (size if column.name == "contact_mask" else (*size, 3)), "uint8"
     elif kind == MATRIX:

@@ -65,7 +65,7 @@ class Moments:
 
 def write_lerobot(source: Source, folder: Path) -> None:
     """Writes the layout; the splits follow each other, and a task is a kind of path."""
-    paths = sorted({kind.kind for kind in source.recipe.paths})
+    paths: list[str] = sorted({kind.kind for kind in source.recipe.paths})
     columns = _columns()
     schema = schema_of_columns(columns)
     episodes: list[dict[str, Any]] = []
@@ -141,9 +141,7 @@ def _episode(
     table: pa.Table, number: int, first: int, file: dict[str, int], moments: dict[str, Moments]
 ) -> dict[str, Any]:
     stats = {
-        f"stats/{name}/{key}": value
-        for name, each in _stats(moments, table.num_rows)
-        for key, value in each.items()
+        f"stats/{name}/{key}": value for name, each in _stats(moments, table.num_rows) for key, value in each.items()
     }
     return {
         "episode_index": number,

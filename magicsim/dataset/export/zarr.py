@@ -9,6 +9,7 @@ import zarr
 from magicsim.dataset.export.arrays import array_specs, fill
 from magicsim.dataset.export.source import Source
 
+
 def write_zarr(source: Source, folder: Path) -> None:
     """Writes a group for each split; texts are its attribute `texts`, because Zarr 3 has no standard type for them."""
     root = zarr.open_group(folder, mode="w", zarr_format=3)

@@ -83,7 +83,10 @@ def test_version_is_that_of_the_package(shell: Shell):
         (["dataset", "defualt", "--out", "d"], "unknown recipe 'defualt' (did you mean 'default'?)"),
         (["dataset", "default"], "--out"),
         (["dataset", "default", "--out", "d", "--workers", "0"], "workers = 0 is not allowed"),
-        (["dataset", "default", "--out", "d", "--workers", "2", "--cluster", "tcp://a:1"], "not allowed with a cluster"),
+        (
+            ["dataset", "default", "--out", "d", "--workers", "2", "--cluster", "tcp://a:1"],
+            "not allowed with a cluster",
+        ),
         (["dataset", "default", "--out", "d", "--set", "episodes=0"], "episodes = 0 is not allowed"),
         (["dataset", "default", "--out", "d", "--set", "tolerance.skin_mm=0"], "did you mean 'tolerances'"),
         (["dataset", "verify", "nothing"], "'nothing' holds no dataset: manifest.json is missing"),

@@ -115,9 +115,7 @@ def test_lerobot_layout_agrees_with_itself_and_with_the_rows(whole: Path, tmp_pa
         table = pq.read_table(root / info["data_path"].format(**place))
         assert set(table.column_names) == set(info["features"])
         mine = [row for row in table.to_pylist() if row["episode_index"] == episode["episode_index"]]
-        assert [row["index"] for row in mine] == list(
-            range(episode["dataset_from_index"], episode["dataset_to_index"])
-        )
+        assert [row["index"] for row in mine] == list(range(episode["dataset_from_index"], episode["dataset_to_index"]))
         for row in mine:
             source = ordered[row["index"]]
             assert row["observation.images.tactile"]["bytes"] == source["image"]["bytes"]

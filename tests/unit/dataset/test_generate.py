@@ -45,6 +45,7 @@ def test_content_does_not_depend_on_the_number_of_processes(whole: Path, tmp_pat
     assert content(tmp_path / "set") == content(whole)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_dataset_that_has_grown_is_the_one_that_was_made_at_once(whole: Path, tmp_path: Path):
     for episodes in (1, 4, 11):
         recipe = small_recipe(f"episodes={episodes}")
@@ -59,9 +60,23 @@ def test_written_recipe_makes_the_same_dataset(whole: Path, tmp_path: Path):
     assert recipe.episodes == 11
 
 
-def test_episode_without_an_answer_is_left_out_and_logged_and_a_lost_one_is_made_up_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+@pytest.mark.usefixtures("in_process")
+def test_episode_without_an_answer_is_left_out_and_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("FAKE_CRASH", str(tmp_path / "never"))
+    out = tmp_path / "set"
+    summary = generate_dataset(small_recipe(), out, options=ONE, simulator=FAILING)
+    assert summary.failed == 1
+    manifest = read_manifest(out)
+    assert [(each.episode, each.kind) for each in manifest.failed] == [(1, "refused")]
+    assert manifest.is_complete
+    assert 1 not in {episode for entry in manifest.shards for episode in entry.episodes}
+    line = json.loads((out / "errors.jsonl").read_text())
+    assert (line["episode"], line["message"]) == (1, "the deformation did not reach a valid equilibrium")
+    assert not verify_dataset(out).problems
+
+
+@pytest.mark.slow
+def test_lost_episode_is_made_up_for_on_resuming(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     crash = tmp_path / "crash"
     monkeypatch.setenv("FAKE_CRASH", str(crash))
     out, recipe = tmp_path / "set", small_recipe()
@@ -105,6 +120,7 @@ def test_folder_with_a_dataset_or_other_files_is_refused(whole: Path, tmp_path: 
         generate_dataset(small_recipe(), tmp_path / "notes.txt", options=ONE, simulator=FAKE)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_shard_that_was_damaged_is_made_again(whole: Path, tmp_path: Path):
     out = tmp_path / "set"
     recipe = small_recipe("episodes=11")
@@ -118,6 +134,7 @@ def test_shard_that_was_damaged_is_made_again(whole: Path, tmp_path: Path):
     assert content(out) == content(whole)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_full_disk_is_one_line_and_what_is_finished_is_kept(
     whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
