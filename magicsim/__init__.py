@@ -7,6 +7,8 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from magicsim.dataset.generate import generate_dataset
+    from magicsim.dataset.recipe import load_recipe
     from magicsim.deform.durometer import durometer
     from magicsim.deform.press import press
     from magicsim.detectors.offline import detect_sources
@@ -16,11 +18,23 @@ if TYPE_CHECKING:
     from magicsim.still import render_still
 
 __version__ = "0.1.0"
-__all__ = ["detect_sources", "durometer", "load_scene", "plan_scene", "press", "render_still", "simulate"]
+__all__ = [
+    "detect_sources",
+    "durometer",
+    "generate_dataset",
+    "load_recipe",
+    "load_scene",
+    "plan_scene",
+    "press",
+    "render_still",
+    "simulate",
+]
 
 _HOMES = {
     "detect_sources": "magicsim.detectors.offline",
     "durometer": "magicsim.deform.durometer",
+    "generate_dataset": "magicsim.dataset.generate",
+    "load_recipe": "magicsim.dataset.recipe",
     "load_scene": "magicsim.scenes.scene",
     "plan_scene": "magicsim.plan",
     "press": "magicsim.deform.press",

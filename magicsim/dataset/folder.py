@@ -11,7 +11,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from magicsim.dataset.manifest import read_manifest
+from magicsim.dataset.manifest import MANIFEST, Manifest, read_manifest
 from magicsim.dataset.shard import place, read_rows
 from magicsim.errors import OutputError
 from magicsim.workers.outcome import Failure
@@ -33,14 +33,26 @@ def check_folder(out: Path, *, resume: bool) -> None:
         msg = f"output folder '{out}' is a file; name a new folder"
         raise OutputError(msg)
     names = {path.name for path in out.iterdir()} - PREVIEW_FILES if out.is_dir() else set()
-    manifest = read_manifest(out)
-    if manifest is None and names - {WORK, ERRORS}:
+    manifest = begun_dataset(out)
+    if manifest is None and not (out / MANIFEST).is_file() and names - {WORK, ERRORS}:
         msg = f"output folder '{out}' holds other files; name a new or empty folder"
         raise OutputError(msg)
     if manifest is not None and not resume:
         state = "a" if manifest.is_complete else "an unfinished"
         msg = f"output folder '{out}' holds {state} dataset already; --resume goes on with it"
         raise OutputError(msg)
+
+
+def begun_dataset(out: Path) -> Manifest | None:
+    """Manifest of the dataset in a folder; None also where nothing of it was ever finished, so that nothing is lost.
+
+    Raises:
+        OutputError: There is a manifest that this version does not understand.
+    """
+    manifest = read_manifest(out)
+    if manifest is None or manifest.shards or manifest.failed or any((out / WORK).glob("episode-*.parquet")):
+        return manifest
+    return None
 
 
 @contextmanager

@@ -17,8 +17,8 @@ from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.estimate import Estimate, estimate
 from magicsim.dataset.features import Column, schema_of_columns
-from magicsim.dataset.folder import check_folder, sole_writer
-from magicsim.dataset.manifest import Manifest, read_manifest
+from magicsim.dataset.folder import begun_dataset, check_folder, sole_writer
+from magicsim.dataset.manifest import Manifest
 from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.sample import SampleTask, bound_threads, simulate_sample
 from magicsim.dataset.sensors import nominal_calibration, sensors_table
@@ -123,7 +123,7 @@ def versions() -> dict[str, str]:
 
 
 def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:
-    earlier = read_manifest(out)
+    earlier = begun_dataset(out)
     if earlier is not None:
         _refuse_another(recipe, earlier, out, variant)
     for stale in [*out.glob(".*.tmp"), *out.glob("data/.*.tmp")]:

@@ -90,9 +90,11 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
 
 def preview_frame(episode: DrawnEpisode) -> Frame:
     """The coarse frame of one episode, shape (rows, columns, 3)."""
-    from magicsim.simulation import simulate
+    from magicsim.plan import plan_scene
+    from magicsim.simulation import Sensor, stream_frames
 
-    return simulate(preview_scene(episode)).frames[-1].image
+    scene = preview_scene(episode)
+    return list(stream_frames(Sensor(scene), plan_scene(scene)))[-1].image
 
 
 def captions(episode: DrawnEpisode) -> list[str]:

@@ -59,7 +59,8 @@ class ClusterPool:
         try:
             key, future = self._ended.get(timeout=self._options.timeout_s)
         except queue.Empty:
-            key, future = next(iter(self._running.items()))
+            key = next(iter(self._running))
+            future = self._running[key]
             future.cancel()
             message = f"nothing ended for {self._options.timeout_s:g} s"
             return self._lost(key, FailureKind.TIMEOUT, message)

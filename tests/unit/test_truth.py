@@ -35,7 +35,7 @@ def test_depth_map_is_the_faces_height_where_the_pixels_look(rest: Deformation):
 
 def test_depth_map_follows_points_that_moved_sideways(rest: Deformation):
     state = pressed(rest, lambda x, _: 0.1 * x)
-    moved = replace(state, contact_points_mm=state.contact_points_mm + [0.5, 0, 0])
+    moved = replace(state, contact_points_mm=state.contact_points_mm + np.array([0.5, 0, 0]))
     np.testing.assert_allclose(depth_map_mm(moved, LANDING), 0.1 * (LANDING[..., 0] - 0.5), atol=1e-6)
 
 

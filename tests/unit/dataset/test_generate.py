@@ -158,6 +158,13 @@ def test_full_disk_is_one_line_and_what_is_finished_is_kept(
     assert content(out) == content(whole)
 
 
+def test_target_that_cannot_be_written_is_one_line(tmp_path: Path):
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="cannot write .*file.set: "):
+        generate_dataset(small_recipe(), tmp_path / "file" / "set", options=ONE, simulator=FAKE)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_read_only_target_is_one_line(tmp_path: Path):
     tmp_path.chmod(0o500)
@@ -215,3 +222,18 @@ def test_killed_worker_changes_nothing(whole: Path, tmp_path: Path, seed: int):
     out = tmp_path / "set"
     kill_at_random(out, seed, 1, workers=True)
     assert content(out) == content(whole)
+
+
+@pytest.mark.usefixtures("in_process")
+def test_run_that_ended_before_anything_was_finished_leaves_the_folder_free(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    out = tmp_path / "set"
+    with monkeypatch.context() as patch:
+        patch.setattr("magicsim.dataset.generate.Assembly.take", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            generate_dataset(small_recipe(), out, options=ONE, simulator=FAKE)
+    assert not read_manifest(out).shards
+    summary = generate_dataset(small_recipe(seed=9), out, options=ONE, simulator=FAKE)
+    assert summary.failed == 0
+    assert not verify_dataset(out).problems

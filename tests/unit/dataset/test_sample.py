@@ -99,7 +99,9 @@ def test_flashlight_brightens_the_frame():
     recipe = small_recipe("paths=[{kind='flashlight',strength=2.0,lit_frames=2}]")
     task = SampleTask(episode=draw_episodes(recipe)[0], columns=columns_of(recipe), constants=CONSTANTS)
     found = pq.read_table(io.BytesIO(simulate_sample(task))).to_pylist()
-    dark, lit = (np.mean([decoded(row["image"]).mean() for row in found if row["flashlight"] is on]) for on in (0, 1))
+    dark, lit = (
+        np.mean([decoded(row["image"]).mean() for row in found if row["flashlight"] is on]) for on in (False, True)
+    )
     assert lit > dark + 5
 
 
