@@ -64,7 +64,7 @@ class ClusterPool:
             future.cancel()
             message = f"nothing ended for {self._options.timeout_s:g} s"
             return self._lost(key, FailureKind.TIMEOUT, message)
-        if self._running.get(key) is not future:
+        if key not in self._running or self._running[key] is not future:
             return self.wait()
         try:
             reply: Reply = future.result()

@@ -160,7 +160,7 @@ def test_full_disk_is_one_line_and_what_is_finished_is_kept(
 
 def test_target_that_cannot_be_written_is_one_line(tmp_path: Path):
     (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="cannot write .*file.set: "):
+    with pytest.raises(OutputError, match=r"cannot write .*file.set: "):
         generate_dataset(small_recipe(), tmp_path / "file" / "set", options=ONE, simulator=FAKE)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
