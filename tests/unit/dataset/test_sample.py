@@ -2,6 +2,9 @@
 
 import io
 import json
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +23,7 @@ from magicsim.geometry.objects import SphereObject
 from magicsim.scenes.film import pixel_landing_mm
 from magicsim.workers.options import WorkerOptions
 
-from .fakes import content, small_recipe
+from .fakes import FOLDER, SMALL, content, small_recipe
 
 pytestmark = pytest.mark.slow
 CONSTANTS = {"config_hash": "0", "version": "0", "variant": "0"}
@@ -126,3 +129,20 @@ def test_dataset_is_the_same_with_one_and_two_processes(tmp_path: Path):
         assert (summary.samples, summary.failed) == (27, 0)
         assert not verify_dataset(tmp_path / str(workers)).problems
     assert content(tmp_path / "1") == content(tmp_path / "2")
+
+
+def test_real_run_that_was_killed_ends_as_if_it_had_not_been(tmp_path: Path):
+    generate_dataset(small_recipe(), tmp_path / "whole", options=WorkerOptions(workers=1))
+    settings = [part for each in SMALL for part in ("--set", each)]
+    command = [sys.executable, "-m", "magicsim", "dataset", str(FOLDER / "small.toml"), "--out", str(tmp_path / "set")]
+    run = subprocess.Popen(
+        [*command, "--workers", "2", *settings], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+    )
+    while not list((tmp_path / "set").rglob("*.parquet"))[1:]:
+        assert run.poll() is None
+        time.sleep(0.2)
+    run.kill()
+    run.wait()
+    assert not [each for each in verify_dataset(tmp_path / "set").problems if "yet" not in each]
+    generate_dataset(small_recipe(), tmp_path / "set", options=WorkerOptions(workers=2), resume=True)
+    assert content(tmp_path / "set") == content(tmp_path / "whole")
