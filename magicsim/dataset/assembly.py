@@ -26,8 +26,9 @@ class Assembly:
         self._failed = {each.episode: each for each in manifest.failed if each.kind == "refused"}
         self._shards = {entry.file: entry for entry in manifest.shards if self._is_intact(entry)}
         self._missing: dict[str, set[int]] = {}
+        waiting = self.staging.episodes()
         for plan in self._plans:
-            self._take_up(plan)
+            self._take_up(plan, waiting)
 
     def episodes_to_simulate(self) -> list[int]:
         """What is neither in a shard nor waiting for one, in order."""
@@ -81,12 +82,11 @@ class Assembly:
         )
         write_manifest(self.out, self.manifest)
 
-    def _take_up(self, plan: ShardPlan) -> None:
+    def _take_up(self, plan: ShardPlan, waiting: set[int]) -> None:
         wanted = set(plan.episodes) - set(self._failed)
         entry = self._shards.get(plan.file)
         if entry is not None and set(entry.episodes) == wanted:
             return
-        waiting = self.staging.episodes()
         if entry is not None:
             for episode, table in read_episodes(self.out / plan.file, wanted - waiting):
                 self.staging.put(episode, rows_as_bytes(as_schema(table, self.schema)))

@@ -55,6 +55,10 @@ class Standing:
     """Episodes without rows."""
     frames: int
     """Frames that the ended episodes have."""
+    episode_frames: int
+    """Frames of the one that ended just now; 0 where it failed."""
+    episode_seconds: float
+    """How long it took in its process [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -182,9 +186,19 @@ def _complete(
     with closing(run_tasks(simulator.function, tasks, options, prepare=simulator.prepare)) as outcomes:
         for done, outcome in enumerate(outcomes if left else (), 1):
             assembly.take(outcome)
-            frames += recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
+            added = recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
+            frames += added
             if progress is not None:
-                progress(Standing(done=done, total=len(left), failed=assembly.failed, frames=frames))
+                progress(
+                    Standing(
+                        done=done,
+                        total=len(left),
+                        failed=assembly.failed,
+                        frames=frames,
+                        episode_frames=added,
+                        episode_seconds=outcome.seconds,
+                    )
+                )
     assembly.write_manifest()
     assembly.staging.close()
     seconds = time.perf_counter() - start
