@@ -2,8 +2,8 @@
 
     python benchmarks/dataset_throughput.py [--recipe default] [--episodes 75] [--workers 1 2] [--set key=value]
 
-Each number of processes shares all cores; efficiency is speed per process against that of the first number. The rate per
-core is the median over episodes of frames per second, in processes of one thread each (workers = cores).
+Each number of processes shares all cores; efficiency is speed per process against that of the first number. The rate
+per core is the median over episodes of frames per second, in processes of one thread each (workers = cores).
 """
 
 import argparse
