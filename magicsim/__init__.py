@@ -7,6 +7,8 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from magicsim.dataset.generate import generate_dataset
+    from magicsim.dataset.recipe import load_recipe
     from magicsim.deform.durometer import durometer
     from magicsim.deform.press import press
     from magicsim.detector_fit import calibrate
@@ -24,6 +26,8 @@ __all__ = [
     "detect_sources",
     "durometer",
     "evaluate_suite",
+    "generate_dataset",
+    "load_recipe",
     "load_scene",
     "load_suite",
     "plan_scene",
@@ -37,6 +41,8 @@ _HOMES = {
     "detect_sources": "magicsim.detectors.offline",
     "durometer": "magicsim.deform.durometer",
     "evaluate_suite": "magicsim.evaluate.run",
+    "generate_dataset": "magicsim.dataset.generate",
+    "load_recipe": "magicsim.dataset.recipe",
     "load_scene": "magicsim.scenes.scene",
     "load_suite": "magicsim.evaluate.suite",
     "plan_scene": "magicsim.plan",

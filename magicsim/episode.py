@@ -68,6 +68,8 @@ class SimulatedFrame:
     """Pixels whose ray meets the contact, shape (rows, columns); None where not asked for."""
     displacements_mm: npt.NDArray[np.float32] | None
     """Lattice displacements, shape (nodes, 3) [mm]; None where not asked for."""
+    depth_map_mm: npt.NDArray[np.float32] | None = None
+    """How far the contact face is pressed in at each pixel, shape (rows, columns) [mm]; None where not asked for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,6 +21,17 @@ def result_folder(target: Path) -> Iterator[Path]:
         OutputError: The target is a file, somebody else's folder, or cannot be written.
     """
     check_target(target)
+    with finished_folder(target) as partial:
+        yield partial
+
+
+@contextmanager
+def finished_folder(target: Path) -> Iterator[Path]:
+    """A folder beside the target that takes the place of whatever the target holds, once it is whole.
+
+    Raises:
+        OutputError: The target cannot be written.
+    """
     target = target.resolve()  # `.` has no name of its own
     partial = target.with_name(f".{target.name}.partial")
     try:

@@ -12,6 +12,7 @@ FOLDERS = {
     "object": "geometry/objects",
     "scene": "scenes",
     "rig": "scenes/rigs",
+    "recipe": "scenes/recipes",
     "profile": "detectors",
     "suite": "detectors/suites",
 }

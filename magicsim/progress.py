@@ -20,30 +20,32 @@ LINE_SECONDS = 10.0
 
 
 @contextmanager
-def show_progress(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Gives a function that takes the work done and all work, in any unit."""
+def show_progress(title: str) -> Iterator[Callable[..., None]]:
+    """Gives a function that takes the work done and all work, in any unit, and a note if there is one."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield _plain_lines(title)
         return
     columns = (
-        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn()
+        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
     )  # fmt: skip
     with Progress(*columns, console=console) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        task = bar.add_task(title, total=None, note="")
+        yield lambda done, total, note="": bar.update(task, completed=done, total=total, note=note)
 
 
-def _plain_lines(title: str) -> Callable[[int, int], None]:
+def _plain_lines(title: str) -> Callable[..., None]:
     start = last = time.monotonic()
 
-    def report(done: int, total: int) -> None:
+    def report(done: int, total: int, note: str = "") -> None:
         nonlocal last
         now = time.monotonic()
         if now - last < LINE_SECONDS and done < total:
             return
         last = now
         left = (now - start) / done * (total - done)
-        sys.stderr.write(f"{title}: {done / total:.0%}, {now - start:.0f} s so far, about {left:.0f} s left\n")
+        more = f", {note}" if note else ""
+        sys.stderr.write(f"{title}: {done / total:.0%}, {now - start:.0f} s so far, about {left:.0f} s left{more}\n")
 
     return report

@@ -4,6 +4,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from magicsim.dataset.recipe import Recipe
 from magicsim.detectors.profile_schema import profile_schema
 from magicsim.evaluate.suite import SuiteConfig
 from magicsim.geometry.design import ElastomerDesign
@@ -13,7 +14,7 @@ from magicsim.scenes.scene import SceneConfig
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """JSON Schema of `design`, `scene`, `rig`, `object`, `profile` or `suite`."""
+    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile` or `suite`."""
     if kind == "profile":
         return profile_schema()
     models: dict[str, Any] = {
@@ -22,9 +23,10 @@ def schema_of(kind: str) -> dict[str, Any]:
         "rig": Rig,
         "object": ObjectConfig,
         "suite": SuiteConfig,
+        "recipe": Recipe,
     }
     schema = TypeAdapter(models[kind]).json_schema()
-    named = {"scene": ("design", "rig", "object"), "suite": ("design", "rig")}
+    named = {"scene": ("design", "rig", "object"), "suite": ("design", "rig"), "recipe": ("design", "rig")}
     if kind in named:
         for name in named[kind]:
             schema["properties"][name] = {"anyOf": [{"type": "string"}, schema["properties"][name]]}

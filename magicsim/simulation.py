@@ -29,7 +29,8 @@ from magicsim.scenes.renderer import Renderer, View
 from magicsim.scenes.safe_gap import check_skin, check_walls
 from magicsim.scenes.scene import ContactSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.truth import contact_mask, frame_truth
+from magicsim.scenes.untouched import UntouchedStates
+from magicsim.truth import contact_mask, depth_map_mm, frame_truth
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -57,8 +58,12 @@ class Meshes:
 class Sensor:
     """One sensor in one scene: solves and renders states on request, reusing what has not changed."""
 
-    def __init__(self, scene: SceneConfig) -> None:
+    def __init__(self, scene: SceneConfig, *, untouched: UntouchedStates | None = None) -> None:
         """Builds geometry, lattice and renderer.
+
+        Args:
+            scene: What happens.
+            untouched: Untouched states of sensors that other episodes share.
 
         Raises:
             GeometryError: The design cannot be built.
@@ -72,7 +77,7 @@ class Sensor:
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
-        self.renderer = build_renderer(scene, self.elastomer)
+        self.renderer = build_renderer(scene, self.elastomer, untouched=untouched)
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
@@ -146,8 +151,13 @@ class Sensor:
         return self.renderer.radiance(self.view(state, deformation))
 
 
-def build_renderer(scene: SceneConfig, elastomer: Elastomer) -> Renderer:
+def build_renderer(scene: SceneConfig, elastomer: Elastomer, *, untouched: UntouchedStates | None = None) -> Renderer:
     """The renderer of a scene's elastomer, rig and object.
+
+    Args:
+        scene: What is rendered.
+        elastomer: Its block.
+        untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
 
     Raises:
         RenderError: The estimator cannot render these materials.
@@ -163,6 +173,7 @@ def build_renderer(scene: SceneConfig, elastomer: Elastomer) -> Renderer:
         seed=scene.seed,
         object_mesh=surface,
         object_finish=finish,
+        untouched=untouched,
     )
 
 
@@ -310,7 +321,8 @@ def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Def
 
 
 def _landing(scene: SceneConfig) -> Array | None:
-    return pixel_landing_mm(scene.design, scene.rig) if scene.output.contact_mask else None
+    needed = scene.output.contact_mask or scene.output.depth_map
+    return pixel_landing_mm(scene.design, scene.rig) if needed else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -340,6 +352,11 @@ class _Shot:
                 time_s=index / scene.frames_per_second,
                 is_reference=is_reference,
             ),
-            contact_mask=contact_mask(deformation, self.landing_mm) if self.landing_mm is not None else None,
+            contact_mask=contact_mask(deformation, self.landing_mm)
+            if self.landing_mm is not None and scene.output.contact_mask
+            else None,
             displacements_mm=self.sensor.printed_displacements_mm(deformation) if scene.output.displacements else None,
+            depth_map_mm=depth_map_mm(deformation, self.landing_mm)
+            if self.landing_mm is not None and scene.output.depth_map
+            else None,
         )

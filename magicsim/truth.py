@@ -2,6 +2,7 @@
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
 
 from magicsim.deform.deformation import Deformation
@@ -66,6 +67,29 @@ def contact_mask(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) 
         return np.zeros(landing_mm.shape[:2], bool)
     _, nearest = cKDTree(deformation.contact_points_mm[:, :2]).query(landing_mm.reshape(-1, 2))
     return np.asarray(touching[nearest].reshape(landing_mm.shape[:2]))
+
+
+def depth_map_mm(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
+    """How far the contact face is pressed in where each pixel's ray meets it; below zero where it bulges out.
+
+    Linear between the deformed contact points; rays are those of the undeformed sensor, as for the contact mask.
+
+    Args:
+        deformation: Equilibrium of the lattice.
+        landing_mm: Where each pixel looks on the contact face, shape (rows, columns, 2) [mm].
+
+    Returns:
+        Shape (rows, columns) [mm].
+    """
+    if deformation.is_rest:
+        return np.zeros(landing_mm.shape[:2], np.float32)
+    points, pixels = deformation.contact_points_mm, landing_mm.reshape(-1, 2)
+    depth = LinearNDInterpolator(points[:, :2], points[:, 2])(pixels)
+    outside = np.isnan(depth)
+    if outside.any():
+        _, nearest = cKDTree(points[:, :2]).query(pixels[outside])
+        depth[outside] = points[nearest, 2]
+    return np.asarray(depth.reshape(landing_mm.shape[:2]), np.float32)
 
 
 def _vector(values: npt.NDArray[np.float64]) -> Vector:

@@ -40,7 +40,8 @@ def doctor(*, settings: Settings = None, seed: Seed = None, json: Json = False) 
 
 @app.command
 def schema(
-    kind: Literal["design", "scene", "rig", "object", "profile", "suite"] = "scene", *, settings: Settings = None,
+    kind: Literal["design", "scene", "rig", "object", "recipe", "profile", "suite"] = "scene", *,
+    settings: Settings = None,
     seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Print the JSON Schema of a kind of configuration file."""

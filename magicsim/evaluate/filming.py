@@ -6,9 +6,9 @@ import numpy as np
 
 from magicsim.evaluate.take import Take
 from magicsim.plan import plan_scene
-from magicsim.scenes.renderer import Anchor
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.scenes.untouched import UntouchedStates
 from magicsim.simulation import Sensor, stream_states
 
 
@@ -18,15 +18,8 @@ def film_take(scene: SceneConfig) -> Take:
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    sensor = Sensor(scene)
-    kept = _anchors()
-    key = _anchor_key(scene)
-    if key in kept:
-        sensor.renderer.adopt_anchor(kept[key])
+    sensor = Sensor(scene, untouched=_untouched())
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-    if sensor.renderer.estimator == "fluence" and scene.render.anchor_samples:
-        kept.clear()  # one is enough: a suite's episodes of one seed follow each other
-        kept[key] = sensor.renderer.anchor()
     frames = list(stream_states(sensor, plan_scene(scene), untouched))
     images, place = [untouched], {id(untouched): 0}
     for each in frames:
@@ -45,12 +38,6 @@ def film_take(scene: SceneConfig) -> Take:
 
 
 @lru_cache(maxsize=1)
-def _anchors() -> dict[str, Anchor]:
-    """The untouched state last rendered: it does not depend on the object, so one sensor's episodes share it."""
-    return {}
-
-
-def _anchor_key(scene: SceneConfig) -> str:
-    return scene.model_copy(update={"object": None, "keyframes": ()}).model_dump_json(
-        include={"design", "rig", "seed", "render"}
-    )
+def _untouched() -> UntouchedStates:
+    """Untouched states, which do not depend on the object: one sensor's episodes share them."""
+    return UntouchedStates()

@@ -18,6 +18,7 @@ from magicsim.scenes.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.untouched import UntouchedState, UntouchedStates, untouched_key
 from magicsim.scenes.variant import LLVM_VARIANT
 from magicsim.scenes.world import INSET_MM, World, WorldContent, lights_inside
 
@@ -75,6 +76,7 @@ class Renderer:
         seed: int,
         object_mesh: SurfaceMesh | None = None,
         object_finish: Finish | None = None,
+        untouched: UntouchedStates | None = None,
     ) -> None:
         """Prepares; scenes are loaded when a view first needs them.
 
@@ -85,6 +87,7 @@ class Renderer:
             seed: Monte Carlo seed that all frames share.
             object_mesh: The object in its own frame, if one will come.
             object_finish: Its surface; grey by default.
+            untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
 
         Raises:
             RenderError: The estimator cannot do what the materials ask for.
@@ -100,6 +103,7 @@ class Renderer:
         self._whole = film(elastomer.design, rig, whole=True)
         self._worlds: dict[tuple[bool, bool], World] = {}
         self._shown: dict[int, View] = {}
+        self._untouched = untouched if untouched is not None else UntouchedStates()
         self._anchor: Anchor | None = None
 
     def radiance(self, view: View) -> FloatImage:
@@ -200,22 +204,29 @@ class Renderer:
         if self._anchor is None:
             world = self.world(View())
             integrator, names = world.scene.integrator(), _lights(world)
-            many = max(1, self.settings.anchor_particles // max(1, len(names)))
             cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
-            seed = self.settings.anchor_seed
-            careful = {n: integrator.light(world.scene, n, particles=many, seed=seed) for n in names}
-            field = total([integrator.darkness(world.scene), *careful.values()])
+            careful = self._careful(world, names)
+            field = total([integrator.darkness(world.scene), *careful.fields.values()])
             self._anchor = Anchor(
                 cheap=cheap,
-                careful=careful,
+                careful=careful.fields,
                 cheap_image=self._gather(world, field, self.settings.samples, self.seed, whole=True),
-                image=self._gather(world, field, self.settings.anchor_samples, seed, whole=True),
+                image=careful.image,
             )
         return self._anchor
 
-    def adopt_anchor(self, anchor: Anchor) -> None:
-        """Takes the untouched state of another renderer with the same block, rig, settings and seed."""
-        self._anchor = anchor
+    def _careful(self, world: World, names: list[str]) -> UntouchedState:
+        key = untouched_key(self.elastomer.design, self.rig, self.settings)
+        state = self._untouched.get(key)
+        if state is None:
+            integrator, seed = world.scene.integrator(), self.settings.anchor_seed
+            many = max(1, self.settings.anchor_particles // max(1, len(names)))
+            fields = {n: integrator.light(world.scene, n, particles=many, seed=seed) for n in names}
+            field = total([integrator.darkness(world.scene), *fields.values()])
+            image = self._gather(world, field, self.settings.anchor_samples, seed, whole=True)
+            state = UntouchedState(fields=fields, image=image)
+            self._untouched.keep(key, state)
+        return state
 
     def _gather(
         self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0, whole: bool = False

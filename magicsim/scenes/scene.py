@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -78,6 +78,8 @@ class OutputSettings(Config):
     """Contact mask in image space for every frame."""
     displacements: bool = True
     """Displacements of all lattice nodes for every frame."""
+    depth_map: bool = False
+    """How far the contact face is pressed in, in image space, for every frame."""
     preview: bool = True
     """Animated preview."""
     report: bool = True
@@ -136,18 +138,27 @@ def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
         ConfigError: The content is not acceptable.
     """
     path = find_preset("scene", name)
+    data = read_scene_file(path, overrides)
+    if seed is not None:
+        data["seed"] = seed
+    return validate(SceneConfig, data, source=path.name)
+
+
+def read_scene_file(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Content of a file that may name a design, a rig and an object, each put in place, with overrides.
+
+    Raises:
+        PresetError: Its design, its rig or its object does not exist.
+        ConfigError: A file cannot be read, or an override has the wrong form.
+    """
     data = read_toml(path)
     for kind in ("design", "rig", "object"):
         chosen = [override for override in overrides if override.partition("=")[0].strip() == kind]
         data = apply_overrides(data, chosen)
         if isinstance(data.get(kind), str):
             data[kind] = read_toml(_beside(kind, data[kind], path))
-    data = apply_overrides(
-        data, [o for o in overrides if o.partition("=")[0].strip() not in {"design", "rig", "object"}]
-    )
-    if seed is not None:
-        data["seed"] = seed
-    return validate(SceneConfig, data, source=path.name)
+    placed = {"design", "rig", "object"}
+    return apply_overrides(data, [o for o in overrides if o.partition("=")[0].strip() not in placed])
 
 
 def _beside(kind: str, name: str, scene: Path) -> Path:

@@ -14,8 +14,10 @@ LAYERS = (
     {"scenes"},
     {"plan"},
     {"episode", "truth", "simulation"},
+    {"workers"},
     {
         "bench",
+        "dataset",
         "evaluate",
         "robot",
         "recorded",

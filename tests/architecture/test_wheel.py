@@ -18,6 +18,7 @@ SOURCES = {
     "object": "geometry/objects",
     "scene": "scenes",
     "rig": "scenes/rigs",
+    "recipe": "scenes/recipes",
     "profile": "detectors",
     "suite": "detectors/suites",
 }

@@ -4,6 +4,7 @@ import pytest
 
 from magicsim import presets
 from magicsim.config import load_preset
+from magicsim.dataset.recipe import load_recipe
 from magicsim.detectors.profile_file import load_profile
 from magicsim.errors import PresetError
 from magicsim.evaluate.suite import load_suite
@@ -23,6 +24,7 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
         ("design", {"mini-magictac", "uniform-block"}),
         ("scene", {"demo", "rest", "near", "pressed", "flashlight"}),
         ("rig", {"digit-rgb"}),
+        ("recipe", {"default"}),
         ("profile", {"published", "calibrated"}),
         ("object", {"finger", "silver-spanner", "red-screwdriver", "green-screwdriver", "white-pen", "orange"}),
         ("object", {"yellow-scissors", "yellow-banana", "biscuit-packet"}),
@@ -46,6 +48,8 @@ def test_every_shipped_preset_loads(kind: str, name: str):
         assert find_object(name).color != (0.7, 0.7, 0.7)
     elif kind == "suite":
         assert load_suite(name).schema_version == 1
+    elif kind == "recipe":
+        assert load_recipe(name).episodes >= 1
     else:
         assert load_profile(name).schema_version == 1
 

@@ -10,7 +10,7 @@ from .conftest import Shell
 
 COMMANDS = (
     "demo", "simulate", "plan", "press", "durometer", "render", "calibration", "bench", "detect", "calibrate",
-    "evaluate", "export", "doctor", "schema",
+    "evaluate", "dataset", "export", "doctor", "schema",
 )  # fmt: skip
 
 COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]
@@ -80,6 +80,16 @@ def test_version_is_that_of_the_package(shell: Shell):
         (["render", "near", "--frame", "-1"], "frame = -1 is not allowed: must be 0 to 0"),
         (["render", "near", "--out", "image.png"], "must end in .npy"),
         (["schema", "sensor"], '"sensor"'),
+        (["dataset", "defualt", "--out", "d"], "unknown recipe 'defualt' (did you mean 'default'?)"),
+        (["dataset", "default"], "--out"),
+        (["dataset", "default", "--out", "d", "--workers", "0"], "workers = 0 is not allowed"),
+        (
+            ["dataset", "default", "--out", "d", "--workers", "2", "--cluster", "tcp://a:1"],
+            "not allowed with a cluster",
+        ),
+        (["dataset", "default", "--out", "d", "--set", "episodes=0"], "episodes = 0 is not allowed"),
+        (["dataset", "default", "--out", "d", "--set", "tolerance.skin_mm=0"], "did you mean 'tolerances'"),
+        (["dataset", "verify", "nothing"], "'nothing' holds no dataset: manifest.json is missing"),
         (["detect", "nothing", "--reference", "nothing"], "'nothing' does not exist"),
         (["detect", "a.png", "--reference", "b.png", "--set", "tau_e=1"], "not allowed with detect"),
         (["evaluate", "smal"], "unknown suite 'smal' (did you mean 'small'?)"),

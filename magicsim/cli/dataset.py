@@ -1,0 +1,130 @@
+"""Commands that write and check datasets: `dataset RECIPE`, `dataset verify`, `dataset export`."""
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import App, Parameter
+
+from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
+from magicsim.errors import ConfigError, OutputError
+
+if TYPE_CHECKING:
+    from magicsim.dataset.estimate import Estimate
+    from magicsim.dataset.generate import Standing
+    from magicsim.dataset.recipe import Recipe
+    from magicsim.workers.options import WorkerOptions
+
+dataset_app = App(name="dataset")
+app.command(dataset_app)
+Folder = Annotated[Path, Parameter(help="Folder of a dataset.")]
+
+
+@dataset_app.default
+def dataset(
+    recipe: str, *, out: Out,
+    workers: Annotated[int | None, Parameter(help="Processes; one for each core by default.")] = None,
+    cluster: Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")] = None,
+    resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's dataset, or let it grow.")] = False,
+    preview: Annotated[
+        int | None, Parameter(help="Instead of a dataset, a contact sheet of so many coarse frames, and statistics.")
+    ] = None,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Write a labelled dataset from a recipe: Parquet shards that Hugging Face `datasets` reads.
+
+    A run that was stopped or killed goes on with --resume, and ends with the same bytes as one that was not. More
+    episodes (--set episodes=1000 --resume) make a finished dataset grow. `dataset verify DIR` checks one.
+    """
+    from magicsim.dataset.folder import check_folder
+    from magicsim.dataset.recipe import load_recipe
+    from magicsim.workers.options import choose_workers
+
+    config = load_recipe(recipe, settings or [], seed=seed)
+    options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
+    if preview is not None:
+        _preview(config, out, preview, options, as_json=json)
+        return
+    check_folder(out, resume=resume)
+    from magicsim.dataset.generate import generate_dataset
+    from magicsim.progress import show_progress
+
+    with show_progress(f"{recipe}: {config.episodes} episodes") as progress:
+        summary = generate_dataset(
+            config, out, options=options, resume=resume, announce=_announce(out), progress=_told(progress)
+        )
+    print_result(fields_of(summary), as_json=json)
+
+
+@dataset_app.command
+def verify(folder: Folder, *, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
+    """Check every file of a dataset against its manifest; exit code 1 where something is wrong."""
+    from magicsim.dataset.verify import verify_dataset
+
+    _refuse(settings, "verify")
+    del seed  # nothing here is random; the option exists on every command
+    found = verify_dataset(folder)
+    print_result(fields_of(found), as_json=json)
+    if found.problems:
+        sys.exit(1)
+
+
+@dataset_app.command
+def export(
+    folder: Folder, *, format: Literal["lerobot", "webdataset", "hdf5", "zarr"], out: Out,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Write a finished dataset in the layout of another library."""
+    from magicsim.dataset.export.run import export_dataset
+
+    _refuse(settings, "export")
+    del seed
+    print_result(fields_of(export_dataset(folder, out, format)), as_json=json)
+
+
+def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", *, as_json: bool) -> None:
+    if count < 1:
+        msg = f"preview = {count} is not allowed: must be at least 1"
+        raise ConfigError(msg)
+    if out.is_file():
+        msg = f"output folder '{out}' is a file; name a new folder"
+        raise OutputError(msg)
+    from magicsim.dataset.preview import preview_recipe
+
+    print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
+
+
+def _refuse(settings: list[str] | None, command: str) -> None:
+    if settings:
+        msg = f"--set {settings[0]} is not allowed with dataset {command}"
+        raise ConfigError(msg)
+
+
+def _announce(out: Path) -> "Callable[[Estimate], None]":
+    """Writes the estimate of time and disk, before any work."""
+    import shutil
+
+    from magicsim.workers.options import usable_cores
+
+    def announce(found: "Estimate") -> None:
+        cores, free = usable_cores(), shutil.disk_usage(out).free
+        sys.stderr.write(
+            f"about {found.frames} frames to simulate, {found.seconds(cores) / 60:.0f} minutes on {cores} cores and "
+            f"{found.bytes / 1e6:.0f} MB of {free / 1e6:.0f} MB that are free (rough estimates)\n"
+        )
+        if found.bytes > free:
+            sys.stderr.write("this will probably not fit; what is finished when the disk is full is kept\n")
+
+    return announce
+
+
+def _told(progress: Callable[..., None]) -> "Callable[[Standing], None]":
+    start = time.monotonic()
+
+    def tell(standing: "Standing") -> None:
+        rate = standing.frames / (time.monotonic() - start)
+        progress(standing.done, standing.total, f"{rate:.2f} frames/s, {standing.failed} failed")
+
+    return tell

@@ -1,0 +1,1 @@
+"""Synthetic datasets: a recipe of distributions becomes shards of labelled frames."""

@@ -1,0 +1,73 @@
+"""Which columns the rows of a recipe have."""
+
+from magicsim.dataset.draw import drawn_names
+from magicsim.dataset.features import Column, array, image, value, vector
+from magicsim.dataset.recipe import Recipe
+
+DRAWN = "drawn."
+"""How the names of columns with drawn values begin."""
+
+
+def columns_of(recipe: Recipe) -> list[Column]:
+    """All columns, in order."""
+    camera, strips = recipe.rig.camera, len(recipe.rig.strips)
+    size = (camera.rows, camera.columns)
+    return [
+        image("image", "what the camera sees: RGB PNG, row 0 at +y, column 0 at -x"),
+        value("episode", "int32", "number of the episode"),
+        value("step", "int32", "place in the episode, reference frames first"),
+        value("time_s", "float64", "time from the episode's first frame [s]"),
+        value("is_reference", "bool", "whether the sensor is untouched as a reference before the episode"),
+        value("sensor", "int32", "number of the printed sensor, a row of `sensors.parquet`"),
+        value("path_kind", "string", "what happens in the episode"),
+        value("frame_class", "string", "Clear, Near, Contact or Light; null between them and for references"),
+        value(
+            "gap_mm", "float64", "gap of the object to the undeformed face, negative when pressed; null without [mm]"
+        ),
+        value("contact", "bool", "whether a contact force acts"),
+        value("depth_mm", "float64", "indentation depth [mm]"),
+        vector("force_n", 3, "force of the object on the sensor [N]"),
+        vector("torque_nmm", 3, "its torque about the origin [N mm]"),
+        value("contact_area_mm2", "float64", "area that touches [mm2]"),
+        *_large(recipe, size),
+        value("object_kind", "string", "kind of the object, null without"),
+        value("object_config", "string", "the object's shape, orientation and colour as JSON, null without"),
+        vector("object_color", 3, "its diffuse reflectance, linear RGB"),
+        vector("object_position_mm", 3, "origin of its frame in the sensor's frame [mm]"),
+        vector("object_rotation", 9, "rotation matrix from its frame to the sensor's, row by row"),
+        value("twist_deg", "float64", "its turn about z on the path [degrees]"),
+        value("friction", "float64", "Coulomb's coefficient between skin and object"),
+        vector("led_radiance", 3 * strips, "radiance of each LED strip, RGB, in the rig's order"),
+        value("flashlight", "bool", "whether the outside light is on"),
+        vector("flashlight_radiance", 3, "its radiance, RGB"),
+        value("flashlight_x_mm", "float64", "its centre along x [mm]"),
+        vector("camera_matrix", 9, "intrinsics in air, row by row [px]; pixel centres are whole"),
+        vector("camera_distortion", 5, "OpenCV's k1, k2, p1, p2, k3"),
+        vector("camera_position_mm", 3, "pinhole in the sensor's frame [mm]"),
+        vector("camera_rotation", 9, "rotation from the camera's frame (x right, y down, z ahead) to the sensor's"),
+        value("iterations", "int32", "Newton iterations of the frame's deformation"),
+        value("min_jacobian", "float64", "smallest Jacobian of the deformation, above 0"),
+        value("max_penetration_mm", "float64", "deepest contact point inside the object [mm]"),
+        value("force_balance", "float64", "relative difference of contact force and reaction"),
+        value("seed", "int64", "seed of the episode"),
+        value("config_hash", "string", "SHA-256 of the recipe"),
+        value("version", "string", "programs that made the row"),
+        value("variant", "string", "Mitsuba variant that rendered"),
+        *(
+            value(f"{DRAWN}{name}", "float64", "drawn value; null where it does not apply")
+            for name in drawn_names(recipe)
+        ),
+    ]
+
+
+def _large(recipe: Recipe, size: tuple[int, int]) -> list[Column]:
+    labels, large = recipe.labels, []
+    if labels.contact_mask:
+        large.append(image("contact_mask", "255 where a pixel's ray meets the contact, PNG"))
+    if labels.depth_map:
+        large.append(array("depth_map_mm", size, "how far the contact face is pressed in at each pixel [mm]"))
+    if labels.displacements:
+        large.append(
+            array("displacements_mm", (None, 3), "of each lattice node, in the order of `sensors.parquet` [mm]")
+        )
+    return large

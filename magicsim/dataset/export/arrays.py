@@ -1,0 +1,101 @@
+"""A split as arrays with one entry a row, as HDF5 and Zarr hold it."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, decoded, numbers
+from magicsim.dataset.features import Column
+
+LARGE = 256
+"""Numbers in a row from which on it is stored by itself."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArraySpec:
+    """One array of a split."""
+
+    name: str
+    shape: tuple[int, ...]
+    """Of one row."""
+    dtype: str
+    """NumPy's name, or `string`."""
+    meaning: str
+
+    def chunks(self, rows: int) -> tuple[int, ...]:
+        """What is read and written together: one row of what is large, all rows of what is small."""
+        return (1 if math.prod(self.shape) >= LARGE else rows, *self.shape)
+
+
+def array_specs(source: Source) -> list[ArraySpec]:
+    """Arrays that a dataset becomes. Whole numbers stay whole; numbers that may be missing are not a number there."""
+    camera = source.recipe.rig.camera
+    size = (camera.rows, camera.columns)
+    nodes = _nodes(source)
+    return [_spec(column, size, nodes) for column in source.columns]
+
+
+def fill(source: Source, split: str, put: Callable[[str, slice, Any], None]) -> None:
+    """Gives the content of a split to a function, an episode at a time.
+
+    Args:
+        source: The dataset.
+        split: Name of the split.
+        put: Takes an array's name, the rows, and their values.
+    """
+    done = 0
+    specs = {spec.name: spec for spec in array_specs(source)}
+    for table in _tables(source, split):
+        rows = slice(done, done + table.num_rows)
+        for column in source.columns:
+            put(column.name, rows, _values(table, column, specs[column.name]))
+        done = rows.stop
+
+
+def _tables(source: Source, split: str) -> Iterator[pa.Table]:
+    for shard in source.shards(split):
+        yield from source.episodes(shard)
+
+
+def _nodes(source: Source) -> int:
+    """Most lattice nodes of any sensor: shorter displacement fields are filled up with what is not a number."""
+    import pyarrow.parquet as pq
+
+    lattices = pq.read_table(source.folder / "sensors.parquet", columns=["lattice_nodes_mm"])["lattice_nodes_mm"]
+    return max(len(each) for each in lattices.to_pylist())
+
+
+def _spec(column: Column, size: tuple[int, int], nodes: int) -> ArraySpec:
+    kind, feature = column.feature["_type"], column.feature
+    shape: tuple[int, ...]
+    if kind == BYTES:
+        shape, dtype = (size if column.name == "contact_mask" else (*size, 3)), "uint8"
+    elif kind == MATRIX:
+        shape, dtype = (feature["shape"][0] or nodes, feature["shape"][1]), feature["dtype"]
+    elif kind == VECTOR:
+        shape, dtype = (feature["length"],), "float64"
+    else:
+        shape, dtype = (), feature["dtype"]
+    return ArraySpec(name=column.name, shape=shape, dtype=dtype, meaning=column.meaning)
+
+
+def _values(table: pa.Table, column: Column, spec: ArraySpec) -> npt.NDArray[Any] | list[str]:
+    kind = column.feature["_type"]
+    if kind == BYTES:
+        return np.stack([decoded(value) for value in table[column.name].to_pylist()])
+    if kind == MATRIX:
+        filled = np.full((table.num_rows, *spec.shape), np.nan, spec.dtype)
+        for place, matrix in enumerate(numbers(table, column)):
+            filled[place, : len(matrix)] = matrix
+        return filled
+    if kind == VECTOR:
+        return np.stack(numbers(table, column))
+    values = table[column.name].to_pylist()
+    if spec.dtype == "string":
+        return ["" if value is None else value for value in values]
+    return np.array([np.nan if value is None else value for value in values]).astype(spec.dtype)

@@ -1,0 +1,74 @@
+"""Writes a dataset in another library's layout."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+from magicsim.dataset.export.source import Source, open_dataset
+from magicsim.errors import ConfigError, OutputError
+from magicsim.folder import finished_folder
+
+Format = Literal["lerobot", "webdataset", "hdf5", "zarr"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exported:
+    """What `magicsim dataset export` reports."""
+
+    format: str
+    samples: int
+    files: int
+    seconds: float
+    out: str
+
+
+def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
+    """Writes a finished dataset in another layout.
+
+    Args:
+        folder: The dataset.
+        out: New folder, there only once it is whole.
+        layout: Which library's.
+
+    Raises:
+        OutputError: There is no finished dataset, or the target exists or cannot be written.
+        ConfigError: The layout's library is not installed.
+    """
+    start = time.perf_counter()
+    source = open_dataset(folder)
+    if out.exists():
+        msg = f"output folder '{out}' exists; name a new folder"
+        raise OutputError(msg)
+    writer = _writer(layout)
+    with finished_folder(out) as partial:
+        writer(source, partial)
+    return Exported(
+        format=layout,
+        samples=source.manifest.rows,
+        files=sum(path.is_file() for path in out.rglob("*")),
+        seconds=round(time.perf_counter() - start, 3),
+        out=str(out),
+    )
+
+
+def formats() -> tuple[str, ...]:
+    """Names of all layouts."""
+    return get_args(Format)
+
+
+def _writer(layout: Format) -> Callable[[Source, Path], None]:
+    try:
+        if layout == "lerobot":
+            from magicsim.dataset.export.lerobot import write_lerobot as writer
+        elif layout == "webdataset":
+            from magicsim.dataset.export.webdataset import write_webdataset as writer
+        elif layout == "hdf5":
+            from magicsim.dataset.export.hdf5 import write_hdf5 as writer
+        else:
+            from magicsim.dataset.export.zarr import write_zarr as writer
+    except ImportError as error:
+        msg = f"format '{layout}' needs the package {error.name}: pip install 'magicsim[{layout}]'"
+        raise ConfigError(msg) from None
+    return writer

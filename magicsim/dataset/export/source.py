@@ -1,0 +1,100 @@
+"""A finished dataset as exporters read it: one episode at a time, in order."""
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.parquet as pq
+from PIL import Image
+
+from magicsim.dataset.features import Column
+from magicsim.dataset.manifest import MANIFEST, Manifest, ShardEntry, read_manifest
+from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.dataset.shard import as_schema
+from magicsim.errors import OutputError
+
+BYTES, MATRIX, VECTOR = "Image", "Array2D", "Sequence"
+
+
+@dataclass(frozen=True)
+class Source:
+    """One dataset on disk."""
+
+    folder: Path
+    manifest: Manifest
+
+    @cached_property
+    def recipe(self) -> Recipe:
+        """What it was drawn from."""
+        return load_recipe(self.folder / "config.toml")
+
+    @cached_property
+    def columns(self) -> list[Column]:
+        """Its columns."""
+        from magicsim.dataset.columns import columns_of
+
+        return columns_of(self.recipe)
+
+    @property
+    def splits(self) -> list[str]:
+        """Names of its splits."""
+        return sorted({entry.split for entry in self.manifest.shards})
+
+    def shards(self, split: str) -> list[ShardEntry]:
+        """Files of a split."""
+        return [entry for entry in self.manifest.shards if entry.split == split]
+
+    def episodes(self, shard: ShardEntry) -> Iterator[pa.Table]:
+        """Rows of each episode of a shard."""
+        from magicsim.dataset.features import schema_of_columns
+
+        with pq.ParquetFile(self.folder / shard.file) as file:
+            whole = as_schema(file.read(), schema_of_columns(self.columns))
+        numbers = whole["episode"].to_pylist()
+        for episode in shard.episodes:
+            yield whole.slice(numbers.index(episode), numbers.count(episode))
+
+    def rows(self, split: str) -> int:
+        """Rows of a split."""
+        return sum(entry.rows for entry in self.shards(split))
+
+
+def open_dataset(folder: Path) -> Source:
+    """A dataset to export.
+
+    Raises:
+        OutputError: The folder holds none, or it is not finished.
+    """
+    manifest = read_manifest(folder)
+    if manifest is None:
+        msg = f"'{folder}' holds no dataset: {MANIFEST} is missing"
+        raise OutputError(msg)
+    if not manifest.is_complete or not manifest.shards:
+        msg = f"'{folder}' holds an unfinished dataset; `magicsim dataset RECIPE --out DIR --resume` finishes it"
+        raise OutputError(msg)
+    return Source(folder=folder, manifest=manifest)
+
+
+def decoded(value: dict[str, Any]) -> npt.NDArray[np.uint8]:
+    """Pixels of an image column's value: (rows, columns, 3) for frames, (rows, columns) for masks."""
+    return np.asarray(Image.open(io.BytesIO(value["bytes"])))
+
+
+def numbers(table: pa.Table, column: Column) -> list[npt.NDArray[Any]]:
+    """Matrices of an `Array2D` column, one a row; vectors of a `Sequence`, not a number where there is none."""
+    values = table[column.name].combine_chunks()
+    if column.feature["_type"] == VECTOR:
+        missing = [float("nan")] * column.feature["length"]
+        return [np.array(value if value is not None else missing) for value in values.to_pylist()]
+    return [_matrix(values[place]) for place in range(len(values))]
+
+
+def _matrix(value: pa.ListScalar) -> npt.NDArray[Any]:
+    inner = value.values
+    return np.asarray(inner.flatten().to_numpy(zero_copy_only=False)).reshape(len(inner), -1)

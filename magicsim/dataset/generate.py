@@ -1,0 +1,227 @@
+"""From a recipe to a dataset on disk: resumable, and the same bytes however it was computed."""
+
+import errno
+import importlib.metadata
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import tomli_w
+
+import magicsim
+from magicsim.dataset.assembly import Assembly
+from magicsim.dataset.card import dataset_card
+from magicsim.dataset.columns import columns_of
+from magicsim.dataset.draw import DrawnEpisode, draw_episodes, draw_sensors, sensor_of
+from magicsim.dataset.estimate import Estimate, estimate
+from magicsim.dataset.features import Column, schema_of_columns
+from magicsim.dataset.folder import begun_dataset, check_folder, sole_writer
+from magicsim.dataset.manifest import Manifest
+from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.sample import SampleTask, bound_threads, simulate_sample
+from magicsim.dataset.sensors import nominal_calibration, sensors_table
+from magicsim.dataset.shard import place, sha256_of
+from magicsim.errors import OutputError
+from magicsim.scenes.variant import activate_variant
+from magicsim.workers.attempt import Prepare
+from magicsim.workers.options import WorkerOptions, choose_workers
+from magicsim.workers.run import run_tasks
+
+CONFIG, CARD, CALIBRATION, SENSORS = "config.toml", "README.md", "calibration.json", "sensors.parquet"
+PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "pyarrow", "opencv-contrib-python-headless")
+"""Whose versions may change a row's bytes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulator:
+    """What makes rows."""
+
+    function: Callable[[SampleTask], bytes] = simulate_sample
+    prepare: Prepare | None = bound_threads
+    variant: Callable[[], str] = activate_variant
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Standing:
+    """How far a run has come."""
+
+    done: int
+    """Episodes that have ended in this run."""
+    total: int
+    """Episodes that this run simulates."""
+    failed: int
+    """Episodes without rows."""
+    frames: int
+    """Frames that the ended episodes have."""
+    episode_frames: int
+    """Frames of the one that ended just now; 0 where it failed."""
+    episode_seconds: float
+    """How long it took in its process [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DatasetSummary:
+    """What `magicsim dataset` reports."""
+
+    samples: int
+    """Rows in the dataset."""
+    shards: int
+    failed: int
+    """Episodes without rows; `errors.jsonl` says why."""
+    seconds: float
+    """Time from the first task to the last shard [s]."""
+    frames_per_second: float
+    """Frames simulated in this run, per second of that time; 0 where none were."""
+    bytes: int
+    """Size of all shards."""
+    out: str
+
+
+def generate_dataset(
+    recipe: Recipe,
+    out: Path,
+    *,
+    options: WorkerOptions | None = None,
+    resume: bool = False,
+    simulator: Simulator | None = None,
+    announce: Callable[[Estimate], None] | None = None,
+    progress: Callable[[Standing], None] | None = None,
+) -> DatasetSummary:
+    """Writes a dataset, or the rest of one.
+
+    Args:
+        recipe: What to draw.
+        out: Folder of the dataset.
+        options: Where and how to compute; all cores by default. Never changes the content.
+        resume: Whether to go on with the dataset in the folder, which may also grow that way.
+        simulator: What makes rows.
+        announce: Told what is left to do, before it is begun.
+        progress: Told after every episode.
+
+    Raises:
+        ConfigError: Drawn values are not allowed together.
+        OutputError: The folder is not ours, holds another dataset, or cannot be written; what is finished is kept.
+    """
+    options = options or choose_workers(None, timeout_s=recipe.timeout_s)
+    simulator = simulator or Simulator()
+    episodes = draw_episodes(recipe)
+    check_folder(out, resume=resume)
+    try:
+        with sole_writer(out):
+            assembly = _begin(recipe, out, columns_of(recipe), simulator.variant())
+            left = assembly.episodes_to_simulate()
+            if announce is not None:
+                announce(estimate(recipe, [episodes[each] for each in left], processes=options.workers))
+            return _complete(recipe, assembly, episodes, left, options, simulator, progress)
+    except OSError as error:
+        reason = "no space left on the disk" if error.errno == errno.ENOSPC else error.strerror or str(error)
+        msg = f"cannot write {out}: {reason}; what is finished is kept, and --resume goes on from there"
+        raise OutputError(msg) from None
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that a row's bytes depend on."""
+    return {"magicsim": magicsim.__version__} | {name: importlib.metadata.version(name) for name in PACKAGES}
+
+
+def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:
+    earlier = begun_dataset(out)
+    if earlier is not None:
+        _refuse_another(recipe, earlier, out, variant)
+    for stale in [*out.glob(".*.tmp"), *out.glob("data/.*.tmp")]:
+        stale.unlink()
+    sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
+    config = tomli_w.dumps(recipe.model_dump(mode="json", exclude_none=True))
+    contents = {
+        CONFIG: f"# A recipe of magicsim, everything in place: `magicsim dataset {CONFIG}`\n{config}".encode(),
+        CARD: dataset_card(recipe, columns, versions()).encode(),
+        CALIBRATION: nominal_calibration(recipe),
+        SENSORS: sensors_table(sensors),
+    }
+    for name, content in contents.items():
+        place(out / name, content)
+    manifest = Manifest(
+        config_hash=recipe.config_hash(),
+        versions=versions(),
+        variant=variant,
+        seed=recipe.seed,
+        episodes=recipe.episodes,
+        shards=earlier.shards if earlier is not None else (),
+        failed=earlier.failed if earlier is not None else (),
+        files={name: sha256_of(out / name) for name in contents},
+    )
+    return Assembly(out, recipe, manifest, schema_of_columns(columns))
+
+
+def _refuse_another(recipe: Recipe, earlier: Manifest, out: Path, variant: str) -> None:
+    if earlier.config_hash != recipe.config_hash():
+        msg = f"'{out}' holds a dataset of another recipe (see its {CONFIG}); name another folder"
+        raise OutputError(msg)
+    if (earlier.versions, earlier.variant) != (versions(), variant):
+        now = versions() | {"variant": variant}
+        changed = [name for name, was in (earlier.versions | {"variant": earlier.variant}).items() if now[name] != was]
+        msg = f"'{out}' was begun with another version of {', '.join(changed)}: its rows would differ from further ones"
+        raise OutputError(msg)
+    if recipe.episodes < earlier.episodes:
+        msg = f"episodes = {recipe.episodes} is not allowed: '{out}' holds a dataset of {earlier.episodes} already"
+        raise OutputError(msg)
+
+
+def _complete(
+    recipe: Recipe,
+    assembly: Assembly,
+    episodes: list[DrawnEpisode],
+    left: list[int],
+    options: WorkerOptions,
+    simulator: Simulator,
+    progress: Callable[[Standing], None] | None,
+) -> DatasetSummary:
+    start = time.perf_counter()
+    assembly.write_manifest()
+    assembly.close_ready_shards()
+    frames = 0
+    tasks = _tasks(recipe, assembly, episodes, left)
+    with closing(run_tasks(simulator.function, tasks, options, prepare=simulator.prepare)) as outcomes:
+        for done, outcome in enumerate(outcomes if left else (), 1):
+            assembly.take(outcome)
+            added = recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
+            frames += added
+            if progress is not None:
+                progress(
+                    Standing(
+                        done=done,
+                        total=len(left),
+                        failed=assembly.failed,
+                        frames=frames,
+                        episode_frames=added,
+                        episode_seconds=outcome.seconds,
+                    )
+                )
+    assembly.write_manifest()
+    assembly.staging.close()
+    seconds = time.perf_counter() - start
+    return DatasetSummary(
+        samples=assembly.rows,
+        shards=assembly.shards,
+        failed=assembly.failed,
+        seconds=round(seconds, 3),
+        frames_per_second=round(frames / seconds, 4) if frames else 0.0,
+        bytes=sum(entry.size for entry in assembly.manifest.shards),
+        out=str(assembly.out),
+    )
+
+
+def _tasks(
+    recipe: Recipe, assembly: Assembly, episodes: list[DrawnEpisode], left: list[int]
+) -> Iterator[tuple[int, SampleTask]]:
+    columns = columns_of(recipe)
+    made_by = ", ".join(f"{name} {version}" for name, version in assembly.manifest.versions.items())
+    constants = {
+        "config_hash": assembly.manifest.config_hash,
+        "version": made_by,
+        "variant": assembly.manifest.variant,
+    }
+    for index in left:
+        yield index, SampleTask(episode=episodes[index], columns=columns, constants=constants)

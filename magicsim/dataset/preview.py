@@ -1,0 +1,125 @@
+"""A look at a recipe before a long run: a contact sheet of coarse frames, and statistics."""
+
+import json
+import math
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.dataset.draw import DrawnEpisode, draw_episodes
+from magicsim.dataset.estimate import estimate
+from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.sample import bound_threads
+from magicsim.dataset.shard import place
+from magicsim.dataset.statistics import recipe_statistics
+from magicsim.dataset.telling import preview_scene, telling_state
+from magicsim.errors import OutputError
+from magicsim.workers.options import WorkerOptions, usable_cores
+from magicsim.workers.run import run_tasks
+
+Frame = npt.NDArray[np.uint8]
+SHEET, STATISTICS = "preview.png", "preview.json"
+MARGIN, LINE, TEXT_PX = 6, 14, 0.36
+PAPER, INK = 255, (30, 30, 30)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Preview:
+    """What `magicsim dataset --preview` reports."""
+
+    samples: int
+    """Frames on the sheet."""
+    shards: int
+    """None are written."""
+    failed: int
+    """Frames that have no coarse answer."""
+    seconds: float
+    preview: str
+    """The contact sheet."""
+    statistics: dict[str, Any]
+
+
+def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions) -> Preview:
+    """Renders the most telling frame of some episodes, evenly spread, and writes sheet and statistics.
+
+    Args:
+        recipe: What to look at.
+        out: Folder for `preview.png` and `preview.json`; may hold a dataset.
+        count: How many episodes.
+        options: Where to compute.
+
+    Raises:
+        ConfigError: Drawn values are not allowed together.
+        OutputError: The folder cannot be written.
+    """
+    start = time.perf_counter()
+    episodes = draw_episodes(recipe)
+    places = np.linspace(0, len(episodes) - 1, min(count, len(episodes))).round().astype(int)
+    chosen = [episodes[int(place)] for place in places]
+    images: dict[int, Frame] = {}
+    for outcome in run_tasks(preview_frame, ((each.index, each) for each in chosen), options, prepare=bound_threads):
+        if outcome.result is not None:
+            images[outcome.key] = outcome.result
+    cost = estimate(recipe, episodes, processes=options.workers)
+    statistics = recipe_statistics(recipe, episodes) | {
+        "estimated_hours": round(cost.seconds(usable_cores()) / 3600, 3),
+        "estimated_megabytes": round(cost.bytes / 1e6, 1),
+    }
+    camera = preview_scene(chosen[0]).rig.camera
+    sheet = contact_sheet([(images.get(each.index), captions(each)) for each in chosen], camera.rows, camera.columns)
+    try:
+        place(out / SHEET, cv2.imencode(".png", sheet[:, :, ::-1])[1].tobytes())
+        place(out / STATISTICS, (json.dumps(statistics, indent=1) + "\n").encode())
+    except OSError as error:
+        msg = f"cannot write {out}: {error.strerror or error}"
+        raise OutputError(msg) from None
+    return Preview(
+        samples=len(images),
+        shards=0,
+        failed=len(chosen) - len(images),
+        seconds=round(time.perf_counter() - start, 3),
+        preview=str(out / SHEET),
+        statistics=statistics,
+    )
+
+
+def preview_frame(episode: DrawnEpisode) -> Frame:
+    """The coarse frame of one episode, shape (rows, columns, 3)."""
+    from magicsim.plan import plan_scene
+    from magicsim.simulation import Sensor, stream_frames
+
+    scene = preview_scene(episode)
+    return list(stream_frames(Sensor(scene), plan_scene(scene)))[-1].image
+
+
+def captions(episode: DrawnEpisode) -> list[str]:
+    """Lines below a frame."""
+    state, thing = telling_state(episode.scene), episode.scene.object
+    where = "no object"
+    if state.gap_mm is not None:
+        where = f"gap {state.gap_mm:.2f} mm" if state.gap_mm >= 0 else f"{-state.gap_mm:.2f} mm deep"
+    return [f"{episode.index}: {episode.path_kind}", thing.kind if thing is not None else "", where]
+
+
+def contact_sheet(tiles: list[tuple[Frame | None, list[str]]], rows: int, columns: int) -> Frame:
+    """Frames side by side with their captions, RGB; a cross stands for a frame that is missing."""
+    across = math.ceil(math.sqrt(len(tiles) * 1.5))
+    lines = max(len(text) for _, text in tiles)
+    width, height = max(columns, 110) + MARGIN, rows + MARGIN + lines * LINE
+    sheet = np.full((math.ceil(len(tiles) / across) * height + MARGIN, across * width + MARGIN, 3), PAPER, np.uint8)
+    for number, (image, text) in enumerate(tiles):
+        top, left = MARGIN + number // across * height, MARGIN + number % across * width
+        if image is not None:
+            sheet[top : top + rows, left : left + columns] = image
+        else:
+            cv2.line(sheet, (left, top), (left + columns, top + rows), INK, 1)
+            cv2.line(sheet, (left + columns, top), (left, top + rows), INK, 1)
+        for line, words in enumerate(text):
+            at = (left, top + rows + (line + 1) * LINE - 2)
+            cv2.putText(sheet, words, at, cv2.FONT_HERSHEY_SIMPLEX, TEXT_PX, INK, 1, cv2.LINE_AA)
+    return sheet

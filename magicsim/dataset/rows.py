@@ -1,0 +1,124 @@
+"""Rows of one simulated episode."""
+
+import json
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from magicsim.dataset.columns import DRAWN
+from magicsim.dataset.features import Column, schema_of_columns
+from magicsim.episode import SimulatedFrame
+from magicsim.geometry.indenter import place_object
+from magicsim.geometry.pose import Pose
+from magicsim.scenes.calibration import Calibration
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import FrameState
+
+DEPTH_STEP_MM = 2.0**-12
+"""Depth maps are rounded to this step [mm], far below their error: what is rounded compresses."""
+CAMERA_ROTATION = (1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0)
+"""Camera frame (x right, y down, z ahead) to the sensor's: it looks along -z with x to the right."""
+
+
+def episode_table(
+    frames: list[SimulatedFrame],
+    scene: SceneConfig,
+    calibration: Calibration,
+    columns: list[Column],
+    constants: dict[str, Any],
+) -> pa.Table:
+    """One row a frame.
+
+    Args:
+        frames: In order, references first.
+        scene: What was simulated.
+        calibration: Of the sensor that it was simulated on.
+        columns: Which columns, in order.
+        constants: Columns that are the same in every row, drawn values under their names.
+    """
+    shared = _of_scene(scene, calibration) | constants
+    rows = [_row(frame, scene) | shared for frame in frames]
+    arrays = []
+    for column in columns:
+        values: list[Any] = [row.get(column.name) for row in rows]
+        nested = column.feature["_type"] == "Array2D"
+        arrays.append(_nested(values, column.arrow) if nested else pa.array(values, column.arrow))
+    return pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
+
+
+def drawn_columns(values: dict[str, float]) -> dict[str, float]:
+    """Drawn values by the names of their columns."""
+    return {f"{DRAWN}{name}": value for name, value in values.items()}
+
+
+def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
+    rig, thing = scene.rig, scene.object
+    return {
+        "object_kind": thing.kind if thing is not None else None,
+        "object_config": json.dumps(thing.model_dump(mode="json"), sort_keys=True) if thing is not None else None,
+        "object_color": list(thing.color) if thing is not None else None,
+        "friction": scene.contact.friction,
+        "led_radiance": [each for strip in rig.strips for each in strip.radiance],
+        "flashlight_radiance": list(rig.flashlight.radiance),
+        "camera_matrix": [each for row in calibration.camera_matrix for each in row],
+        "camera_distortion": list(calibration.distortion),
+        "camera_position_mm": [0.0, 0.0, calibration.pinhole_z_mm],
+        "camera_rotation": list(CAMERA_ROTATION),
+        "seed": scene.seed,
+    }
+
+
+def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
+    truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
+    pose = _pose(scene, state)
+    depth = frame.depth_map_mm
+    return {
+        "image": _png(cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)),
+        "step": truth.index,
+        "time_s": truth.time_s,
+        "is_reference": truth.is_reference,
+        "frame_class": str(truth.frame_class) if truth.frame_class is not None else None,
+        "gap_mm": state.gap_mm,
+        "contact": truth.contact,
+        "depth_mm": truth.depth_mm,
+        "force_n": list(truth.force_n),
+        "torque_nmm": list(truth.torque_nmm),
+        "contact_area_mm2": truth.contact_area_mm2,
+        "contact_mask": _png(frame.contact_mask.astype(np.uint8) * 255) if frame.contact_mask is not None else None,
+        "depth_map_mm": np.rint(depth / DEPTH_STEP_MM) * DEPTH_STEP_MM + 0.0 if depth is not None else None,
+        "displacements_mm": frame.displacements_mm,
+        "object_position_mm": pose.position_mm.tolist() if pose is not None else None,
+        "object_rotation": pose.rotation.ravel().tolist() if pose is not None else None,
+        "twist_deg": state.twist_deg,
+        "flashlight": state.flashlight,
+        "flashlight_x_mm": scene.rig.flashlight.x_mm + state.light_x_mm,
+        "iterations": solve.iterations,
+        "min_jacobian": solve.min_jacobian,
+        "max_penetration_mm": solve.max_penetration_mm,
+        "force_balance": solve.force_balance,
+    }
+
+
+def _pose(scene: SceneConfig, state: FrameState) -> Pose | None:
+    if scene.object is None or state.gap_mm is None:
+        return None
+    placed = place_object(
+        scene.object, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg
+    )
+    return placed.pose
+
+
+def _png(pixels: npt.NDArray[Any]) -> dict[str, Any]:
+    return {"bytes": cv2.imencode(".png", pixels)[1].tobytes(), "path": None}
+
+
+def _nested(values: list[npt.NDArray[np.float32]], arrow: pa.DataType) -> pa.Array:
+    """Matrices as lists of lists, without a Python object for each number."""
+    flat = pa.array(np.concatenate([each.ravel() for each in values]), arrow.value_type.value_type)
+    widths = np.concatenate([np.full(len(each), each.shape[1]) for each in values])
+    lengths = [len(each) for each in values]
+    inner = pa.ListArray.from_arrays(pa.array(np.concatenate([[0], np.cumsum(widths)]), pa.int32()), flat)
+    return pa.ListArray.from_arrays(pa.array(np.concatenate([[0], np.cumsum(lengths)]), pa.int32()), inner)

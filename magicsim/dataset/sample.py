@@ -1,0 +1,55 @@
+"""The unit of work: one episode, simulated in whatever process, as the bytes of its rows."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from magicsim.dataset.draw import DrawnEpisode
+from magicsim.dataset.features import Column
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampleTask:
+    """One episode and how its rows are written."""
+
+    episode: DrawnEpisode
+    columns: list[Column]
+    constants: dict[str, Any]
+    """Columns that are the same in the whole dataset."""
+
+
+def simulate_sample(task: SampleTask) -> bytes:
+    """Simulates one episode.
+
+    Returns:
+        A Parquet file with one row a frame.
+
+    Raises:
+        MagicsimError: The episode has no valid answer, and trying again would not help.
+    """
+    from magicsim.dataset.rows import drawn_columns, episode_table
+    from magicsim.dataset.shard import rows_as_bytes
+    from magicsim.scenes.calibration import calibrate
+    from magicsim.simulation import Sensor, simulate_with
+
+    episode = task.episode
+    scene = episode.scene
+    simulated = simulate_with(Sensor(scene, untouched=_untouched()))
+    constants = task.constants | drawn_columns(episode.values)
+    constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
+    calibration = calibrate(scene.design, scene.rig)
+    return rows_as_bytes(episode_table(list(simulated.frames), scene, calibration, task.columns, constants))
+
+
+def bound_threads(threads: int) -> None:
+    """Tells the renderer of this process how many threads it may use; frames do not depend on it."""
+    from magicsim.scenes.backend import dr
+
+    dr.set_thread_count(threads)
+
+
+@cache
+def _untouched() -> Any:  # noqa: ANN401 - its module loads the renderer's types
+    from magicsim.scenes.untouched import UntouchedStates
+
+    return UntouchedStates()

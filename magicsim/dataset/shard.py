@@ -1,0 +1,127 @@
+"""Parquet files of a dataset: what bytes rows become, and how a file gets its final name."""
+
+import hashlib
+import io
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+ROWS_A_GROUP = 100
+"""Most rows in a row group: what a reader of single rows has to decode."""
+SPLIT_STREAMS = ("depth_map_mm.list.element.list.element", "displacements_mm.list.element.list.element")
+"""Columns of numbers that compress better byte by byte."""
+NOT_REPEATED = frozenset({*SPLIT_STREAMS, "image.bytes", "contact_mask.bytes"})
+
+
+def write_rows(target: Path | io.BytesIO, tables: Iterable[pa.Table], schema: pa.Schema) -> int:
+    """Writes tables of one schema as a Parquet file; the bytes depend on their content alone.
+
+    Returns:
+        Number of rows.
+    """
+    leaves = [column.path for column in _leaves(schema)]
+    rows = 0
+    with pq.ParquetWriter(
+        target,
+        schema,
+        compression="zstd",
+        use_dictionary=[name for name in leaves if name not in NOT_REPEATED],
+        use_byte_stream_split=[name for name in leaves if name in SPLIT_STREAMS],
+        write_page_index=True,
+    ) as writer:
+        for table in tables:
+            writer.write_table(table, row_group_size=ROWS_A_GROUP)
+            rows += table.num_rows
+    return rows
+
+
+def _leaves(schema: pa.Schema) -> list[pq.ColumnSchema]:
+    sink = io.BytesIO()
+    pq.write_table(schema.empty_table(), sink)
+    parquet = pq.ParquetFile(io.BytesIO(sink.getvalue())).schema
+    return [parquet.column(number) for number in range(len(parquet))]
+
+
+def rows_as_bytes(table: pa.Table) -> bytes:
+    """A table as a Parquet file in memory."""
+    sink = io.BytesIO()
+    write_rows(sink, [table], table.schema)
+    return sink.getvalue()
+
+
+def read_rows(path: Path) -> pa.Table:
+    """A whole Parquet file, its extension metadata kept as it is."""
+    with pq.ParquetFile(path) as file:
+        return file.read()
+
+
+def read_episodes(path: Path, wanted: set[int]) -> Iterator[tuple[int, pa.Table]]:
+    """Rows of some episodes of a shard, one episode at a time."""
+    if not wanted:
+        return
+    with pq.ParquetFile(path) as file:
+        whole = file.read()
+    episodes = whole["episode"].to_pylist()
+    for episode in sorted(wanted & set(episodes)):
+        yield episode, whole.slice(episodes.index(episode), episodes.count(episode)).combine_chunks()
+
+
+def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:
+    """The same rows under exactly this schema, whether or not some library has registered its extension types."""
+    arrays = []
+    for name in schema.names:
+        chunk = table[name].combine_chunks()
+        chunk = chunk.storage if isinstance(chunk, pa.ExtensionArray) else chunk
+        arrays.append(chunk)
+    return pa.Table.from_arrays(arrays, schema=schema)
+
+
+def place(path: Path, content: bytes) -> None:
+    """Gives a file its content under its final name, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.tmp")
+    with partial.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    settle_name(partial, path)
+
+
+def settle_name(partial: Path, path: Path) -> None:
+    """Renames a file that is already on disk, and makes the name last."""
+    partial.replace(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def place_shard(path: Path, tables: Iterable[pa.Table], schema: pa.Schema) -> int:
+    """Writes a shard under its final name, one table in memory at a time.
+
+    Returns:
+        Number of rows.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.tmp")
+    rows = write_rows_synced(partial, tables, schema)
+    settle_name(partial, path)
+    return rows
+
+
+def write_rows_synced(path: Path, tables: Iterable[pa.Table], schema: pa.Schema) -> int:
+    """Writes rows and waits until they are on disk."""
+    rows = write_rows(path, tables, schema)
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+    return rows
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,99 @@
+"""Episodes that cost nothing: importable by name, so that other processes can make them."""
+
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pyarrow as pa
+
+from magicsim.dataset.features import schema_of_columns
+from magicsim.dataset.generate import Simulator, generate_dataset
+from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.dataset.sample import SampleTask
+from magicsim.dataset.shard import rows_as_bytes
+from magicsim.errors import ConvergenceError
+from magicsim.workers.options import WorkerOptions
+
+FOLDER = Path(__file__).parent
+SMALL = (
+    "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.2", "rig.camera.columns=24", "rig.camera.rows=32",
+    "rig.camera.field_mm=10",
+)  # fmt: skip
+
+
+def small_recipe(*more: str, seed: int | None = None) -> Recipe:
+    return load_recipe(FOLDER / "small.toml", [*SMALL, *more], seed=seed)
+
+
+def fake_rows(task: SampleTask) -> bytes:
+    """Rows with the right columns, content from the episode's seed, after a short while."""
+    episode, count = task.episode, task.episode.scene.frame_count + task.episode.scene.references
+    time.sleep(float(os.environ.get("FAKE_SECONDS", "0")))
+    random = np.random.default_rng(episode.scene.seed)
+    rows = []
+    for step in range(count):
+        row = {}
+        for column in task.columns:
+            row[column.name] = _value(column, random, episode.scene.rig.camera)
+        rows.append(row | task.constants | {"episode": episode.index, "step": step, "sensor": episode.sensor})
+        rows[-1] |= {"contact": False, "force_n": [0.0] * 3, "force_balance": 0.0, "seed": episode.scene.seed}
+        rows[-1] |= {"path_kind": episode.path_kind, "time_s": step / 15, "gap_mm": None}
+    arrays = [pa.array([row[column.name] for row in rows], column.arrow) for column in task.columns]
+    return rows_as_bytes(pa.Table.from_arrays(arrays, schema=schema_of_columns(task.columns)))
+
+
+def _value(column, random: np.random.Generator, camera) -> object:
+    kind = column.feature["_type"]
+    if kind == "Image":
+        channels = (3,) if column.name == "image" else ()
+        pixels = random.integers(0, 256, (camera.rows, camera.columns, *channels), np.uint8)
+        return {"bytes": cv2.imencode(".png", pixels)[1].tobytes(), "path": None}
+    if kind == "Array2D":
+        rows, width = column.feature["shape"]
+        return random.random((rows or 4, width), np.float32).tolist()
+    if kind == "Sequence":
+        return random.random(column.feature["length"]).tolist()
+    dtype = column.feature["dtype"]
+    plain = {"string": "word", "bool": False}
+    return plain[dtype] if dtype in plain else int(random.integers(9)) if dtype.startswith("int") else random.random()
+
+
+def failing_rows(task: SampleTask) -> bytes:
+    """Episode 1 has no answer; episode 2 crashes as long as a file says so."""
+    if task.episode.index == 1:
+        msg = "the deformation did not reach a valid equilibrium"
+        raise ConvergenceError(msg)
+    if task.episode.index == 2 and Path(os.environ["FAKE_CRASH"]).exists():
+        os.kill(os.getpid(), signal.SIGKILL)
+    return fake_rows(task)
+
+
+def _variant() -> str:
+    return "none"
+
+
+FAKE = Simulator(function=fake_rows, prepare=None, variant=_variant)
+FAILING = Simulator(function=failing_rows, prepare=None, variant=_variant)
+
+
+def content(out: Path) -> dict[str, bytes]:
+    """All files of a dataset but the error log, by name."""
+    files = [path for path in sorted(out.rglob("*")) if path.is_file() and path.name != "errors.jsonl"]
+    return {path.relative_to(out).as_posix(): path.read_bytes() for path in files}
+
+
+if __name__ == "__main__":
+    folder, workers, episodes = sys.argv[1:]
+    summary = generate_dataset(
+        small_recipe(f"episodes={episodes}"),
+        Path(folder),
+        options=WorkerOptions(workers=int(workers)),
+        resume=True,
+        simulator=FAKE,
+    )
+    sys.stdout.write(json.dumps({"samples": summary.samples}))

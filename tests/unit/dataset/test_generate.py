@@ -1,0 +1,239 @@
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from magicsim.dataset.generate import generate_dataset
+from magicsim.dataset.manifest import read_manifest
+from magicsim.dataset.verify import verify_dataset
+from magicsim.errors import OutputError
+from magicsim.workers.options import WorkerOptions
+
+from . import fakes
+from .fakes import FAILING, FAKE, content, small_recipe
+
+ONE, TWO = WorkerOptions(workers=1), WorkerOptions(workers=2, max_tasks=3)
+
+
+def test_dataset_has_a_row_for_every_frame_and_nothing_left_over(whole: Path):
+    manifest = read_manifest(whole)
+    rows = {entry.file: pq.read_table(whole / entry.file, columns=["episode"]).num_rows for entry in manifest.shards}
+    assert {entry.file: entry.rows for entry in manifest.shards} == rows
+    assert sorted(episode for entry in manifest.shards for episode in entry.episodes) == list(range(11))
+    assert manifest.is_complete
+    assert {path.name for path in whole.iterdir()} == {
+        "README.md", "calibration.json", "config.toml", "data", "manifest.json", "sensors.parquet",
+    }  # fmt: skip
+    assert not verify_dataset(whole).problems
+
+
+def test_row_groups_stay_small(whole: Path):
+    for path in (whole / "data").glob("*.parquet"):
+        metadata = pq.read_metadata(path)
+        assert max(metadata.row_group(number).num_rows for number in range(metadata.num_row_groups)) <= 100
+
+
+def test_content_does_not_depend_on_the_number_of_processes(whole: Path, tmp_path: Path):
+    generate_dataset(small_recipe("episodes=11"), tmp_path / "set", options=TWO, simulator=FAKE)
+    assert content(tmp_path / "set") == content(whole)
+
+
+@pytest.mark.usefixtures("in_process")
+def test_dataset_that_has_grown_is_the_one_that_was_made_at_once(whole: Path, tmp_path: Path):
+    for episodes in (1, 4, 11):
+        recipe = small_recipe(f"episodes={episodes}")
+        generate_dataset(recipe, tmp_path / "set", options=ONE, simulator=FAKE, resume=True)
+        assert not verify_dataset(tmp_path / "set").problems
+    assert content(tmp_path / "set") == content(whole)
+
+
+def test_written_recipe_makes_the_same_dataset(whole: Path, tmp_path: Path):
+    recipe = fakes.load_recipe(whole / "config.toml")
+    assert recipe.config_hash() == small_recipe().config_hash()
+    assert recipe.episodes == 11
+
+
+@pytest.mark.usefixtures("in_process")
+def test_episode_without_an_answer_is_left_out_and_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("FAKE_CRASH", str(tmp_path / "never"))
+    out = tmp_path / "set"
+    summary = generate_dataset(small_recipe(), out, options=ONE, simulator=FAILING)
+    assert summary.failed == 1
+    manifest = read_manifest(out)
+    assert [(each.episode, each.kind) for each in manifest.failed] == [(1, "refused")]
+    assert manifest.is_complete
+    assert 1 not in {episode for entry in manifest.shards for episode in entry.episodes}
+    line = json.loads((out / "errors.jsonl").read_text())
+    assert (line["episode"], line["message"]) == (1, "the deformation did not reach a valid equilibrium")
+    assert not verify_dataset(out).problems
+
+
+@pytest.mark.slow
+def test_lost_episode_is_made_up_for_on_resuming(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    crash = tmp_path / "crash"
+    monkeypatch.setenv("FAKE_CRASH", str(crash))
+    out, recipe = tmp_path / "set", small_recipe()
+    crash.touch()
+    summary = generate_dataset(recipe, out, options=ONE, simulator=FAILING)
+    assert summary.failed == 2
+    assert [(each.episode, each.kind) for each in read_manifest(out).failed] == [(1, "refused"), (2, "crash")]
+    log = [json.loads(line) for line in (out / "errors.jsonl").read_text().splitlines()]
+    assert [(line["episode"], line["kind"]) for line in log].count((2, "crash")) == 3
+    assert "ConvergenceError" in next(line["traceback"] for line in log if line["episode"] == 1)
+    crash.unlink()
+    again = generate_dataset(recipe, out, options=ONE, simulator=FAILING, resume=True)
+    assert again.failed == 1
+    at_once = tmp_path / "at-once"
+    generate_dataset(recipe, at_once, options=ONE, simulator=FAILING)
+    assert content(out) == content(at_once)
+
+
+@pytest.mark.parametrize(
+    ("settings", "seed", "named"),
+    [
+        (["episodes=3"], None, "episodes = 3 is not allowed"),
+        (["references=2"], None, "another recipe"),
+        ([], 4, "another recipe"),
+    ],
+)
+def test_resuming_refuses_another_dataset(whole: Path, settings: list[str], seed: int | None, named: str):
+    before = content(whole)
+    with pytest.raises(OutputError, match=named):
+        generate_dataset(small_recipe(*settings, seed=seed), whole, options=ONE, simulator=FAKE, resume=True)
+    assert content(whole) == before
+
+
+def test_folder_with_a_dataset_or_other_files_is_refused(whole: Path, tmp_path: Path):
+    with pytest.raises(OutputError, match="holds a dataset already; --resume goes on"):
+        generate_dataset(small_recipe("episodes=11"), whole, options=ONE, simulator=FAKE)
+    (tmp_path / "notes.txt").touch()
+    with pytest.raises(OutputError, match="holds other files"):
+        generate_dataset(small_recipe(), tmp_path, options=ONE, simulator=FAKE, resume=True)
+    with pytest.raises(OutputError, match="is a file"):
+        generate_dataset(small_recipe(), tmp_path / "notes.txt", options=ONE, simulator=FAKE)
+
+
+@pytest.mark.usefixtures("in_process")
+def test_shard_that_was_damaged_is_made_again(whole: Path, tmp_path: Path):
+    out = tmp_path / "set"
+    recipe = small_recipe("episodes=11")
+    generate_dataset(recipe, out, options=ONE, simulator=FAKE)
+    shard = sorted((out / "data").glob("*.parquet"))[1]
+    damaged = bytearray(shard.read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    shard.write_bytes(damaged)
+    assert [problem.split(":")[0] for problem in verify_dataset(out).problems] == [f"data/{shard.name}"]
+    generate_dataset(recipe, out, options=ONE, simulator=FAKE, resume=True)
+    assert content(out) == content(whole)
+
+
+@pytest.mark.usefixtures("in_process")
+def test_full_disk_is_one_line_and_what_is_finished_is_kept(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    out, recipe = tmp_path / "set", small_recipe("episodes=11")
+    placed = []
+
+    def place_until_full(path: Path, *rest: object) -> int:
+        if len(placed) == 2:
+            raise OSError(28, "No space left on device")
+        placed.append(path)
+        return real(path, *rest)
+
+    real = sys.modules["magicsim.dataset.assembly"].place_shard
+    monkeypatch.setattr("magicsim.dataset.assembly.place_shard", place_until_full)
+    with pytest.raises(OutputError, match=r"cannot write .*no space left on the disk; what is finished is kept"):
+        generate_dataset(recipe, out, options=ONE, simulator=FAKE)
+    found = verify_dataset(out)
+    assert (found.shards, found.complete, found.problems) == (2, False, [])
+    monkeypatch.undo()
+    generate_dataset(recipe, out, options=ONE, simulator=FAKE, resume=True)
+    assert content(out) == content(whole)
+
+
+def test_target_that_cannot_be_written_is_one_line(tmp_path: Path):
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match=r"cannot write .*file.set: "):
+        generate_dataset(small_recipe(), tmp_path / "file" / "set", options=ONE, simulator=FAKE)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_read_only_target_is_one_line(tmp_path: Path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(OutputError, match="cannot write"):
+        generate_dataset(small_recipe(), tmp_path / "set", options=ONE, simulator=FAKE)
+    tmp_path.chmod(0o700)
+
+
+def kill_at_random(out: Path, seed: int, times: int, *, workers: bool) -> None:
+    """Starts a run again and again and kills it, or one of its processes, at a random moment."""
+    chance = random.Random(seed)
+    environment = {**os.environ, "FAKE_SECONDS": "0.05", "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-m", f"{fakes.__name__}", str(out), "2", "11"]
+    for _ in range(times):
+        run = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(chance.uniform(0.5, 4.0))
+        victims = children(run.pid) if workers else [run.pid]
+        for victim in victims[:1]:
+            os.kill(victim, signal.SIGKILL)
+        if workers:
+            assert run.wait(timeout=120) == 0
+        else:
+            run.kill()
+            run.wait()
+        if (out / "manifest.json").exists():
+            assert not [each for each in verify_dataset(out).problems if "yet" not in each]
+
+
+def children(pid: int) -> list[int]:
+    found = []
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = status.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        command = (status.parent / "cmdline").read_bytes() if status.parent.exists() else b""
+        if int(fields[1]) == pid and b"spawn_main" in command:
+            found.append(int(status.parent.name))
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds processes in /proc")
+@pytest.mark.parametrize("times", [1, pytest.param(20, marks=pytest.mark.slow)])
+def test_killed_parent_leaves_a_dataset_that_ends_as_if_nothing_had_been(whole: Path, tmp_path: Path, times: int):
+    out = tmp_path / "set"
+    kill_at_random(out, 1, times, workers=False)
+    generate_dataset(small_recipe("episodes=11"), out, options=ONE, simulator=FAKE, resume=True)
+    assert content(out) == content(whole)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds processes in /proc")
+@pytest.mark.parametrize("seed", range(20))
+def test_killed_worker_changes_nothing(whole: Path, tmp_path: Path, seed: int):
+    out = tmp_path / "set"
+    kill_at_random(out, seed, 1, workers=True)
+    assert content(out) == content(whole)
+
+
+@pytest.mark.usefixtures("in_process")
+def test_run_that_ended_before_anything_was_finished_leaves_the_folder_free(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    out = tmp_path / "set"
+    with monkeypatch.context() as patch:
+        patch.setattr("magicsim.dataset.generate.Assembly.take", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            generate_dataset(small_recipe(), out, options=ONE, simulator=FAKE)
+    assert not read_manifest(out).shards
+    summary = generate_dataset(small_recipe(seed=9), out, options=ONE, simulator=FAKE)
+    assert summary.failed == 0
+    assert not verify_dataset(out).problems

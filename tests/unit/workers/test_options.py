@@ -1,0 +1,23 @@
+import pytest
+
+from magicsim.errors import ConfigError
+from magicsim.workers.options import WorkerOptions, choose_workers, usable_cores
+
+
+def test_processes_share_the_cores():
+    assert choose_workers(None).workers == usable_cores()
+    assert WorkerOptions(workers=1).threads == usable_cores()
+    assert WorkerOptions(workers=10 * usable_cores()).threads == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"workers": 0}, "workers = 0 is not allowed: must be at least 1"),
+        ({"workers": 2, "cluster": "tcp://a:1"}, "workers = 2 is not allowed with a cluster"),
+        ({"workers": None, "cluster": "a"}, "cluster = 'a' is not allowed: must be an address"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(options, named):
+    with pytest.raises(ConfigError, match=named):
+        choose_workers(**options)
