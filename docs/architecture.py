@@ -8,7 +8,8 @@ from pathlib import Path
 
 LAYERS = (
     (("cli",), "one function a command"),
-    (("run", "still", "judge", "report", "bench"), "folders, images, verdicts, reports, figures"),
+    (("dataset", "evaluate", "robot", "run", "report", "bench"), "datasets, judgements, devices, figures"),
+    (("workers",), "tasks on many processes"),
     (("simulation", "truth", "episode"), "labelled frames"),
     (("plan",), "what a scene needs, and what is left out"),
     (("scenes",), "light and camera: radiance, 8-bit frames"),
@@ -19,7 +20,7 @@ LAYERS = (
 """Parts of the package from top to bottom, and what each layer makes; a layer imports those below it."""
 ASIDE = ("detectors", ("NumPy and", "OpenCV", "alone: runs", "on a robot"))
 """The part that imports the leaf and nothing else; layers from `ASIDE_TOP` upwards may import it."""
-ASIDE_TOP, ASIDE_BOTTOM = 2, 6
+ASIDE_TOP, ASIDE_BOTTOM = 3, 7
 """Layers beside which it stands."""
 WIDTH, ROW, GAP, LEFT, COLUMN = 470, 50, 14, 10, 340
 

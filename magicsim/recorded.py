@@ -2,14 +2,17 @@
 
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.detectors.episode import Episode
 from magicsim.detectors.labels import LABELS, read_labels
 from magicsim.detectors.source import read_image
-from magicsim.detectors.truth import FrameClass
+from magicsim.detectors.truth import FrameClass, classify_frame
 from magicsim.errors import ConfigError
+from magicsim.evaluate.recording import TABLE as TRUTH
+from magicsim.evaluate.recording import read_recording
 
 TABLE = "episode.parquet"
 """Name of the table in a folder that magicsim wrote."""
@@ -19,18 +22,34 @@ def read_episode(folder: Path) -> Episode:
     """Frames and classes of one episode.
 
     Args:
-        folder: What `magicsim simulate --out` wrote, or images with a `labels.csv` (`magicsim.detectors.labels`).
+        folder: What `magicsim simulate --out` wrote, or images with a table of their true states, `truth.csv`
+            (`magicsim.evaluate.recording`), or of their classes, `labels.csv` (`magicsim.detectors.labels`).
 
     Raises:
-        ConfigError: Neither of the two, or a table that cannot be read.
+        ConfigError: None of these, or a table that cannot be read.
         FrameError: An image is missing or cannot be used.
     """
     if (folder / TABLE).is_file():
         return _read_run(folder)
+    if (folder / TRUTH).is_file():
+        return _read_recording(folder)
     if (folder / LABELS).is_file():
         return read_labels(folder)
-    msg = f"'{folder}' is no labelled episode; give a folder that holds {TABLE} (magicsim simulate) or {LABELS}"
+    msg = (
+        f"'{folder}' is no labelled episode; give a folder that holds {TABLE} (magicsim simulate), {TRUTH} or {LABELS}"
+    )
     raise ConfigError(msg)
+
+
+def _read_recording(folder: Path) -> Episode:
+    recording = read_recording(folder)
+    states = zip(recording.gap_mm, recording.force_n, recording.flashlight, recording.is_reference, strict=True)
+    classes = [
+        classify_frame(gap_mm=None if np.isnan(gap) else float(gap), force_n=float(force), light_on=bool(light))
+        for gap, force, light, is_reference in states
+        if not is_reference
+    ]
+    return Episode(references=list(recording.references()), frames=list(recording.frames()), classes=classes)
 
 
 def _read_run(folder: Path) -> Episode:

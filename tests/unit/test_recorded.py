@@ -1,5 +1,6 @@
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -55,5 +56,17 @@ def test_frame_that_is_missing_is_named(folder: Path):
 
 
 def test_folder_without_labels_is_named(tmp_path: Path):
-    with pytest.raises(ConfigError, match=r"episode\.parquet \(magicsim simulate\) or labels\.csv"):
+    with pytest.raises(ConfigError, match=r"episode\.parquet \(magicsim simulate\), truth\.csv or labels\.csv"):
         read_episode(tmp_path)
+
+
+def test_recording_with_true_states_gives_the_classes_of_the_scoring(tmp_path: Path):
+    images = np.random.default_rng(0).integers(0, 256, (5, 16, 12, 3), dtype=np.uint8)
+    for number, image in enumerate(images):
+        assert cv2.imwrite(str(tmp_path / f"{number}.png"), image[..., ::-1])
+    lines = ["0.png,1,,0,0", "1.png,0,,0,0", "2.png,0,1.5,0,0", "3.png,0,-0.5,0.8,0", "4.png,0,,0,1"]
+    (tmp_path / "truth.csv").write_text("\n".join(["file,is_reference,gap_mm,force_n,flashlight", *lines]))
+    found = read_episode(tmp_path)
+    assert list(found.classes) == [FrameClass.CLEAR, FrameClass.NEAR, FrameClass.CONTACT, FrameClass.LIGHT]
+    np.testing.assert_array_equal(found.references[0], images[0])
+    np.testing.assert_array_equal(found.frames[2], images[3])

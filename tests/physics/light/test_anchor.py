@@ -4,6 +4,7 @@ import numpy as np
 
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.scenes.exposure import expose, meter
+from magicsim.scenes.finish import Finish
 from magicsim.scenes.renderer import View
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation import Sensor
@@ -33,3 +34,21 @@ def test_empty_scene_stays_normal_against_references_of_another_seed(small_scene
     frames = [expose(untouched, exposure, camera, seed=1, frame=index) for index in range(30)]
     verdict = detect(expose(other, exposure, camera, seed=2, frame=40), fuse(frames, profile), profile)
     assert verdict.proximity == "Normal"
+
+
+def test_ghost_changes_the_sampling_and_not_the_verdict(small_scene):
+    # An object that light passes as if nothing were there: paths differ, light does not.
+    scene = small_scene("near", *ANCHOR, "render.samples=6", "render.particles=80000")
+    sensor = Sensor(scene)
+    sensor.renderer.object_finish = Finish(is_ghost=True)
+    untouched = sensor.renderer.radiance(View())
+    ghost = sensor.renderer.radiance(sensor.view(timeline(scene)[0], sensor.rest))
+    assert (ghost != untouched).any()
+    assert np.sqrt(((ghost - untouched) ** 2).mean()) < 0.02 * untouched.mean()
+    profile, camera, exposure = load_profile("calibrated"), scene.rig.camera, meter(untouched, scene.rig.camera)
+    references = fuse([expose(untouched, exposure, camera, seed=1, frame=index) for index in range(30)], profile)
+    verdicts = [
+        detect(expose(image, exposure, camera, seed=2, frame=40), references, profile) for image in (untouched, ghost)
+    ]
+    assert [verdict.proximity for verdict in verdicts] == ["Normal", "Normal"]
+    assert verdicts[1].entropy < verdicts[0].entropy + 0.3
