@@ -23,7 +23,7 @@ def channel_means(scene, seeds):
     return np.mean(means, 0), np.std(means, 0, ddof=1) / np.sqrt(len(means))
 
 
-@pytest.mark.parametrize("name", ["rest", "pressed"])
+@pytest.mark.parametrize("name", ["rest", pytest.param("pressed", marks=pytest.mark.slow)])
 def test_fluence_agrees_with_path_tracing_in_mean_radiance(name, small_scene):
     fluence, error = channel_means(small_scene(name, "render.particles=300000"), range(4))
     path, path_error = channel_means(small_scene(name, "render.estimator=path", "render.samples=192"), range(100, 104))
