@@ -11,6 +11,7 @@ from magicsim.bench.error_plot import save
 
 STYLES = {
     ("fluence", "llvm_ad_rgb"): ("#0072b2", "o", "fluence"),
+    ("anchored", "llvm_ad_rgb"): ("#009e73", "D", "fluence, a frame of an episode"),
     ("path", "llvm_ad_rgb"): ("#d55e00", "s", "volpath"),
     ("path", "scalar_rgb"): ("#888888", "^", "volpath, scalar"),
 }
