@@ -14,7 +14,7 @@ from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.medium import Shapes, classify
 
 Array = npt.NDArray[np.float64]
-PLAIN_MM = 0.5
+PLAIN_MM = 1.0
 """Edge of a voxel where there is no grid, whose pitch is taken otherwise [mm]."""
 POINTS = 5
 """Points along each edge of a voxel that say how much of it is body."""
