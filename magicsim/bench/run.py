@@ -1,6 +1,7 @@
 """One call for the command line: runs a benchmark, writes its JSON and draws its plot from that file."""
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,12 +71,14 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
         raise ConfigError(unknown_choice("benchmark", kind, BENCHMARKS))
     if recompute and kind == "deform":
         _recompute()
-    options = {"parts": out / "stress-parts"} if kind == "stress" else {}
-    data = BENCHMARKS[kind].run(quick=quick, **options)
+    parts = out / "stress-parts"
+    data = BENCHMARKS[kind].run(quick=quick, **({"parts": parts} if kind == "stress" else {}))
     file = out / f"bench-{kind}.json"
     with result_file(file) as partial:
         partial.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     draw(file, out / f"bench-{kind}.png")
+    if kind == "stress":
+        shutil.rmtree(parts)  # kept for a killed run alone: another run measures again
     return data
 
 

@@ -2,17 +2,15 @@
 
 import json
 import logging
-import multiprocessing
-import os
 from collections.abc import Sequence
-from concurrent.futures import TimeoutError as LimitExceeded
 from dataclasses import asdict
 from pathlib import Path
 
-from pebble import ProcessExpired, ProcessPool
-
 from magicsim.bench.stress import CRASHED, TIMED_OUT, StressRow, run_path, unsolved
 from magicsim.bench.stress_cases import StressPath, every_path
+from magicsim.workers.options import WorkerOptions, usable_cores
+from magicsim.workers.outcome import FailureKind
+from magicsim.workers.run import run_tasks
 
 LOGGER = logging.getLogger(__name__)
 SLOW = frozenset({"sphere 0.5 mm"})
@@ -33,45 +31,39 @@ def pooled_rows(chosen: Sequence[StressPath], folder: Path) -> list[StressRow]:
     files = [folder / f"{numbers[path.key]:03d}.jsonl" for path in chosen]
     todo = [(path, file) for path, file in zip(chosen, files, strict=True) if len(_read(file)) < len(path.stages)]
     todo.sort(key=lambda each: each[0].label in SLOW)
-    with ProcessPool(
-        max_workers=os.cpu_count() or 1, context=multiprocessing.get_context("spawn"), initializer=_one_thread
-    ) as pool:
-        futures = [
-            (path, file, pool.schedule(_solve, args=[numbers[path.key], str(file)], timeout=LIMIT_S))
-            for path, file in todo
-        ]
-        for number, (path, file, future) in enumerate(futures, 1):
-            try:
-                future.result()
-            except LimitExceeded:
-                _complete(file, path, TIMED_OUT, f"not done after {LIMIT_S:g} s")
-            except ProcessExpired as error:
-                _complete(file, path, CRASHED, str(error))
-            rows = _read(file)
-            LOGGER.info(
-                "%d of %d: %s, contrast %s, nu %s: %s, %.1f s", number, len(todo), path.label, path.contrast,
-                path.poisson_ratio, [row.outcome for row in rows], sum(row.seconds for row in rows),
-            )  # fmt: skip
+    options = WorkerOptions(workers=usable_cores(), timeout_s=LIMIT_S, retries=0)
+    tasks = [(number, (numbers[path.key], str(file))) for number, (path, file) in enumerate(todo)]
+    for done, outcome in enumerate(run_tasks(_solve, tasks, options, prepare=_use_threads), 1):
+        path, file = todo[outcome.key]
+        if outcome.failures:
+            failure = outcome.failures[-1]
+            kind = TIMED_OUT if failure.kind == FailureKind.TIMEOUT else CRASHED
+            for stage in path.stages[len(_read(file)) :]:
+                _append(file, unsolved(path, stage, kind, failure.message))
+        rows = _read(file)
+        LOGGER.info(
+            "%d of %d: %s, contrast %s, nu %s: %s, %.1f s", done, len(todo), path.label, path.contrast,
+            path.poisson_ratio, [row.outcome for row in rows], sum(row.seconds for row in rows),
+        )  # fmt: skip
     return [row for file in files for row in _read(file)]
 
 
-def _one_thread() -> None:
+def _use_threads(threads: int) -> None:
     """As many processes as cores share the machine best when each has one thread."""
     from magicsim.deform import linear
 
-    linear.THREADS = 1
+    linear.THREADS = threads
 
 
-def _solve(number: int, name: str) -> None:
-    file = Path(name)
+def _solve(task: tuple[int, str]) -> int:
+    """Solves one path into its file; returns the number of stages."""
+    number, file = task[0], Path(task[1])
     file.unlink(missing_ok=True)
+    rows = 0
     for row in run_path(every_path()[number]):
         _append(file, row)
-
-
-def _complete(file: Path, path: StressPath, outcome: str, message: str) -> None:
-    for stage in path.stages[len(_read(file)) :]:
-        _append(file, unsolved(path, stage, outcome, message))
+        rows += 1
+    return rows
 
 
 def _append(file: Path, row: StressRow) -> None:
