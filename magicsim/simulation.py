@@ -8,51 +8,31 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.cell_correctors import CellCorrectors, cell_correctors
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import point_spacing_mm
-from magicsim.deform.follow import FollowMap, follow_map
+from magicsim.deform.follow import follow_map
 from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
-from magicsim.deform.settle import settle
 from magicsim.deform.timed import body_branches
 from magicsim.deform.zone import Zone, contact_zone
 from magicsim.episode import Episode, SimulatedFrame
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.meshes import attach_meshes, deformed_vertices
 from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, can_touch, efforts, plan_scene
-from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
-from magicsim.scenes.film import pixel_landing_mm
+from magicsim.scenes.exposure import Exposure, FloatImage, meter
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.renderer import Renderer, View
-from magicsim.scenes.safe_gap import check_skin, check_walls
-from magicsim.scenes.scene import ContactSettings, SceneConfig
+from magicsim.scenes.safe_gap import check_walls
+from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.scenes.untouched import UntouchedStates
-from magicsim.truth import contact_mask, depth_map_mm, frame_truth
+from magicsim.shot import Shot
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
 """Called after every frame with the work done and all work, in the same arbitrary unit."""
-WET_OVERLAP_MM = 0.008
-"""How far the object's surface stands out of the skin where they are in optical contact [mm]: more than the
-3 micrometres that the renderer needs to see them as one."""
-SNAP_MM = 0.03
-"""Distance up to which the rendered skin counts as touching [mm]: what trilinear interpolation between lattice nodes
-leaves open inside the contact of a fingertip-sized object, spacing^2 / (8 radius)."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Meshes:
-    """How the rendered meshes hang on the lattice."""
-
-    body: FollowMap
-    infill: CellCorrectors | None
-    is_face: npt.NDArray[np.bool_]
-    """Body vertices on the contact face, shape (body vertices,)."""
-    face_edges: npt.NDArray[np.int32]
-    """Edges of the contact face's triangles, where they cut deepest into a convex object, shape (edges, 2)."""
 
 
 class Sensor:
@@ -131,6 +111,10 @@ class Sensor:
         moved = self._printed_nodes.displaced(deformation.displacements_mm) - self.printed.nodes_mm
         return moved.astype(np.float32)
 
+    def wanted_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32] | None:
+        """The same where the scene's output asks for it."""
+        return self.printed_displacements_mm(deformation) if self.scene.output.displacements else None
+
     def view(self, state: FrameState, deformation: Deformation) -> View:
         """Meshes, object and light of a state as the renderer wants them.
 
@@ -175,50 +159,6 @@ def build_renderer(scene: SceneConfig, elastomer: Elastomer, *, untouched: Untou
         object_finish=finish,
         untouched=untouched,
     )
-
-
-def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
-    """Hangs the meshes of an elastomer on its lattice."""
-    body = elastomer.body.vertices
-    is_face = body[:, 2] < 1e-9  # noqa: PLR2004
-    triangles = elastomer.body.faces[is_face[elastomer.body.faces].all(1)]
-    return Meshes(
-        body=follow_map(lattice, body),
-        infill=_attach_infill(elastomer, lattice),
-        is_face=is_face,
-        face_edges=triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
-    )
-
-
-def _attach_infill(elastomer: Elastomer, lattice: Lattice) -> CellCorrectors | None:
-    if elastomer.infill is None or elastomer.grid is None:
-        return None
-    return cell_correctors(elastomer.design, elastomer.grid, lattice, elastomer.infill.vertices)
-
-
-def deformed_vertices(
-    meshes: Meshes, deformation: Deformation, indenter: Indenter, contact: ContactSettings
-) -> tuple[Array, Array | None]:
-    """Vertices of body and infill under a deformation, the skin fitted to the object.
-
-    Returns:
-        Body vertices, shape (body vertices, 3) [mm], and infill vertices or None without a grid.
-
-    Raises:
-        RenderError: The object reaches a cell through the skin.
-    """
-    clearance = -WET_OVERLAP_MM if contact.coupling == "wet" else contact.film_mm
-    followed = meshes.body.displaced(deformation.displacements_mm)
-    body = settle(followed, meshes.is_face, indenter, clearance, snap_mm=SNAP_MM)
-    if contact.coupling == "dry":
-        middles = (body[meshes.face_edges[:, 0]] + body[meshes.face_edges[:, 1]]) / 2
-        clearance += max(0.0, clearance - float(indenter.distance(middles)[0].min()))
-        body = settle(followed, meshes.is_face, indenter, clearance, snap_mm=SNAP_MM)
-    if meshes.infill is None:
-        return body, None
-    infill = meshes.infill.displaced(deformation.displacements_mm)
-    check_skin(infill, indenter, clearance)
-    return body, settle(infill, np.zeros(len(infill), bool), indenter, clearance)
 
 
 def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
@@ -297,9 +237,18 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     """The frames of an episode in order: the references, then what the plan lists."""
     scene = sensor.scene
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-    shot = _Shot(sensor=sensor, exposure=sensor_exposure(sensor, untouched), landing_mm=_landing(scene))
+    shot = Shot.of(scene, sensor_exposure(sensor, untouched))
     for each in stream_states(sensor, plan, untouched):
-        yield shot.take(each.state, each.deformation, each.radiance, index=each.index, is_reference=each.is_reference)
+        yield shot.take(
+            each.state,
+            each.deformation,
+            each.radiance,
+            displacements_mm=sensor.wanted_displacements_mm(each.deformation),
+            seed=scene.seed,
+            index=each.index,
+            time_s=each.index / scene.frames_per_second,
+            is_reference=each.is_reference,
+        )
 
 
 def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
@@ -318,45 +267,3 @@ def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Def
         return sensor.deform(frame.state, previous)
     in_contact = frame.state.gap_mm is not None and frame.state.gap_mm < 0
     return replace(previous, iterations=0) if in_contact else sensor.rest
-
-
-def _landing(scene: SceneConfig) -> Array | None:
-    needed = scene.output.contact_mask or scene.output.depth_map
-    return pixel_landing_mm(scene.design, scene.rig) if needed else None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Shot:
-    """Everything that turns a radiance into a labelled frame."""
-
-    sensor: Sensor
-    exposure: Exposure
-    landing_mm: Array | None
-
-    def take(
-        self,
-        state: FrameState,
-        deformation: Deformation,
-        radiance: FloatImage,
-        *,
-        index: int,
-        is_reference: bool,
-    ) -> SimulatedFrame:
-        scene = self.sensor.scene
-        return SimulatedFrame(
-            image=expose(radiance, self.exposure, scene.rig.camera, seed=scene.seed, frame=index),
-            truth=frame_truth(
-                state,
-                deformation,
-                index=index,
-                time_s=index / scene.frames_per_second,
-                is_reference=is_reference,
-            ),
-            contact_mask=contact_mask(deformation, self.landing_mm)
-            if self.landing_mm is not None and scene.output.contact_mask
-            else None,
-            displacements_mm=self.sensor.printed_displacements_mm(deformation) if scene.output.displacements else None,
-            depth_map_mm=depth_map_mm(deformation, self.landing_mm)
-            if self.landing_mm is not None and scene.output.depth_map
-            else None,
-        )

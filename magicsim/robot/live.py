@@ -18,13 +18,13 @@ from magicsim.plan import can_touch
 from magicsim.robot.motion import waypoints
 from magicsim.robot.slip import slip_mm, slip_share
 from magicsim.robot.workspace import Workspace, bounded
-from magicsim.scenes.exposure import Exposure, FloatImage, expose, meter
-from magicsim.scenes.film import pixel_landing_mm
+from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.simulation import Sensor, build_renderer
-from magicsim.truth import contact_mask, frame_truth
+from magicsim.shot import Shot
+from magicsim.simulation import Sensor, build_renderer, sensor_exposure
+from magicsim.truth import frame_truth
 
 Rgb = tuple[float, float, float]
 FULL: Rgb = (1.0, 1.0, 1.0)
@@ -76,8 +76,7 @@ class LiveSensor:
         self._built: Sensor | None = Sensor(bounded(scene, self.workspace))
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = _contact_areas_mm2(self._built)
-        self._exposure: Exposure | None = None
-        self._landing_mm: npt.NDArray[np.float64] | None = None
+        self._shot: Shot | None = None
         self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage]] = {}
         self.reset()
 
@@ -157,7 +156,7 @@ class LiveSensor:
     @property
     def truth(self) -> FrameTruth:
         """Ground truth of the present state, as the next frame would have it."""
-        return self._truth(self.now())
+        return frame_truth(self._state, self._deformation, index=self._index, time_s=self._time_s, is_reference=False)
 
     def move_to(
         self,
@@ -204,8 +203,11 @@ class LiveSensor:
         """Radiance of the LED strips' red, green and blue in units of the rig's; exposure stays locked.
 
         Raises:
-            ConfigError: A strength is negative or not finite.
+            ConfigError: A strength is negative or not finite, or the room shines too, whose light has no such channel.
         """
+        if max(self.sensor.scene.rig.ambient) > 0:
+            msg = f"rig.ambient = {self.sensor.scene.rig.ambient} is not allowed with other LED strengths: must be 0"
+            raise ConfigError(msg)
         strength = (float(red), float(green), float(blue))
         if not all(np.isfinite(strength)) or min(strength) < 0:
             msg = f"LED strength = {strength} is not allowed: must be 0 or more, in units of the rig's radiance"
@@ -236,7 +238,7 @@ class LiveSensor:
             return
         self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
         self.sensor.renderer = build_renderer(self.sensor.scene, self.sensor.elastomer)
-        self._exposure, self._landing_mm = None, None
+        self._shot = None
         self._seen.clear()
 
     def now(self) -> Moment:
@@ -264,14 +266,18 @@ class LiveSensor:
         Raises:
             RenderError: The image is not valid.
         """
-        scene = self.sensor.scene
-        radiance = self._lit(moment)
-        masked, moved = scene.output.contact_mask, scene.output.displacements
-        return SimulatedFrame(
-            image=expose(radiance, self._metered(), scene.rig.camera, seed=moment.seed, frame=moment.index),
-            truth=self._truth(moment),
-            contact_mask=contact_mask(moment.deformation, self._landing()) if masked else None,
-            displacements_mm=self.sensor.printed_displacements_mm(moment.deformation) if moved else None,
+        if self._shot is None:
+            untouched = self._radiance(UNTOUCHED, self.sensor.rest)
+            self._shot = Shot.of(self.sensor.scene, sensor_exposure(self.sensor, untouched))
+        return self._shot.take(
+            moment.state,
+            moment.deformation,
+            self._lit(moment),
+            displacements_mm=self.sensor.wanted_displacements_mm(moment.deformation),
+            seed=moment.seed,
+            index=moment.index,
+            time_s=moment.time_s,
+            is_reference=False,
         )
 
     def frame(self) -> SimulatedFrame:
@@ -321,22 +327,6 @@ class LiveSensor:
             before, deformation = deformation, sensor.deform(each, deformation)
             slid_mm += slip_mm(before, deformation, self._area_mm2)
         return sensor.rest if deformation.is_rest else deformation, slid_mm
-
-    def _truth(self, moment: Moment) -> FrameTruth:
-        return frame_truth(
-            moment.state, moment.deformation, index=moment.index, time_s=moment.time_s, is_reference=False
-        )
-
-    def _metered(self) -> Exposure:
-        if self._exposure is None:
-            untouched = self._radiance(UNTOUCHED, self.sensor.rest)
-            self._exposure = meter(untouched, self.sensor.scene.rig.camera)
-        return self._exposure
-
-    def _landing(self) -> npt.NDArray[np.float64]:
-        if self._landing_mm is None:
-            self._landing_mm = pixel_landing_mm(self.sensor.scene.design, self.sensor.scene.rig)
-        return self._landing_mm
 
     def _lit(self, moment: Moment) -> FloatImage:
         """Radiance at the strengths of the LEDs: colours do not mix on their way, so each strength scales its channel.

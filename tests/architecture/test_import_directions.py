@@ -13,7 +13,7 @@ LAYERS = (
     {"deform"},
     {"scenes"},
     {"plan"},
-    {"episode", "truth", "simulation"},
+    {"episode", "truth", "meshes", "shot", "simulation"},
     {"workers"},
     {
         "bench",

@@ -8,13 +8,15 @@ import pytest
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.robot.live import LiveSensor, live_sensor
 from magicsim.robot.workspace import Workspace
-from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.scenes.scene import load_scene
 from magicsim.simulation import simulate
 
 from .conftest import BLOCK, TINY
 
 
-def test_frames_are_those_of_the_simulated_scene(tiny_scene: SceneConfig):
+@pytest.mark.parametrize("settings", [[], ["rig.camera.region_px=[8,4,12,20]", "output.depth_map=true"]])
+def test_frames_are_those_of_the_simulated_scene(settings: list[str]):
+    tiny_scene = load_scene("pressed", [*TINY, *settings])
     episode = simulate(tiny_scene)
     here = Workspace(x_mm=(0, 0), y_mm=(0, 0), twist_deg=(0, 0), gap_mm=(-1, 30))
     with LiveSensor(tiny_scene, workspace=here) as live:
@@ -28,6 +30,16 @@ def test_frames_are_those_of_the_simulated_scene(tiny_scene: SceneConfig):
         )
         assert (ours.contact_mask == theirs.contact_mask).all()
         assert (ours.displacements_mm == theirs.displacements_mm).all()
+        assert (ours.depth_map_mm is None) == (theirs.depth_map_mm is None) == (not settings)
+        if settings:
+            assert (ours.depth_map_mm == theirs.depth_map_mm).all()
+            assert ours.image.shape == (20, 12, 3)
+
+
+def test_leds_keep_their_strength_in_a_lit_room():
+    live = live_sensor("pressed", [*TINY, "rig.ambient=[0.1,0.1,0.1]"])
+    with pytest.raises(ConfigError, match=r"rig\.ambient"):
+        live.set_led_strength(0.5, 1, 1)
 
 
 def test_equal_states_are_rendered_once_with_noise_of_their_own(live: LiveSensor, monkeypatch: pytest.MonkeyPatch):

@@ -1,0 +1,66 @@
+"""From a rendered state to a labelled frame: the camera's 8-bit image and all that is known about it."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.deformation import Deformation
+from magicsim.episode import SimulatedFrame
+from magicsim.scenes.exposure import Exposure, FloatImage, expose
+from magicsim.scenes.film import pixel_landing_mm
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import FrameState
+from magicsim.truth import contact_mask, depth_map_mm, frame_truth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shot:
+    """Everything that turns a radiance into a labelled frame of one scene."""
+
+    scene: SceneConfig
+    exposure: Exposure
+    landing_mm: npt.NDArray[np.float64] | None
+    """Where pixels look, see `pixel_landing_mm`; None where no output needs it."""
+
+    @classmethod
+    def of(cls, scene: SceneConfig, exposure: Exposure) -> Self:
+        """For a scene whose exposure is locked."""
+        needed = scene.output.contact_mask or scene.output.depth_map
+        return cls(
+            scene=scene, exposure=exposure, landing_mm=pixel_landing_mm(scene.design, scene.rig) if needed else None
+        )
+
+    def take(
+        self,
+        state: FrameState,
+        deformation: Deformation,
+        radiance: FloatImage,
+        *,
+        displacements_mm: npt.NDArray[np.float32] | None,
+        seed: int,
+        index: int,
+        time_s: float,
+        is_reference: bool,
+    ) -> SimulatedFrame:
+        """One frame.
+
+        Args:
+            state: What is in front of the sensor.
+            deformation: Its equilibrium.
+            radiance: What the camera reads out, linear, shape (rows, columns, 3).
+            displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
+            seed: Seed of the camera's noise.
+            index: Number of the frame in its stream; each has noise of its own.
+            time_s: Time since the stream began [s].
+            is_reference: Whether the frame makes the references.
+        """
+        output, landing = self.scene.output, self.landing_mm
+        return SimulatedFrame(
+            image=expose(radiance, self.exposure, self.scene.rig.camera, seed=seed, frame=index),
+            truth=frame_truth(state, deformation, index=index, time_s=time_s, is_reference=is_reference),
+            contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
+            displacements_mm=displacements_mm,
+            depth_map_mm=depth_map_mm(deformation, landing) if landing is not None and output.depth_map else None,
+        )
