@@ -122,7 +122,7 @@ def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[
     integrator, media = world.scene.integrator(), design.materials
     shapes = integrator.shapes(world.scene)
     particles = int(np.clip(PARTICLES_PER_CELL * shapes.cells, LEAST_PARTICLES, MOST_PARTICLES))
-    field = integrator.light(world.scene, ENVIRONMENT, particles=particles, seed=seed)
+    field = integrator.light_fields(world.scene, {ENVIRONMENT: particles}, seed=seed)[ENVIRONMENT]
     infill = media.infill.ior if media.infill is not None else media.body.ior
     due = 4 * np.pi * infill**2
     even = replace(field, fluence=np.full_like(field.fluence, due))

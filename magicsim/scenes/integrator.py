@@ -1,6 +1,6 @@
 """The fluence estimator as a Mitsuba integrator, so that `mi.render(scene)` is all that a user needs."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -87,8 +87,8 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         evaluate: bool = True,
     ) -> Any:
         """Renders the scene's first sensor; returns a tensor of shape (rows, columns, 3)."""
-        fields = [self.light(scene, light, particles=self.share(scene), seed=seed) for light in lights(scene)]
-        return self.gather(scene, total([self.darkness(scene), *fields]), samples=spp or 16, seed=seed)
+        fields = self.light_fields(scene, self.shares(scene), seed=seed)
+        return self.gather(scene, total([self.darkness(scene), *fields.values()]), samples=spp or 16, seed=seed)
 
     def darkness(self, scene: Any) -> LightField:
         """The light field of a scene without lights."""
@@ -99,24 +99,31 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             irradiance=np.zeros((shapes.object_triangles, 3)),
         )
 
-    def share(self, scene: Any) -> int:
+    def shares(self, scene: Any) -> dict[str, int]:
         """Particles of each light: all strips together get `particles`, an outside light gets as many again."""
-        strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in lights(scene))
-        return int(max(1, self.particles // max(1, strips)))
+        names = lights(scene)
+        strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in names)
+        each = max(1, self.particles // max(1, strips))
+        return {name: self.particles if name in {FLASHLIGHT, ENVIRONMENT} else each for name in names}
 
-    def light(self, scene: Any, name: str, *, particles: int, seed: int) -> LightField:
-        """Light that one emitter brings to every cell and to the object.
+    def light_fields(self, scene: Any, particles: Mapping[str, int], *, seed: int) -> dict[str, LightField]:
+        """Light that emitters bring to every cell and to the object, by name.
 
         Args:
             scene: The loaded scene.
-            name: One of `lights(scene)`.
-            particles: Number of particles.
+            particles: Number of particles of each light, all or some of `lights(scene)`.
             seed: Seed of the render; every light has a stream of its own.
         """
         shapes = self.shapes(scene)
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
         if shapes.object is None and not scatters:
-            return self.darkness(scene)
+            return {name: self.darkness(scene) for name in particles}
+        volumes = _volumes(shapes)
+        return {name: self._light(scene, shapes, volumes, name, count, seed) for name, count in particles.items()}
+
+    def _light(
+        self, scene: Any, shapes: Shapes, volumes_mm3: FloatArray, name: str, particles: int, seed: int
+    ) -> LightField:
         emitter = self.emitter(scene, name)
         stream = SEEDS_PER_RENDER * seed + 1 + lights(scene).index(name)
         media = self.followed_media if self.followed else self.media
@@ -133,7 +140,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             landed += tracks.landed
         scale = 1 / (FIXED_POINT * particles)
         return LightField(
-            fluence=deposits[0].reshape(-1, 3) * scale / _volumes(shapes)[:, None],
+            fluence=deposits[0].reshape(-1, 3) * scale / volumes_mm3[:, None],
             body=deposits[1].reshape(-1, 3) * scale,
             irradiance=self._kernel(shapes).irradiance(landed.reshape(-1, 3) * scale),
         )

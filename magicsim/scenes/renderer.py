@@ -14,7 +14,6 @@ from magicsim.scenes.backend import VARIANT, mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField, total
-from magicsim.scenes.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
@@ -122,13 +121,11 @@ class Renderer:
         integrator = world.scene.integrator()
         counts = self.elastomer.grid.counts if self.elastomer.grid is not None else None
         voxels = integrator.voxels.counts if integrator.voxels is not None else None
-        fields = [integrator.darkness(world.scene)]
-        for name in _lights(world):
-            field = integrator.light(world.scene, name, particles=self._share(name), seed=self.seed)
-            if name in anchor.careful:
-                field = field.anchored(anchor.cheap[name], anchor.careful[name], counts, voxels)
-            fields.append(field)
-        image = self._gather(world, total(fields), self.settings.samples, self.seed)
+        fields = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
+        for name in fields.keys() & anchor.careful.keys():
+            fields[name] = fields[name].anchored(anchor.cheap[name], anchor.careful[name], counts, voxels)
+        field = total([integrator.darkness(world.scene), *fields.values()])
+        image = self._gather(world, field, self.settings.samples, self.seed)
         return np.asarray(np.maximum(image - window.of(anchor.cheap_image) + window.of(anchor.image), 0))
 
     def metered(self) -> FloatImage:
@@ -184,9 +181,10 @@ class Renderer:
             image = np.array(mi.render(world.scene, spp=self.settings.samples, seed=seed), np.float32)
             return used.seen(_checked(np.asarray(used.window.of(image))))
         integrator = world.scene.integrator()
-        fields = [integrator.darkness(world.scene)]
-        fields += [integrator.light(world.scene, name, particles=self._share(name), seed=seed) for name in names]
-        return self._gather(world, total(fields), self.settings.samples, seed, pattern=turn, whole=whole)
+        shares = integrator.shares(world.scene)
+        fields = integrator.light_fields(world.scene, {name: shares[name] for name in names}, seed=seed)
+        field = total([integrator.darkness(world.scene), *fields.values()])
+        return self._gather(world, field, self.settings.samples, seed, pattern=turn, whole=whole)
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
@@ -195,16 +193,15 @@ class Renderer:
             mi.render(world.scene, spp=1, seed=self.seed)
             return
         integrator = world.scene.integrator()
-        fields = [integrator.darkness(world.scene)]
-        fields += [integrator.light(world.scene, name, particles=64, seed=self.seed) for name in _lights(world)]
-        self._gather(world, total(fields), 1, self.seed)
+        fields = integrator.light_fields(world.scene, dict.fromkeys(_lights(world), 64), seed=self.seed)
+        self._gather(world, total([integrator.darkness(world.scene), *fields.values()]), 1, self.seed)
 
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""
         if self._anchor is None:
             world = self.world(View())
             integrator, names = world.scene.integrator(), _lights(world)
-            cheap = {n: integrator.light(world.scene, n, particles=self._share(n), seed=self.seed) for n in names}
+            cheap = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
             careful = self._careful(world, names)
             field = total([integrator.darkness(world.scene), *careful.fields.values()])
             self._anchor = Anchor(
@@ -221,7 +218,7 @@ class Renderer:
         if state is None:
             integrator, seed = world.scene.integrator(), self.settings.anchor_seed
             many = max(1, self.settings.anchor_particles // max(1, len(names)))
-            fields = {n: integrator.light(world.scene, n, particles=many, seed=seed) for n in names}
+            fields = integrator.light_fields(world.scene, dict.fromkeys(names, many), seed=seed)
             field = total([integrator.darkness(world.scene), *fields.values()])
             image = self._gather(world, field, self.settings.anchor_samples, seed, whole=True)
             state = UntouchedState(fields=fields, image=image)
@@ -236,10 +233,6 @@ class Renderer:
             world.scene, field, samples=samples, seed=seed, pattern=pattern, window=used.window
         )
         return used.seen(_checked(np.array(image, np.float32)))
-
-    def _share(self, light: str) -> int:
-        parts = 1 if light in {FLASHLIGHT, ENVIRONMENT} else max(1, len(self.rig.strips))
-        return max(1, self.settings.particles // parts)
 
     def world(self, view: View) -> World:
         """The Mitsuba scene that shows a view, loaded when it is first needed."""
