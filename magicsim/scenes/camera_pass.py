@@ -171,5 +171,7 @@ def gather_radiance(
         in_body |= resume
         waiting &= ~resume
         active &= alive | resume
+    # All channels at once: a sum evaluates its argument, and the loop would run anew for each of them.
+    dr.eval(radiance)
     image = [dr.block_sum(radiance[channel], samples) / samples for channel in range(3)]
     return dr.ravel(mi.Color3f(*image))
