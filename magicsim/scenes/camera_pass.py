@@ -16,6 +16,7 @@ from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.cached_light import CachedLight
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.medium import Media, Medium, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
+from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.sequence import sequence
 from magicsim.scenes.window import Window
 
@@ -53,21 +54,17 @@ def gather_radiance(
     """
     sensor = scene.sensors()[0]
     columns, rows = sensor.film().size()
-    count = window.columns * window.rows * samples
     # Opaque: the compiled kernel then serves any number of samples and any seed.
-    per_pixel = dr.opaque(mi.UInt32, samples)
-    lane = dr.arange(mi.UInt32, count)
-    place, index = lane // per_pixel, lane % per_pixel
+    per_pixel, state = dr.opaque(mi.UInt32, samples), dr.opaque(mi.UInt64, seed)
+    place = dr.arange(mi.UInt32, window.columns * window.rows)
     pixel = (window.row + place // window.columns) * columns + window.column + place % window.columns
+    corner = mi.Point2f(mi.Float(pixel % columns), mi.Float(pixel // columns))
     shifts = mi.PCG32(size=columns * rows, initstate=dr.opaque(mi.UInt64, PATTERN_SEED + pattern))
     shift = [dr.gather(mi.UInt32, shifts.next_uint32(), pixel) for _ in range(2)]
-    jitter = mi.Point2f(*sequence(index, shift))
-    position = mi.Point2f(
-        (mi.Float(pixel % columns) + jitter.x) / columns, (mi.Float(pixel // columns) + jitter.y) / rows
-    )
-    stream = mi.UInt64(pixel) * mi.UInt64(per_pixel) + mi.UInt64(index)
-    sampler = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed) + stream, initseq=FIRST_STREAM + stream)
-    ray = mi.Ray3f(sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))[0])
+    dr.eval(shift, corner)
+    sampler = mi.PCG32(size=1, initstate=mi.UInt64(pixel))
+    index, fresh = mi.UInt32(0), mi.Bool(True)
+    ray = dr.zeros(mi.Ray3f, dr.width(pixel))
     weight, radiance = mi.Color3f(1.0), mi.Color3f(0.0)
     waiting, waiting_ray, waiting_weight = mi.Bool(False), mi.Ray3f(ray), mi.Color3f(0.0)
     in_body, depth, active = mi.Bool(False), mi.UInt32(0), mi.Bool(True)
@@ -76,8 +73,18 @@ def gather_radiance(
     triangles_per_cell, infill = shapes.triangles_per_cell, media.infill
     environment = scene.environment()
     collisions, waiting_collisions = mi.UInt32(0), mi.UInt32(0)
+    at = Whereabouts.unknown()
     while active:
-        si = scene.ray_intersect(ray, active)
+        if dr.hint(fresh, mode="symbolic"):
+            stream = mi.UInt64(pixel) * mi.UInt64(per_pixel) + mi.UInt64(index)
+            sampler.seed(state + stream, FIRST_STREAM + stream)
+            jitter = mi.Point2f(*sequence(index, shift))
+            position = mi.Point2f((corner.x + jitter.x) / columns, (corner.y + jitter.y) / rows)
+            ray = mi.Ray3f(sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))[0])
+            weight, in_body, depth = mi.Color3f(1.0), mi.Bool(False), mi.UInt32(0)
+            collisions, waiting = mi.UInt32(0), mi.Bool(False)
+            at.kind = mi.UInt32(NOWHERE)
+        si = next_hit(scene, ray, infill_pointer, shapes.faces, at, active)
         valid = si.is_valid()
         segment = classify(si, body_pointer, infill_pointer, in_body)
         cell = si.prim_index // triangles_per_cell
@@ -159,6 +166,7 @@ def gather_radiance(
             spawned.o = dr.select(scatter, ray(way), spawned.o)
             spawned.d = dr.select(scatter, scattered(ray.d, sample2, forward.anisotropy), spawned.d)
         ray = mi.Ray3f(spawned)
+        at = whereabouts(si, segment.on_infill, scatter, in_body, shapes.faces)
         depth += 1
         survive = dr.minimum(dr.max(weight) / ROULETTE_WEIGHT, 1)
         keep = sampler.next_float32(active) < survive
@@ -169,9 +177,10 @@ def gather_radiance(
         weight = dr.select(resume, waiting_weight, weight)
         collisions = dr.select(resume, waiting_collisions, collisions)
         in_body |= resume
+        at.kind[resume] = NOWHERE
         waiting &= ~resume
-        active &= alive | resume
-    # All channels at once: a sum evaluates its argument, and the loop would run anew for each of them.
-    dr.eval(radiance)
-    image = [dr.block_sum(radiance[channel], samples) / samples for channel in range(3)]
-    return dr.ravel(mi.Color3f(*image))
+        # A lane takes the samples of its pixel one after the other, so that few wait for the longest path of all.
+        fresh = active & ~(alive | resume)
+        index[fresh] += 1
+        active &= ~fresh | (index < per_pixel)
+    return dr.ravel(radiance / samples)

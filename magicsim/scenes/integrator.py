@@ -13,11 +13,12 @@ from magicsim.scenes.backend import mi
 from magicsim.scenes.cached_light import CachedLight, Piecewise, VoxelField, cell_slopes
 from magicsim.scenes.camera_pass import gather_radiance
 from magicsim.scenes.finish import Finish
+from magicsim.scenes.grid_state import GridState, GridStates
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
-from magicsim.scenes.light_pass import FIXED_POINT, cell_volumes_mm3, deposit_tracks
+from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
 from magicsim.scenes.medium import Media, Medium, Shapes
-from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, INFILL, OBJECT
+from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, INFILL, OBJECT
 from magicsim.scenes.voxels import BodyPart, Voxels, body_voxels
 from magicsim.scenes.window import Window
 
@@ -57,6 +58,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         )
         self.inside = frozenset(properties.get("lights_inside", "").split(","))
         self._irradiance_kernel: IrradianceKernel | None = None
+        self.grid = GridStates(self.triangles_per_cell)
         self.followed_media = Media(
             body_ior=properties["body_ior"],
             infill_ior=properties["infill_ior"],
@@ -116,34 +118,37 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         """
         shapes = self.shapes(scene)
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
-        if shapes.object is None and not scatters:
+        if not particles or (shapes.object is None and not scatters):
             return {name: self.darkness(scene) for name in particles}
-        volumes = _volumes(shapes)
-        return {name: self._light(scene, shapes, volumes, name, count, seed) for name, count in particles.items()}
+        grid = self._grid(scene)
+        volumes = grid.volumes_mm3[:, None] if grid is not None else 1.0
+        tracks = {name: self._tracks(scene, shapes, name, count, seed) for name, count in particles.items()}
+        scales = {name: 1 / (FIXED_POINT * count) for name, count in particles.items()}
+        landed = [tracks[name].landed.reshape(-1, 3) * scales[name] for name in tracks]
+        # One product for all lights: reading the kernel costs more than using it.
+        irradiance = self._kernel(shapes).irradiance(np.concatenate(landed, 1))
+        return {
+            name: LightField(
+                fluence=np.asarray(tracks[name].cells.reshape(-1, 3) * scales[name] / volumes, np.float64),
+                body=np.asarray(tracks[name].body.reshape(-1, 3) * scales[name], np.float64),
+                irradiance=irradiance[:, 3 * number : 3 * number + 3],
+            )
+            for number, name in enumerate(tracks)
+        }
 
-    def _light(
-        self, scene: Any, shapes: Shapes, volumes_mm3: FloatArray, name: str, particles: int, seed: int
-    ) -> LightField:
-        emitter = self.emitter(scene, name)
-        stream = SEEDS_PER_RENDER * seed + 1 + lights(scene).index(name)
+    def _tracks(self, scene: Any, shapes: Shapes, name: str, particles: int, seed: int) -> Tracks:
+        """What the particles of one light leave behind."""
         media = self.followed_media if self.followed else self.media
-        dark = self.darkness(scene)
-        deposits = [np.zeros(values.size) for values in (dark.fluence, dark.body)]
-        landed = np.zeros(3 * shapes.object_triangles)
-        for first in range(0, particles, CHUNK):
-            tracks = deposit_tracks(
-                scene, emitter, shapes, media, self.voxels, first=first, particles=min(CHUNK, particles - first),
-                seed=stream, inside=name in self.inside, is_room=name == ENVIRONMENT,
-                max_depth=self.light_depth(media), balance=False,
-            )  # fmt: skip
-            deposits = [sum_ + part for sum_, part in zip(deposits, (tracks.cells, tracks.body), strict=True)]
-            landed += tracks.landed
-        scale = 1 / (FIXED_POINT * particles)
-        return LightField(
-            fluence=deposits[0].reshape(-1, 3) * scale / volumes_mm3[:, None],
-            body=deposits[1].reshape(-1, 3) * scale,
-            irradiance=self._kernel(shapes).irradiance(landed.reshape(-1, 3) * scale),
-        )
+        chunks = [
+            deposit_tracks(
+                scene, self.emitter(scene, name), shapes, media, self.voxels, first=first,
+                particles=min(CHUNK, particles - first), seed=SEEDS_PER_RENDER * seed + 1 + lights(scene).index(name),
+                inside=name in self.inside, is_room=name == ENVIRONMENT, max_depth=self.light_depth(media),
+                balance=False,
+            )
+            for first in range(0, particles, CHUNK)
+        ]  # fmt: skip
+        return sum_tracks(chunks)
 
     def balance(self, scene: Any, name: str, *, particles: int, seed: int) -> dict[str, float]:
         """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
@@ -192,9 +197,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def _cached(self, scene: Any, shapes: Shapes, field: LightField) -> CachedLight:
         centres, slopes = np.zeros((shapes.cells, 3)), np.zeros((shapes.cells, 3, 3))
-        if shapes.infill is not None and np.prod(self.counts) == shapes.cells:
-            corners = _mesh(shapes.infill).vertices.reshape(shapes.cells, -1, 3)
-            centres = corners.mean(1)
+        grid = self._grid(scene)
+        if grid is not None and np.prod(self.counts) == shapes.cells:
+            centres = grid.centres_mm
             slopes = cell_slopes(field.fluence, centres, self.counts)
         return CachedLight(
             cells=Piecewise(values=_flat(field.fluence), slopes=_flat(slopes), centres=_flat(centres)),
@@ -208,12 +213,20 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def shapes(self, scene: Any) -> Shapes:
         """The scene's shapes by their role."""
+        grid = self._grid(scene)
         return Shapes(
             body=_shape(scene, BODY),
             infill=_shape(scene, INFILL),
             object=_shape(scene, OBJECT),
             triangles_per_cell=self.triangles_per_cell,
+            faces=grid.faces if grid is not None else None,
         )
+
+    def _grid(self, scene: Any) -> GridState | None:
+        infill = _shape(scene, INFILL)
+        known = {BODY, INFILL, OBJECT, GHOST}
+        strangers = [shape for shape in scene.shapes() if shape.id() not in known]
+        return self.grid.of(infill, strangers) if infill is not None else None
 
     def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         """Smoothing of the object's irradiance; the object is rigid, so once is enough."""
@@ -243,13 +256,6 @@ def _mesh(shape: Any) -> SurfaceMesh:
         vertices=np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3),
         faces=np.array(parameters["faces"]).reshape(-1, 3).astype(np.int32),
     )
-
-
-def _volumes(shapes: Shapes) -> FloatArray:
-    if shapes.infill is None:
-        return np.ones(1)
-    mesh = _mesh(shapes.infill)
-    return cell_volumes_mm3(mesh.vertices, mesh.faces, shapes.cells)
 
 
 def _flat(values: FloatArray) -> Any:

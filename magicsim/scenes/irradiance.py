@@ -33,7 +33,7 @@ class IrradianceKernel:
     """Kernel-weighted area around each triangle, shape (triangles,) [mm2]."""
 
     def irradiance(self, deposits: Array) -> Array:
-        """Irradiance from flux deposits, both of shape (triangles, 3)."""
+        """Irradiance from flux deposits, both of shape (triangles, channels)."""
         # Triangles without an area, which no ray meets, get nothing instead of 0 / 0.
         return np.asarray((self.weights @ deposits) / np.maximum(self.areas_mm2, 1e-30)[:, None])
 

@@ -6,6 +6,7 @@ they add to its irradiance.
 Deposits are integers in fixed point, because floating-point scatter-adds have no fixed order.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy.typing as npt
 
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.medium import Media, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
+from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.sequence import sequence
 from magicsim.scenes.voxels import Voxels
 
@@ -22,6 +24,8 @@ FloatArray = npt.NDArray[np.float64]
 FIXED_POINT = 2.0**24
 """Integer steps per unit of (relative weight x mm)."""
 ROULETTE_DEPTH = 32
+TURNS = 8
+"""Particles that a lane traces one after the other."""
 SEQUENCE = 2**32
 """Offset that keeps the random streams of particles apart from the camera's."""
 
@@ -54,6 +58,16 @@ class Tracks:
     """Where the light went, if that was asked for."""
 
 
+def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
+    """Of several chunks; integers, so that their order does not matter. Without the account of where the light went."""
+    return Tracks(
+        cells=np.sum([part.cells for part in parts], axis=0, dtype=np.uint64),
+        body=np.sum([part.body for part in parts], axis=0, dtype=np.uint64),
+        landed=np.sum([part.landed for part in parts], axis=0, dtype=np.uint64),
+        balance=None,
+    )
+
+
 @dr.syntax  # type: ignore[untyped-decorator]
 def deposit_tracks(
     scene: Any, emitter: Any, shapes: Shapes, media: Media, voxels: Voxels | None, *, first: int, particles: int,
@@ -75,28 +89,39 @@ def deposit_tracks(
         max_depth: Longest path.
         balance: Whether to keep account of where the light goes.
     """
+    lanes = -(-particles // TURNS)
     # Opaque: the compiled kernel then serves any seed and chunk.
-    sampler = mi.PCG32(
-        size=particles, initstate=dr.opaque(mi.UInt64, seed), initseq=dr.opaque(mi.UInt64, SEQUENCE + first)
-    )
-    start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed))
-    u = sequence(dr.opaque(mi.UInt32, first) + dr.arange(mi.UInt32, particles), [start.next_uint32() for _ in range(4)])
-    emitted = emitter.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3]))
-    ray = mi.Ray3f(emitted[0])
-    weight = mi.Color3f(emitted[1])
-    brightest = dr.max(weight)
+    state, end = dr.opaque(mi.UInt64, seed), dr.opaque(mi.UInt32, particles)
+    number, stride = dr.arange(mi.UInt32, lanes), dr.opaque(mi.UInt32, lanes)
+    first_particle = dr.opaque(mi.UInt64, first)
+    start = mi.PCG32(size=1, initstate=state)
+    shift = [start.next_uint32() for _ in range(4)]
+    sampler = mi.PCG32(size=1, initstate=mi.UInt64(number))
+    ray, weight, brightest = dr.zeros(mi.Ray3f, lanes), mi.Color3f(0.0), mi.Float(0)
     deposits = dr.zeros(mi.UInt64, 3 * shapes.cells)
     clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1))
     landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles)
     triangles_per_cell, infill = shapes.triangles_per_cell, media.infill
-    in_body = mi.Bool(inside)
-    depth, active = mi.UInt32(0), mi.Bool(brightest > 0)
+    in_body, fresh = mi.Bool(inside), mi.Bool(True)
+    depth, active = mi.UInt32(0), number < end
     context = mi.BSDFContext(mi.TransportMode.Importance)
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
-    source = mi.Color3f(weight)
-    absorbed, stopped, escaped, ended = (mi.Color3f(0.0) for _ in range(4))
+    source, absorbed, stopped, escaped, ended = (mi.Color3f(0.0) for _ in range(5))
+    at = Whereabouts.unknown()
     while active:
-        si = scene.ray_intersect(ray, active)
+        if dr.hint(fresh, mode="symbolic"):
+            stream = mi.UInt64(number) + first_particle
+            sampler.seed(state + mi.UInt64(number), SEQUENCE + stream)
+            u = sequence(mi.UInt32(stream), shift)
+            emitted = emitter.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3]))
+            ray = mi.Ray3f(emitted[0])
+            weight = mi.Color3f(emitted[1])
+            brightest = dr.max(weight)
+            in_body, depth = mi.Bool(inside), mi.UInt32(0)
+            at.kind = mi.UInt32(NOWHERE)
+            if balance:
+                source += weight
+        si = next_hit(scene, ray, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         # Expected track length up to the next collision or wall, instead of the sampled one.
         transmitted = dr.exp(-infill.sigma_t * si.t)
@@ -161,6 +186,7 @@ def deposit_tracks(
             ),
             spawned.d,
         )
+        at = whereabouts(si, segment.on_infill & ~collide, segment.in_infill & scatter, in_body, shapes.faces)
         depth += 1
         survive = dr.minimum(dr.max(weight) / brightest, 1)
         roulette = depth > ROULETTE_DEPTH
@@ -171,9 +197,12 @@ def deposit_tracks(
         if balance:
             escaped += dr.select(active & ~si.is_valid(), carried, 0)
             ended += dr.select(active & si.is_valid(), carried - dr.select(going, weight, 0), 0)
-        active &= going
+        # A lane whose particle has ended takes another one, so that few wait for the longest path of all.
+        fresh = active & ~going
+        number[fresh] += stride
+        active &= ~fresh | (number < end)
     parts = (source, absorbed, stopped, escaped, ended) if balance else ()
-    account = [np.array(part + dr.zeros(mi.Color3f, particles), np.float64).sum(1) for part in parts]
+    account = [np.array(part + dr.zeros(mi.Color3f, lanes), np.float64).sum(1) for part in parts]
     names = ("emitted", "clear_body", "surfaces", "escaped", "ended")
     return Tracks(
         cells=np.array(deposits),
@@ -181,18 +210,3 @@ def deposit_tracks(
         landed=np.array(landed),
         balance=Balance(**dict(zip(names, account, strict=True))) if balance else None,
     )
-
-
-def cell_volumes_mm3(
-    vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32], cells: int
-) -> npt.NDArray[np.float64]:
-    """Volume of each deformed cell by the divergence theorem, shape (cells,) [mm3].
-
-    Args:
-        vertices: Shape (vertices, 3) [mm].
-        faces: Cell-major vertex indices, shape (triangles, 3).
-        cells: Number of cells.
-    """
-    corners = vertices[faces].reshape(cells, -1, 3, 3)
-    corners = corners - corners[:, :1, :1]
-    return np.asarray(np.einsum("cti,cti->c", corners[:, :, 0], np.cross(corners[:, :, 1], corners[:, :, 2])) / 6)

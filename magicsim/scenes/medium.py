@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from magicsim.scenes.backend import dr, mi
+from magicsim.scenes.cell_faces import CellFaces
 
 CLEAR_PER_MM = 1e-12
 """Extinction that stands for none [1/mm]."""
@@ -68,6 +69,8 @@ class Shapes:
     object: Any
     """What approaches, or None."""
     triangles_per_cell: int
+    faces: CellFaces | None
+    """Of the cells, for `next_hit`; None to search all triangles for every hit."""
 
     @property
     def cells(self) -> int:

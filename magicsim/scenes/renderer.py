@@ -11,6 +11,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import VARIANT, mi
+from magicsim.scenes.cell_topology import CellTopology
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField, total
@@ -244,6 +245,8 @@ class Renderer:
                 flashlight=key[1],
             )
             self._worlds[key] = World(self.elastomer, self.rig, content, self.integrator_entry())
+            if self.estimator == "fluence":
+                self._worlds[key].scene.integrator().grid.topology = CellTopology.of(self.elastomer)
         world = self._worlds[key]
         self._show(world, view)
         return world
