@@ -1,0 +1,86 @@
+"""What a frame of an episode costs, and whether memory stays flat: the light and camera of many moving frames.
+
+    python benchmarks/frame_cost.py                        # the demo's frames at its own settings
+    python benchmarks/frame_cost.py --repeat 60 --set rig.camera.columns=60 --set rig.camera.rows=80   # 2,000 and more
+
+Prints one JSON object: for every kind of state the number of frames and the median seconds of light and camera with the
+update of the meshes (no solving), and the resident memory after each repetition of the episode.
+"""
+
+import argparse
+import json
+import resource
+import statistics
+import time
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.deformation import Deformation
+from magicsim.plan import plan_scene
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.timeline import FrameState
+from magicsim.simulation import Sensor
+
+
+def kind_of(state: FrameState, deformation: Deformation) -> str:
+    """`flashlight`, `touching`, `near` or `untouched`."""
+    if state.flashlight:
+        return "flashlight"
+    if not deformation.is_rest:
+        return "touching"
+    return "near" if state.has_object else "untouched"
+
+
+def resident_mib() -> float:
+    """Memory of this process now [MiB]."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 2**20
+
+
+def measure(scene: str, settings: list[str], repeat: int) -> dict[str, object]:
+    """Renders the episode's states again and again.
+
+    Args:
+        scene: A preset's name or a file.
+        settings: Overrides.
+        repeat: How many times.
+    """
+    sensor = Sensor(load_scene(scene, settings))
+    plan = plan_scene(sensor.scene)
+    sensor.warm_up(plan)
+    sensor.renderer.metered()
+    states, deformation = [], sensor.rest
+    for frame in plan.frames:
+        if frame.same_as is None:
+            deformation = sensor.deform(frame.state, deformation) if frame.solve else sensor.rest
+            states.append((frame.state, deformation))
+    seconds: dict[str, list[float]] = {}
+    memory = []
+    checksum: npt.NDArray[np.float64] = np.zeros(3)
+    for _ in range(repeat):
+        for state, deformation in states:
+            start = time.perf_counter()
+            image = sensor.radiance(state, deformation)
+            seconds.setdefault(kind_of(state, deformation), []).append(time.perf_counter() - start)
+            checksum += image.mean((0, 1))
+        memory.append(round(resident_mib(), 1))
+    lit = [value for kind, values in seconds.items() if kind != "untouched" for value in values]
+    return {
+        "frames": repeat * len(states),
+        "seconds": {kind: round(statistics.median(values), 4) for kind, values in seconds.items()},
+        "states": {kind: len(values) // repeat for kind, values in seconds.items()},
+        "median_seconds": round(statistics.median(lit), 4),
+        "memory_mib": memory,
+        "mean_radiance": (checksum / (repeat * len(states))).tolist(),
+    }
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", default="demo")
+    parser.add_argument("--repeat", type=int, default=1)
+    parser.add_argument("--set", action="append", default=[], dest="settings")
+    given = parser.parse_args()
+    print(json.dumps(measure(given.scene, given.settings, given.repeat)))
