@@ -33,6 +33,8 @@ def columns_of(recipe: Recipe) -> list[Column]:
         value("object_kind", "string", "kind of the object, null without"),
         value("object_config", "string", "the object's shape, orientation and colour as JSON, null without"),
         vector("object_color", 3, "its diffuse reflectance, linear RGB"),
+        value("object_specular", "float64", "share of the light that it mirrors"),
+        value("object_roughness", "float64", "root mean square slope of the facets that mirror"),
         vector("object_position_mm", 3, "origin of its frame in the sensor's frame [mm]"),
         vector("object_rotation", 9, "rotation matrix from its frame to the sensor's, row by row"),
         value("twist_deg", "float64", "its turn about z on the path [degrees]"),

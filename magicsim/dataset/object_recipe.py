@@ -13,10 +13,14 @@ from magicsim.geometry.objects import OBJECT_KINDS, ObjectBase
 
 Draw = Callable[[str, Number], float]
 """Value of a named number."""
-Kind = Literal["sphere", "cylinder", "punch", "box", "domed_cylinder", "cone", "dots", "lines", "mesh"]
+Kind = Literal[
+    "sphere", "cylinder", "punch", "box", "domed_cylinder", "cone", "dots", "lines", "spanner", "screwdriver", "scissors",
+    "banana", "mesh",
+]  # fmt: skip
 Weight = Annotated[float, Field(gt=0)]
 MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".glb"})
 OWN_KEYS = frozenset({"kind", "weight", "folder"})
+NOT_DRAWN = frozenset({"path", "axis", "flutes", "file_colors"})
 
 
 class ObjectRecipe(Config):
@@ -27,6 +31,10 @@ class ObjectRecipe(Config):
     """How often this entry is chosen, relative to the others."""
     color: tuple[Number, Number, Number] | None = None
     """Diffuse reflectance in linear RGB."""
+    specular: Number | None = None
+    """Gloss: share of the light that the surface mirrors."""
+    roughness: Number | None = None
+    """Root mean square slope of the facets that mirror."""
     roll_deg: Number | None = None
     pitch_deg: Number | None = None
     yaw_deg: Number | None = None
@@ -42,11 +50,22 @@ class ObjectRecipe(Config):
     width_mm: Number | None = None
     height_mm: Number | None = None
     thickness_mm: Number | None = None
+    jaw_mm: Number | None = None
+    head_radius_mm: Number | None = None
+    handle_width_mm: Number | None = None
+    flutes: int | None = None
+    tube_radius_mm: Number | None = None
+    loop_width_mm: Number | None = None
+    loop_length_mm: Number | None = None
+    gap_mm: Number | None = None
+    bend_radius_mm: Number | None = None
     path: str | None = None
     """Of kind `mesh`: one file, relative to the current directory."""
     folder: str | None = None
     """Of kind `mesh` instead of `path`: every mesh file in a folder is as likely as any other."""
     scale: Number | None = None
+    file_colors: bool | None = None
+    """Of kind `mesh`: whether the file gives the colour."""
     feature_mm: Number | None = None
 
     @model_validator(mode="after")
@@ -89,7 +108,7 @@ class ObjectRecipe(Config):
     def numbers(self) -> dict[str, Number]:
         """All numbers by name, tuples taken apart."""
         result: dict[str, Number] = {}
-        for key in sorted(self.model_fields_set - OWN_KEYS - {"path", "axis"}):
+        for key in sorted(self.model_fields_set - OWN_KEYS - NOT_DRAWN):
             value = getattr(self, key)
             parts = value if isinstance(value, tuple) else (value,)
             for place, part in enumerate(parts):

@@ -60,6 +60,8 @@ def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
         "object_kind": thing.kind if thing is not None else None,
         "object_config": json.dumps(thing.model_dump(mode="json"), sort_keys=True) if thing is not None else None,
         "object_color": list(thing.color) if thing is not None else None,
+        "object_specular": thing.specular if thing is not None else None,
+        "object_roughness": thing.roughness if thing is not None else None,
         "friction": scene.contact.friction,
         "led_radiance": [each for strip in rig.strips for each in strip.radiance],
         "flashlight_radiance": list(rig.flashlight.radiance),

@@ -6,9 +6,12 @@ import pytest
 import trimesh
 
 from magicsim.config import apply_overrides, read_toml, validate
+from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import draw_episodes, draw_sensors, drawn_names, episode_seed
+from magicsim.dataset.object_recipe import ObjectRecipe
 from magicsim.dataset.recipe import Recipe, load_recipe
 from magicsim.errors import ConfigError
+from magicsim.geometry.objects import OBJECT_KINDS
 from magicsim.presets import find_preset
 from magicsim.scenes.scene import read_scene_file
 from magicsim.scenes.timeline import timeline
@@ -126,6 +129,29 @@ def test_path_presses_shears_twists_and_leaves():
         atol=1e-8,
     )  # fmt: skip
     assert episode.scene.contact.friction == 0.7
+
+
+def test_gloss_is_drawn_for_each_episode_and_recorded():
+    gloss = {"specular": {"low": 0.1, "high": 0.5}, "roughness": {"choices": [0.1, 0.3]}}
+    recipe = recipe_with(objects=[{"kind": "sphere", "radius_mm": 3.0, **gloss}], paths=[{"kind": "hover", "nearest_mm": 1}])
+    drawn = draw_episodes(recipe)
+    assert len({episode.scene.object.specular for episode in drawn}) == len(drawn)
+    for episode in drawn:
+        assert episode.scene.object.specular == episode.values["object.specular"]
+        assert episode.scene.object.roughness == episode.values["object.roughness"]
+    assert {"object_specular", "object_roughness", "drawn.object.specular"} <= {each.name for each in columns_of(recipe)}
+
+
+@pytest.mark.parametrize("kind", OBJECT_KINDS)
+def test_every_key_of_every_kind_of_object_may_stand_in_a_recipe(kind: str):
+    assert set(OBJECT_KINDS[kind].model_fields) <= set(ObjectRecipe.model_fields)
+
+
+def test_everyday_objects_are_drawn():
+    objects = [{"kind": "screwdriver", "radius_mm": {"low": 9.0, "high": 12.0}, "flutes": 6}]
+    episode = draw_episodes(recipe_with(objects=objects, paths=[{"kind": "hover", "nearest_mm": 1}]))[0]
+    assert (episode.scene.object.kind, episode.scene.object.flutes) == ("screwdriver", 6)
+    assert episode.scene.object.radius_mm == episode.values["object.radius_mm"]
 
 
 def test_meshes_of_a_folder_are_equally_likely(tmp_path: Path):

@@ -1,0 +1,143 @@
+"""Labels against what is seen: clean frames, without noise, in which the printed grid is tracked as in a real video."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from magicsim.deform.lattice import build_lattice
+from magicsim.episode import Episode
+from magicsim.geometry.grid import resolve_grid
+from magicsim.scenes.projection import project_px
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
+from magicsim.simulation import simulate
+
+Array = npt.NDArray[np.float64]
+CLEAN = ["rig.camera.full_well_e=1e12", "rig.camera.read_noise_e=0", "rig.camera.fixed_pattern=0"]
+ONE_LAYER = [
+    "design.skin_mm=1.5", "design.core_mm=1.0", "design.materials.infill.ior=1.49", "rig.lens.thickness_mm=1",
+    "render.anchor_samples=0",
+]  # fmt: skip
+"""A single layer of cells of the walls' own index: what one sees of a crossing of walls is its middle."""
+PRESS = """
+schema_version = 1
+design = "mini-magictac"
+rig = "digit-rgb"
+references = 1
+[object]
+kind = "sphere"
+radius_mm = 4.0
+color = [0.02, 0.02, 0.02]
+[contact]
+friction = 1.0
+"""
+STORIES = {
+    "small": [(0, "gap_mm = -0.25"), (1, "gap_mm = -0.5")],
+    "full": [
+        (0, "gap_mm = -0.2"),
+        (3, "gap_mm = -0.8"),
+        (8, "gap_mm = -0.8\nx_mm = 0.5\ny_mm = 0.3"),
+        (10, "gap_mm = -0.8\nx_mm = 0.5\ny_mm = 0.3\ntwist_deg = 20.0"),
+    ],
+}
+SIZES = {
+    "small": ["design.footprint_mm=[8,8]", *(f"rig.camera.{each}" for each in ("columns=48", "rows=48", "field_mm=5")),
+              "render.samples=24", "render.particles=40000"],
+    "full": ["design.footprint_mm=[14,14]", *(f"rig.camera.{each}" for each in ("columns=120", "rows=120", "field_mm=10")),
+             "render.samples=64", "render.particles=200000"],
+}  # fmt: skip
+RETURN_PX = 0.2
+"""A track that does not come back to its start when followed backwards is lost (forward-backward error) [px]."""
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Displacements of the visible crossings of walls, by scored frame, shape (frames, crossings, 2) [px]."""
+
+    labelled: Array
+    seen: Array
+    is_kept: npt.NDArray[np.bool_]
+    """Which crossings the tracker still holds, shape (frames, crossings)."""
+
+
+def episode(size: str, folder: Path, *settings: str) -> Episode:
+    if activate_variant() != LLVM_VARIANT:
+        pytest.skip("the fluence estimator needs LLVM")
+    path = folder / "press.toml"
+    path.write_text(PRESS + "".join(f"[[keyframes]]\nframe = {frame}\n{state}\n" for frame, state in STORIES[size]))
+    return simulate(load_scene(path, [*CLEAN, *ONE_LAYER, *SIZES[size], *settings]))
+
+
+def evened(image: npt.NDArray[np.uint8], pitch_px: float) -> npt.NDArray[np.uint8]:
+    """The grid alone: brightness and contrast are the same everywhere, so that light that moves is no motion."""
+    grey = image.astype(np.float32).mean(2)
+    flat = grey - cv2.GaussianBlur(grey, (0, 0), pitch_px / 2)
+    spread = np.sqrt(cv2.GaussianBlur(flat**2, (0, 0), pitch_px / 2)) + 1e-3
+    return np.clip(128 + 50 * flat / spread, 0, 255).astype(np.uint8)
+
+
+def track(found: Episode, *, share: float = 0.5) -> Tracks:
+    """Follows the crossings with the flow of Lucas and Kanade, from frame to frame, and projects their labels.
+
+    Args:
+        found: Frames with labels.
+        share: Height in the layer of what is seen of a crossing, from its lower plane (0) to its upper one (1).
+    """
+    design, rig = found.scene.design, found.scene.rig
+    nodes = build_lattice(design).nodes_mm
+    grid = resolve_grid(design)
+    below, above = (np.abs(nodes[:, 2] - z) < 1e-6 for z in grid.planes_mm(2))
+
+    def places_px(moved: Array) -> Array:
+        return project_px((1 - share) * moved[below] + share * moved[above], design, rig)
+
+    start = places_px(nodes)
+    pitch_px = rig.camera.columns / rig.camera.field_mm
+    inner = (np.abs(nodes[below][:, :2]) < grid.planes_mm(0)[-1] - 1e-6).all(1)
+    inner &= ((start > pitch_px / 2) & (start < rig.camera.columns - 1 - pitch_px / 2)).all(1)
+    window = 2 * round(pitch_px * 0.4) + 1
+    options = {"winSize": (window, window), "maxLevel": 0, "criteria": (3, 50, 1e-3)}
+    before, here = evened(found.references[0].image, pitch_px), np.float32(start[inner])[:, None]
+    labelled, seen, kept = [], [], []
+    alive = np.ones(inner.sum(), bool)
+    for frame in found.scored:
+        now = evened(frame.image, pitch_px)
+        there = cv2.calcOpticalFlowPyrLK(before, now, here, None, **options)[0]
+        back = cv2.calcOpticalFlowPyrLK(now, before, there, None, **options)[0]
+        alive &= np.linalg.norm((back - here)[:, 0], axis=1) < RETURN_PX
+        before, here = now, there
+        labelled.append((places_px(nodes + frame.displacements_mm) - start)[inner])
+        seen.append(here[:, 0] - start[inner])
+        kept.append(alive.copy())
+    return Tracks(labelled=np.array(labelled), seen=np.array(seen), is_kept=np.array(kept))
+
+
+def assert_tracks_agree(tracks: Tracks, *, least_px: float) -> None:
+    missed = np.linalg.norm(tracks.seen - tracks.labelled, axis=2)
+    assert np.linalg.norm(tracks.labelled, axis=2).max() > least_px
+    assert tracks.is_kept.mean() > 0.9
+    assert missed[tracks.is_kept].max() < 0.5
+    assert np.median(missed) < 0.1
+
+
+def test_labelled_displacements_are_those_of_the_grid_in_the_image(tmp_path: Path):
+    assert_tracks_agree(track(episode("small", tmp_path)), least_px=0.8)
+
+
+@pytest.mark.slow
+def test_labelled_displacements_are_those_of_the_grid_under_press_shear_and_twist(tmp_path: Path):
+    assert_tracks_agree(track(episode("full", tmp_path)), least_px=4)
+
+
+@pytest.mark.slow
+def test_walls_that_guide_light_are_seen_where_they_begin(tmp_path: Path):
+    found = episode("full", tmp_path, "design.materials.infill.ior=1.46")
+    middle, upper = (
+        float(np.median(np.linalg.norm(tracks.seen - tracks.labelled, axis=2)[-1]))
+        for tracks in (track(found), track(found, share=0.8))
+    )
+    assert upper < 0.15 < middle
