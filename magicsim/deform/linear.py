@@ -1,7 +1,8 @@
 """Factorise a symmetric positive definite matrix: MKL PARDISO where it exists, SciPy's SuperLU elsewhere.
 
 The same numbers must come out in every process, whatever the number of cores or `OMP_NUM_THREADS`: MKL runs in its
-conditional numerical reproducibility mode and with a thread count that is fixed here.
+conditional numerical reproducibility mode and plans for a thread count that is fixed here. Fewer threads then give the
+same bits, so that a process that was told to use one does not take a core from its neighbour.
 """
 
 import importlib
@@ -20,7 +21,7 @@ from threadpoolctl import ThreadpoolController
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
 THREADS = 2
-"""MKL threads, fixed so that results do not depend on the machine's core count."""
+"""MKL threads that PARDISO plans for, fixed so that results do not depend on how many run it; never more run it."""
 CBWR_AUTO_STRICT = 2
 """MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""
 POSITIVE_DEFINITE = 2
@@ -86,6 +87,7 @@ class PardisoSolver:
         # Python does not see the factor's memory.
         self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
         self._release.atexit = False
+        self._threads = min(THREADS, self._solver.libmkl.MKL_Get_Max_Threads())
         # Numbered as in MKL's manual: own values, METIS, no refinement, pivots, one-level, reproducible threads.
         for number, value in ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0), (34, THREADS)):
             self._solver.iparm[number - 1] = value
@@ -93,7 +95,7 @@ class PardisoSolver:
     def factorise(self, values: Array) -> bool:
         """See `SymmetricSolver.factorise`."""
         self._matrix.data = np.ascontiguousarray(values, dtype=np.float64)
-        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(THREADS)
+        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(self._threads)
         try:
             self._solver.set_phase(22 if self._is_analysed else 12)
             self._solver._call_pardiso(self._matrix, np.zeros((self._size, 1)))
@@ -106,7 +108,7 @@ class PardisoSolver:
 
     def solve(self, right: Array) -> Array:
         """See `SymmetricSolver.solve`."""
-        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(THREADS)
+        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(self._threads)
         self._solver.set_phase(33)
         solution = self._solver._call_pardiso(self._matrix, np.asfortranarray(right.reshape(-1, 1), dtype=np.float64))
         self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)

@@ -23,6 +23,14 @@ ONE_LAYER = [
     "render.anchor_samples=0",
 ]  # fmt: skip
 """A single layer of cells of the walls' own index: what one sees of a crossing of walls is its middle."""
+CLEAR_BLOCK = [
+    "design.footprint_mm=[14,14]", "design.cell_mm=0", "design.core_mm=2.4", "design.lattice.spacing_mm=0.5",
+    "design.lattice.cells_across=0", "design.materials.body.sigma_s_per_mm=0.05", "rig.lens.thickness_mm=1",
+    "rig.camera.columns=80", "rig.camera.rows=80", "rig.camera.field_mm=8", "rig.camera.exposure_grey=12",
+    "render.samples=32", "render.particles=60000", "render.anchor_samples=0", "object.color=[0.9,0.9,0.9]",
+    "contact.friction=0",
+]  # fmt: skip
+"""No grid in the way: a pale ball is dimmer where it touches than beside it, where light leaves the bent skin."""
 PRESS = """
 schema_version = 1
 design = "mini-magictac"
@@ -37,6 +45,7 @@ friction = 1.0
 """
 STORIES = {
     "small": [(0, "gap_mm = -0.25"), (1, "gap_mm = -0.5")],
+    "aside": [(0, "gap_mm = -0.3\nx_mm = 0.4\ny_mm = -0.6"), (1, "gap_mm = -0.8\nx_mm = 0.4\ny_mm = -0.6")],
     "full": [
         (0, "gap_mm = -0.2"),
         (3, "gap_mm = -0.8"),
@@ -64,12 +73,24 @@ class Tracks:
     """Which crossings the tracker still holds, shape (frames, crossings)."""
 
 
-def episode(size: str, folder: Path, *settings: str) -> Episode:
+def episode(story: str, folder: Path, *settings: str) -> Episode:
     if activate_variant() != LLVM_VARIANT:
         pytest.skip("the fluence estimator needs LLVM")
     path = folder / "press.toml"
-    path.write_text(PRESS + "".join(f"[[keyframes]]\nframe = {frame}\n{state}\n" for frame, state in STORIES[size]))
-    return simulate(load_scene(path, [*CLEAN, *ONE_LAYER, *SIZES[size], *settings]))
+    path.write_text(PRESS + "".join(f"[[keyframes]]\nframe = {frame}\n{state}\n" for frame, state in STORIES[story]))
+    return simulate(load_scene(path, [*CLEAN, *settings]))
+
+
+def outlined(image: Array, centre_px: Array) -> npt.NDArray[np.bool_]:
+    """What a dim contact fills: from its middle outwards up to the steepest rise to the light around it."""
+    angles, reach = 72, 32
+    grey = cv2.GaussianBlur(image.astype(np.float32).mean(2), (0, 0), 0.8)
+    polar = cv2.warpPolar(grey, (reach, angles), tuple(centre_px), reach, cv2.WARP_POLAR_LINEAR)
+    radius = np.median([np.roll(np.diff(polar[:, 4:]).argmax(1), turn) for turn in range(-2, 3)], 0) + 4.5
+    turn = 2 * np.pi * np.arange(angles) / angles
+    corners = centre_px + radius[:, None] * np.stack([np.cos(turn), np.sin(turn)], 1)
+    filled = cv2.fillPoly(np.zeros(grey.shape, np.uint8), [np.rint(corners).astype(np.int32)], 1)
+    return filled > 0
 
 
 def evened(image: npt.NDArray[np.uint8], pitch_px: float) -> npt.NDArray[np.uint8]:
@@ -125,19 +146,32 @@ def assert_tracks_agree(tracks: Tracks, *, least_px: float) -> None:
 
 
 def test_labelled_displacements_are_those_of_the_grid_in_the_image(tmp_path: Path):
-    assert_tracks_agree(track(episode("small", tmp_path)), least_px=0.8)
+    assert_tracks_agree(track(episode("small", tmp_path, *ONE_LAYER, *SIZES["small"])), least_px=0.8)
 
 
 @pytest.mark.slow
 def test_labelled_displacements_are_those_of_the_grid_under_press_shear_and_twist(tmp_path: Path):
-    assert_tracks_agree(track(episode("full", tmp_path)), least_px=4)
+    assert_tracks_agree(track(episode("full", tmp_path, *ONE_LAYER, *SIZES["full"])), least_px=4)
 
 
 @pytest.mark.slow
 def test_walls_that_guide_light_are_seen_where_they_begin(tmp_path: Path):
-    found = episode("full", tmp_path, "design.materials.infill.ior=1.46")
+    found = episode("full", tmp_path, *ONE_LAYER, *SIZES["full"], "design.materials.infill.ior=1.46")
     middle, upper = (
         float(np.median(np.linalg.norm(tracks.seen - tracks.labelled, axis=2)[-1]))
         for tracks in (track(found), track(found, share=0.8))
     )
     assert upper < 0.15 < middle
+
+
+@pytest.mark.slow
+def test_contact_mask_covers_what_is_seen_of_the_contact(tmp_path: Path):
+    found = episode("aside", tmp_path, *CLEAR_BLOCK)
+    rest, design, rig = found.references[0].image.astype(float), found.scene.design, found.scene.rig
+    for frame, least in zip(found.scored, (0.75, 0.85), strict=True):
+        centre = project_px(np.array([0.4, -0.6, frame.truth.depth_mm]), design, rig)
+        seen, mask = outlined(frame.image - rest, centre), frame.contact_mask
+        assert (seen & mask).sum() / (seen | mask).sum() > least
+        np.testing.assert_allclose(np.argwhere(seen).mean(0), np.argwhere(mask).mean(0), atol=1.0)
+    # contact that was labelled a quarter of the field away would not pass
+    assert (np.roll(seen, 20, 1) & mask).sum() / (np.roll(seen, 20, 1) | mask).sum() < 0.5
