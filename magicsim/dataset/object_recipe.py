@@ -14,8 +14,8 @@ from magicsim.geometry.objects import OBJECT_KINDS, ObjectBase
 Draw = Callable[[str, Number], float]
 """Value of a named number."""
 Kind = Literal[
-    "sphere", "cylinder", "punch", "box", "domed_cylinder", "cone", "dots", "lines", "spanner", "screwdriver", "scissors",
-    "banana", "mesh",
+    "sphere", "cylinder", "punch", "box", "domed_cylinder", "cone", "dots", "lines", "spanner", "screwdriver",
+    "scissors", "banana", "mesh",
 ]  # fmt: skip
 Weight = Annotated[float, Field(gt=0)]
 MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".glb"})

@@ -29,16 +29,17 @@ def simulate_sample(task: SampleTask) -> bytes:
     """
     from magicsim.dataset.rows import drawn_columns, episode_table
     from magicsim.dataset.shard import rows_as_bytes
+    from magicsim.plan import plan_scene
     from magicsim.scenes.calibration import calibrate
-    from magicsim.simulation import Sensor, simulate_with
+    from magicsim.simulation import Sensor, stream_frames
 
     episode = task.episode
     scene = episode.scene
-    simulated = simulate_with(Sensor(scene, untouched=_untouched()))
+    frames = list(stream_frames(Sensor(scene, untouched=_untouched()), plan_scene(scene)))
     constants = task.constants | drawn_columns(episode.values)
     constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
     calibration = calibrate(scene.design, scene.rig)
-    return rows_as_bytes(episode_table(list(simulated.frames), scene, calibration, task.columns, constants))
+    return rows_as_bytes(episode_table(frames, scene, calibration, task.columns, constants))
 
 
 def bound_threads(threads: int) -> None:

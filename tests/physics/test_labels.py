@@ -48,16 +48,20 @@ STORIES = {
     "aside": [(0, "gap_mm = -0.3\nx_mm = 0.4\ny_mm = -0.6"), (1, "gap_mm = -0.8\nx_mm = 0.4\ny_mm = -0.6")],
     "full": [
         (0, "gap_mm = -0.2"),
-        (3, "gap_mm = -0.8"),
-        (8, "gap_mm = -0.8\nx_mm = 0.5\ny_mm = 0.3"),
-        (10, "gap_mm = -0.8\nx_mm = 0.5\ny_mm = 0.3\ntwist_deg = 20.0"),
+        (3, "gap_mm = -0.5"),
+        (9, "gap_mm = -0.5\nx_mm = 0.5\ny_mm = 0.3"),
+        (12, "gap_mm = -0.5\nx_mm = 0.5\ny_mm = 0.3\ntwist_deg = 10.0"),
     ],
 }
 SIZES = {
-    "small": ["design.footprint_mm=[8,8]", *(f"rig.camera.{each}" for each in ("columns=48", "rows=48", "field_mm=5")),
-              "render.samples=24", "render.particles=40000"],
-    "full": ["design.footprint_mm=[14,14]", *(f"rig.camera.{each}" for each in ("columns=120", "rows=120", "field_mm=10")),
-             "render.samples=64", "render.particles=200000"],
+    "small": [
+        "design.footprint_mm=[8,8]", "rig.camera.columns=48", "rig.camera.rows=48", "rig.camera.field_mm=5",
+        "render.samples=24", "render.particles=40000",
+    ],
+    "full": [
+        "design.footprint_mm=[14,14]", "rig.camera.columns=120", "rig.camera.rows=120", "rig.camera.field_mm=10",
+        "render.samples=64", "render.particles=200000",
+    ],
 }  # fmt: skip
 RETURN_PX = 0.2
 """A track that does not come back to its start when followed backwards is lost (forward-backward error) [px]."""
@@ -151,7 +155,7 @@ def test_labelled_displacements_are_those_of_the_grid_in_the_image(tmp_path: Pat
 
 @pytest.mark.slow
 def test_labelled_displacements_are_those_of_the_grid_under_press_shear_and_twist(tmp_path: Path):
-    assert_tracks_agree(track(episode("full", tmp_path, *ONE_LAYER, *SIZES["full"])), least_px=4)
+    assert_tracks_agree(track(episode("full", tmp_path, *ONE_LAYER, *SIZES["full"])), least_px=2.5)
 
 
 @pytest.mark.slow

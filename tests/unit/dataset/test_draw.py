@@ -133,13 +133,17 @@ def test_path_presses_shears_twists_and_leaves():
 
 def test_gloss_is_drawn_for_each_episode_and_recorded():
     gloss = {"specular": {"low": 0.1, "high": 0.5}, "roughness": {"choices": [0.1, 0.3]}}
-    recipe = recipe_with(objects=[{"kind": "sphere", "radius_mm": 3.0, **gloss}], paths=[{"kind": "hover", "nearest_mm": 1}])
+    recipe = recipe_with(
+        objects=[{"kind": "sphere", "radius_mm": 3.0, **gloss}], paths=[{"kind": "hover", "nearest_mm": 1}]
+    )
     drawn = draw_episodes(recipe)
     assert len({episode.scene.object.specular for episode in drawn}) == len(drawn)
     for episode in drawn:
         assert episode.scene.object.specular == episode.values["object.specular"]
         assert episode.scene.object.roughness == episode.values["object.roughness"]
-    assert {"object_specular", "object_roughness", "drawn.object.specular"} <= {each.name for each in columns_of(recipe)}
+    assert {"object_specular", "object_roughness", "drawn.object.specular"} <= {
+        each.name for each in columns_of(recipe)
+    }
 
 
 @pytest.mark.parametrize("kind", OBJECT_KINDS)
