@@ -100,7 +100,9 @@ def learning_curve(train: Touches, test: Touches) -> list[Point]:
             chosen = np.random.default_rng(seed).permutation(every)[:count]
             some = np.isin(train.episodes, chosen)
             frames += int(some.sum())
-            found.append(errors(Touches(train.pictures[some], train.labels[some], train.episodes[some]), test, seed=seed))
+            found.append(
+                errors(Touches(train.pictures[some], train.labels[some], train.episodes[some]), test, seed=seed)
+            )
         place, force = np.transpose(found)
         curve.append(
             Point(

@@ -49,6 +49,8 @@ class Standing:
 
     done: int
     """Episodes that have ended in this run."""
+    episode: int
+    """Number of the one that ended just now."""
     total: int
     """Episodes that this run simulates."""
     failed: int
@@ -56,7 +58,7 @@ class Standing:
     frames: int
     """Frames that the ended episodes have."""
     episode_frames: int
-    """Frames of the one that ended just now; 0 where it failed."""
+    """Frames of the last one; 0 where it failed."""
     episode_seconds: float
     """How long it took in its process [s]."""
 
@@ -192,6 +194,7 @@ def _complete(
                 progress(
                     Standing(
                         done=done,
+                        episode=outcome.key,
                         total=len(left),
                         failed=assembly.failed,
                         frames=frames,

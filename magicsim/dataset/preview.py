@@ -2,8 +2,10 @@
 
 import json
 import math
+import textwrap
 import time
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +19,15 @@ from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.sample import bound_threads
 from magicsim.dataset.shard import place
 from magicsim.dataset.statistics import recipe_statistics
-from magicsim.dataset.telling import preview_scene, telling_state
+from magicsim.dataset.telling import ENLARGE, metering_scene, preview_scene, quality, telling_state
 from magicsim.errors import OutputError
+from magicsim.scenes.scene import SceneConfig
 from magicsim.workers.options import WorkerOptions, usable_cores
 from magicsim.workers.run import run_tasks
 
 Frame = npt.NDArray[np.uint8]
 SHEET, STATISTICS = "preview.png", "preview.json"
-MARGIN, LINE, TEXT_PX = 6, 14, 0.36
+MARGIN, LINE, LETTER, TEXT_PX = 6, 14, 7, 0.36
 PAPER, INK = 255, (30, 30, 30)
 
 
@@ -62,16 +65,20 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     places = np.linspace(0, len(episodes) - 1, min(count, len(episodes))).round().astype(int)
     chosen = [episodes[int(place)] for place in places]
     images: dict[int, Frame] = {}
-    for outcome in run_tasks(preview_frame, ((each.index, each) for each in chosen), options, prepare=bound_threads):
+    metering = metering_scene(recipe, chosen[0])
+    tasks = ((each.index, PreviewTask(scene=preview_scene(each), metering=metering)) for each in chosen)
+    for outcome in run_tasks(preview_frame, tasks, options, prepare=bound_threads):
         if outcome.result is not None:
             images[outcome.key] = outcome.result
     cost = estimate(recipe, episodes, processes=options.workers)
     statistics = recipe_statistics(recipe, episodes) | {
+        "preview": quality(),
         "estimated_hours": round(cost.seconds(usable_cores()) / 3600, 3),
         "estimated_megabytes": round(cost.bytes / 1e6, 1),
     }
-    camera = preview_scene(chosen[0]).rig.camera
-    sheet = contact_sheet([(images.get(each.index), captions(each)) for each in chosen], camera.rows, camera.columns)
+    camera = metering.rig.camera
+    tiles = [(_enlarged(images.get(each.index)), captions(each)) for each in chosen]
+    sheet = contact_sheet(tiles, ENLARGE * camera.rows, ENLARGE * camera.columns, note=quality())
     try:
         place(out / SHEET, cv2.imencode(".png", sheet[:, :, ::-1])[1].tobytes())
         place(out / STATISTICS, (json.dumps(statistics, indent=1) + "\n").encode())
@@ -88,13 +95,37 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     )
 
 
-def preview_frame(episode: DrawnEpisode) -> Frame:
-    """The coarse frame of one episode, shape (rows, columns, 3)."""
-    from magicsim.plan import plan_scene
-    from magicsim.simulation import Sensor, stream_frames
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PreviewTask:
+    """One frame to render."""
 
-    scene = preview_scene(episode)
-    return list(stream_frames(Sensor(scene), plan_scene(scene)))[-1].image
+    scene: SceneConfig
+    metering: SceneConfig
+    """The untouched sensor that its exposure is metered on."""
+
+
+def preview_frame(task: PreviewTask) -> Frame:
+    """The coarse frame of one episode, shape (rows, columns, 3)."""
+    from magicsim.plan import can_touch
+    from magicsim.scenes.exposure import expose, meter
+    from magicsim.scenes.timeline import timeline
+    from magicsim.simulation import Sensor
+
+    sensor, state = Sensor(task.scene), timeline(task.scene)[0]
+    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    radiance, camera = sensor.radiance(state, deformation), task.scene.rig.camera
+    exposure = meter(_untouched(task.metering.model_dump_json()), camera)
+    return expose(radiance, exposure, camera, seed=task.scene.seed, frame=0)
+
+
+@lru_cache(maxsize=1)
+def _untouched(scene: str) -> npt.NDArray[np.float32]:
+    """Radiance of an untouched sensor, rendered once in each process."""
+    from magicsim.scenes.timeline import UNTOUCHED
+    from magicsim.simulation import Sensor
+
+    sensor = Sensor(SceneConfig.model_validate_json(scene))
+    return sensor.radiance(UNTOUCHED, sensor.rest)
 
 
 def captions(episode: DrawnEpisode) -> list[str]:
@@ -106,12 +137,21 @@ def captions(episode: DrawnEpisode) -> list[str]:
     return [f"{episode.index}: {episode.path_kind}", thing.kind if thing is not None else "", where]
 
 
-def contact_sheet(tiles: list[tuple[Frame | None, list[str]]], rows: int, columns: int) -> Frame:
-    """Frames side by side with their captions, RGB; a cross stands for a frame that is missing."""
+def _enlarged(image: Frame | None) -> Frame | None:
+    return None if image is None else image.repeat(ENLARGE, 0).repeat(ENLARGE, 1)
+
+
+def contact_sheet(tiles: list[tuple[Frame | None, list[str]]], rows: int, columns: int, *, note: str = "") -> Frame:
+    """Frames side by side with their captions and a note below, RGB; a cross stands for a frame that is missing."""
     across = math.ceil(math.sqrt(len(tiles) * 1.5))
     lines = max(len(text) for _, text in tiles)
     width, height = max(columns, 110) + MARGIN, rows + MARGIN + lines * LINE
-    sheet = np.full((math.ceil(len(tiles) / across) * height + MARGIN, across * width + MARGIN, 3), PAPER, np.uint8)
+    letters = max(20, (across * width) // LETTER)
+    notes = textwrap.wrap(note, letters)
+    tall = math.ceil(len(tiles) / across) * height + MARGIN
+    sheet = np.full((tall + len(notes) * LINE, across * width + MARGIN, 3), PAPER, np.uint8)
+    for line, words in enumerate(notes):
+        _write(sheet, words, (MARGIN, tall + (line + 1) * LINE - 4))
     for number, (image, text) in enumerate(tiles):
         top, left = MARGIN + number // across * height, MARGIN + number % across * width
         if image is not None:
@@ -120,6 +160,9 @@ def contact_sheet(tiles: list[tuple[Frame | None, list[str]]], rows: int, column
             cv2.line(sheet, (left, top), (left + columns, top + rows), INK, 1)
             cv2.line(sheet, (left + columns, top), (left, top + rows), INK, 1)
         for line, words in enumerate(text):
-            at = (left, top + rows + (line + 1) * LINE - 2)
-            cv2.putText(sheet, words, at, cv2.FONT_HERSHEY_SIMPLEX, TEXT_PX, INK, 1, cv2.LINE_AA)
+            _write(sheet, words, (left, top + rows + (line + 1) * LINE - 2))
     return sheet
+
+
+def _write(sheet: Frame, words: str, at: tuple[int, int]) -> None:
+    cv2.putText(sheet, words, at, cv2.FONT_HERSHEY_SIMPLEX, TEXT_PX, INK, 1, cv2.LINE_AA)

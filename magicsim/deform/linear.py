@@ -7,6 +7,7 @@ same bits, so that a process that was told to use one does not take a core from 
 
 import importlib
 import logging
+import os
 import weakref
 from contextlib import AbstractContextManager
 from functools import lru_cache
@@ -26,6 +27,7 @@ CBWR_AUTO_STRICT = 2
 """MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""
 POSITIVE_DEFINITE = 2
 """PARDISO's matrix type `real symmetric positive definite`."""
+LIBRARY_VARIABLE = "PYPARDISO_MKL_RT"
 LOGGER = logging.getLogger(__name__)
 
 
@@ -62,7 +64,11 @@ def symmetric_solver(indptr: Indices, indices: Indices) -> SymmetricSolver:
 
 @lru_cache(maxsize=1)
 def has_pardiso() -> bool:
-    """Whether MKL PARDISO can be loaded; sets its reproducibility mode before anything else calls it."""
+    """Whether MKL PARDISO can be loaded; sets its reproducibility mode before anything else calls it.
+
+    Remembers where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers
+    would search the whole environment's folders for it.
+    """
     try:
         solver = importlib.import_module("pypardiso").PyPardisoSolver()
     except (ImportError, OSError):
@@ -71,6 +77,7 @@ def has_pardiso() -> bool:
     if solver.libmkl.MKL_CBWR_Set(CBWR_AUTO_STRICT) != 0:
         LOGGER.warning("MKL was in use before: displacements may differ in the last bits from run to run")
     solver.libmkl.MKL_Set_Dynamic(0)
+    os.environ.setdefault(LIBRARY_VARIABLE, solver.libmkl._name)
     return True
 
 

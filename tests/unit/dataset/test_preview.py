@@ -9,7 +9,7 @@ from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.estimate import estimate
 from magicsim.dataset.preview import captions, contact_sheet, preview_recipe
 from magicsim.dataset.statistics import recipe_statistics
-from magicsim.dataset.telling import preview_scene, telling_state
+from magicsim.dataset.telling import metering_scene, preview_scene, telling_state
 from magicsim.workers.options import WorkerOptions
 
 from .fakes import small_recipe
@@ -36,7 +36,16 @@ def test_preview_is_one_small_frame_of_the_same_object_in_the_same_place(episode
         assert (scene.frame_count, scene.references) == (1, 0)
         assert telling_state(scene) == telling_state(episode.scene)
         assert scene.object == episode.scene.object
-        assert (scene.rig.camera.columns, scene.rig.camera.rows) == (12, 16)
+        assert (scene.rig.camera.columns, scene.rig.camera.rows) == (8, 8)
+
+
+def test_exposure_is_metered_on_the_sensor_without_tolerances(episodes):
+    recipe = small_recipe("episodes=12")
+    scene = metering_scene(recipe, episodes[0])
+    assert (scene.design.skin_mm, scene.design.wall_mm) == (recipe.design.skin_mm, recipe.design.wall_mm)
+    assert scene.rig.strips == recipe.rig.strips
+    assert scene.object is None
+    assert scene == metering_scene(recipe, episodes[1]).model_copy(update={"rig": scene.rig, "design": scene.design})
 
 
 def test_statistics_count_what_will_be_written(episodes):
@@ -68,6 +77,9 @@ def test_sheet_shows_every_tile_and_crosses_out_a_missing_one():
     image = np.full((16, 12, 3), (250, 10, 20), np.uint8)
     sheet = contact_sheet([(image, ["0", "ball"]), (None, ["1", "box"]), (image, ["2", ""])], 16, 12)
     assert (sheet == (250, 10, 20)).all(2).sum() == 2 * 16 * 12
+    noted = contact_sheet([(image, ["0", "ball"]), (None, ["1", "box"]), (image, ["2", ""])], 16, 12, note="coarse")
+    np.testing.assert_array_equal(noted[: len(sheet)], sheet)
+    assert (noted[len(sheet) :] < 200).any()
 
 
 @pytest.mark.slow
