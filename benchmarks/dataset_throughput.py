@@ -4,9 +4,9 @@
         [--set key=value] [--figures docs/benchmarks/dataset-throughput.json]
 
 Each number of processes makes the same dataset in a folder of its own below `--out`, on as many cores. A run that was
-stopped goes on where it was: episodes that are there are not made again, and the time of every run counts. Efficiency is
-speed per process against that of the first number. The rate per core is the median over episodes of frames per second
-of the process. Memory is that of all processes, taken after every episode.
+stopped goes on where it was: episodes that are there are not made again, and the time of every run counts. Efficiency
+is speed per process against that of the first number. The rate per core is the median over episodes of frames per
+second of the process. Memory is that of all processes, taken after every episode.
 """
 
 import argparse

@@ -184,9 +184,9 @@ def kill_at_random(out: Path, seed: int, times: int, *, workers: bool) -> None:
         victims = children(run.pid) if workers else [run.pid]
         for victim in victims[:1]:
             os.kill(victim, signal.SIGKILL)
-        if workers:
-            assert run.wait(timeout=120) == 0
-        else:
+        try:
+            assert not workers or run.wait(timeout=120) == 0
+        finally:
             run.kill()
             run.wait()
         if (out / "manifest.json").exists():
