@@ -15,7 +15,18 @@ from typing import Any
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.cached_light import CachedLight
 from magicsim.scenes.finish import Finish
-from magicsim.scenes.medium import Media, Medium, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
+from magicsim.scenes.medium import (
+    Coefficients,
+    Constants,
+    Media,
+    Medium,
+    Shapes,
+    classify,
+    free_path,
+    fresnel,
+    scattered,
+    scattering_stretch,
+)
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.sequence import sequence
 from magicsim.scenes.window import Window
@@ -70,7 +81,8 @@ def gather_radiance(
     in_body, depth, active = mi.Bool(False), mi.UInt32(0), mi.Bool(True)
     context = mi.BSDFContext()
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
-    triangles_per_cell, infill = shapes.triangles_per_cell, media.infill
+    triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
+    infill, body, ahead = constants.infill, constants.body, Coefficients.of(forward or media.infill)
     environment = scene.environment()
     collisions, waiting_collisions = mi.UInt32(0), mi.UInt32(0)
     at = Whereabouts.unknown()
@@ -92,10 +104,10 @@ def gather_radiance(
         scatter, way = mi.Bool(False), mi.Float(0)
         if forward is not None:
             following = inside & (collisions < followed)
-            passed = dr.exp(-forward.sigma_t * si.t)
+            passed = dr.exp(-ahead.sigma_t * si.t)
             scatter = following & (sampler.next_float32(active) > passed)
-            way = free_path(sampler.next_float32(active), passed, forward.sigma_t)
-            weight[scatter] *= forward.albedo
+            way = free_path(sampler.next_float32(active), passed, ahead.sigma_t)
+            weight[scatter] *= ahead.albedo
             collisions[scatter] += 1
             inside &= ~following
         transmitted = dr.select(inside, dr.exp(-infill.sigma_t * si.t), 1)
@@ -108,21 +120,21 @@ def gather_radiance(
         weight *= transmitted
         crossed = segment.in_body & valid
         if light.body is None:
-            weight[crossed] *= dr.exp(-media.body.sigma_a * si.t)
+            weight[crossed] *= dr.exp(-body.sigma_a * si.t)
         else:
-            begin, stretch = scattering_stretch(ray, si.t, media.top_mm)
-            kept = dr.exp(-media.body.sigma_t * stretch)
-            body_way = begin + free_path(sampler.next_float32(active), kept, media.body.sigma_t)
+            begin, stretch = scattering_stretch(ray, si.t, constants.top_mm)
+            kept = dr.exp(-body.sigma_t * stretch)
+            body_way = begin + free_path(sampler.next_float32(active), kept, body.sigma_t)
             cloud = light.body.at(ray(body_way), active & crossed)
-            before = dr.exp(-media.body.sigma_a * begin)
-            share = (1 - kept) * (media.body.albedo / (4 * dr.pi))
+            before = dr.exp(-body.sigma_a * begin)
+            share = (1 - kept) * (body.albedo / (4 * dr.pi))
             radiance[active & crossed] += weight * before * cloud * share
-            weight[crossed] *= kept * dr.exp(-media.body.sigma_a * (si.t - stretch))
+            weight[crossed] *= kept * dr.exp(-body.sigma_a * (si.t - stretch))
 
         if environment is not None:
             radiance[active & ~valid] += weight * environment.eval(si, active & ~valid)
 
-        reflectance, reflected, refracted, scale = fresnel(si, segment, media)
+        reflectance, reflected, refracted, scale = fresnel(si, segment, constants)
         first_hit = depth == 0
         leaving = segment.on_body & ~segment.entering & (reflectance < 1) & ~scatter
         split = leaving & ~waiting
@@ -164,7 +176,7 @@ def gather_radiance(
         if forward is not None:
             in_body = dr.select(scatter, segment.in_body, in_body)
             spawned.o = dr.select(scatter, ray(way), spawned.o)
-            spawned.d = dr.select(scatter, scattered(ray.d, sample2, forward.anisotropy), spawned.d)
+            spawned.d = dr.select(scatter, scattered(ray.d, sample2, ahead.anisotropy), spawned.d)
         ray = mi.Ray3f(spawned)
         at = whereabouts(si, segment.on_infill, scatter, in_body, shapes.faces)
         depth += 1

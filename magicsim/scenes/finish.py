@@ -7,6 +7,8 @@ ground. Both estimators use the same model, so that each can judge the other.
 from dataclasses import dataclass
 from typing import Any, Self
 
+import numpy as np
+
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects_base import ObjectBase
 from magicsim.scenes.backend import dr, mi
@@ -61,8 +63,10 @@ class Finish:
 
     def diffuse(self, si: Any, active: Any) -> Any:
         """Radiance that the diffuse ground sends out for each unit of irradiance."""
-        color = si.shape.eval_attribute_3(COLORS, si, active) if self.vertex_colors else mi.Color3f(self.color)
-        return mi.Color3f(color) * ((1 - self.specular) / dr.pi)
+        # Opaque: the compiled kernel then serves any object.
+        own = [dr.opaque(mi.Float, value) for value in self.color]
+        color = si.shape.eval_attribute_3(COLORS, si, active) if self.vertex_colors else mi.Color3f(*own)
+        return mi.Color3f(color) * dr.opaque(mi.Float, (1 - self.specular) / np.pi)
 
     def mirror(self, si: Any, sample: Any) -> tuple[Any, Any]:
         """A mirrored direction in the local frame, and its weight, 0 where nothing is mirrored.
@@ -73,8 +77,9 @@ class Finish:
         """
         if self.specular == 0:
             return mi.Vector3f(0, 0, 1), mi.Float(0)
-        facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.roughness, sample_visible=True)
+        roughness, share = dr.opaque(mi.Float, self.roughness), dr.opaque(mi.Float, self.specular)
+        facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, roughness, sample_visible=True)
         normal, _ = facets.sample(si.wi, sample)
         direction = mi.reflect(si.wi, normal)
         lit = (mi.Frame3f.cos_theta(direction) > 0) & (mi.Frame3f.cos_theta(si.wi) > 0)
-        return direction, dr.select(lit, self.specular * facets.smith_g1(direction, normal), 0)
+        return direction, dr.select(lit, share * facets.smith_g1(direction, normal), 0)

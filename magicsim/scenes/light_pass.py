@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.medium import Media, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
+from magicsim.scenes.medium import Constants, Media, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.sequence import sequence
 from magicsim.scenes.voxels import Voxels
@@ -101,7 +101,8 @@ def deposit_tracks(
     deposits = dr.zeros(mi.UInt64, 3 * shapes.cells)
     clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1))
     landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles)
-    triangles_per_cell, infill = shapes.triangles_per_cell, media.infill
+    triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
+    infill, body = constants.infill, constants.body
     in_body, fresh = mi.Bool(inside), mi.Bool(True)
     depth, active = mi.UInt32(0), number < end
     context = mi.BSDFContext(mi.TransportMode.Importance)
@@ -138,10 +139,10 @@ def deposit_tracks(
         collide, clear_mm = mi.Bool(False), si.t
         if voxels is not None:
             # Clear of scattering above the block, in the lens plate.
-            begin, stretch = scattering_stretch(ray, si.t, media.top_mm)
-            passed = dr.exp(-media.body.sigma_t * stretch)
-            body_way = begin + free_path(sampler.next_float32(active), passed, media.body.sigma_t)
-            body_length = (1 - passed) / media.body.sigma_t
+            begin, stretch = scattering_stretch(ray, si.t, constants.top_mm)
+            passed = dr.exp(-body.sigma_t * stretch)
+            body_way = begin + free_path(sampler.next_float32(active), passed, body.sigma_t)
+            body_length = (1 - passed) / body.sigma_t
             place = voxels.index(ray(body_way))
             for channel in range(3):
                 amount = mi.UInt64(weight[channel] * body_length * FIXED_POINT)
@@ -149,13 +150,13 @@ def deposit_tracks(
             collide = crossed & (sampler.next_float32(active) > passed)
             clear_mm = dr.select(collide, begin, si.t - stretch)
             way = dr.select(collide, body_way, way)
-        weight[crossed] *= dr.exp(-media.body.sigma_a * clear_mm)
+        weight[crossed] *= dr.exp(-body.sigma_a * clear_mm)
         if balance:
             absorbed += dr.select(active, carried - weight, 0)
-        weight[collide] *= media.body.albedo
+        weight[collide] *= body.albedo
         scatter |= collide
 
-        reflectance, reflected, refracted = fresnel(si, segment, media)[:3]
+        reflectance, reflected, refracted = fresnel(si, segment, constants)[:3]
         choice = sampler.next_float32(active)
         reflect = choice < reflectance
         local = dr.select(reflect, reflected, refracted)
@@ -182,7 +183,7 @@ def deposit_tracks(
             dr.select(
                 segment.in_infill,
                 scattered(ray.d, sample2, infill.anisotropy),
-                scattered(ray.d, sample2, media.body.anisotropy),
+                scattered(ray.d, sample2, body.anisotropy),
             ),
             spawned.d,
         )

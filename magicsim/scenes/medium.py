@@ -60,6 +60,47 @@ class Media:
 
 
 @dataclass(slots=True, kw_only=True)
+class Coefficients:
+    """A medium on the renderer's side."""
+
+    sigma_t: Any
+    sigma_a: Any
+    albedo: Any
+    anisotropy: float
+
+    @classmethod
+    def of(cls, medium: Medium) -> "Coefficients":
+        """Opaque values: the compiled kernel then serves any material."""
+        sigma_t, sigma_a, albedo = (
+            dr.opaque(mi.Float, value) for value in (medium.sigma_t, medium.sigma_a, medium.albedo)
+        )
+        return cls(sigma_t=sigma_t, sigma_a=sigma_a, albedo=albedo, anisotropy=medium.anisotropy)
+
+
+@dataclass(slots=True, kw_only=True)
+class Constants:
+    """Optical constants on the renderer's side."""
+
+    body_ior: Any
+    infill_ior: Any
+    """Relative to the body's."""
+    body: Coefficients
+    infill: Coefficients
+    top_mm: Any
+
+    @classmethod
+    def of(cls, media: Media) -> "Constants":
+        """Opaque values, see `Coefficients`."""
+        return cls(
+            body_ior=dr.opaque(mi.Float, media.body_ior),
+            infill_ior=dr.opaque(mi.Float, media.infill_ior / media.body_ior),
+            body=Coefficients.of(media.body),
+            infill=Coefficients.of(media.infill),
+            top_mm=dr.opaque(mi.Float, media.top_mm),
+        )
+
+
+@dataclass(slots=True, kw_only=True)
 class Shapes:
     """The shapes that both passes tell apart, by their role."""
 
@@ -127,7 +168,7 @@ def classify(si: Any, body: Any, infill: Any, was_in_body: Any) -> Segment:
     )
 
 
-def fresnel(si: Any, segment: Segment, media: Media) -> tuple[Any, Any, Any, Any]:
+def fresnel(si: Any, segment: Segment, constants: Constants) -> tuple[Any, Any, Any, Any]:
     """Reflectance, reflected and refracted direction (local frame) at a smooth dielectric.
 
     Returns:
@@ -135,12 +176,12 @@ def fresnel(si: Any, segment: Segment, media: Media) -> tuple[Any, Any, Any, Any
         behind the interface (its solid angle changes with the square of the relative index).
     """
     cosine = mi.Frame3f.cos_theta(si.wi)
-    eta = dr.select(segment.on_infill, mi.Float(media.infill_ior / media.body_ior), mi.Float(media.body_ior))
+    eta = dr.select(segment.on_infill, constants.infill_ior, constants.body_ior)
     reflectance, cosine_t, _eta_it, eta_ti = mi.fresnel(cosine, eta)
     return reflectance, mi.reflect(si.wi), mi.refract(si.wi, cosine_t, eta_ti), dr.square(eta_ti)
 
 
-def scattering_stretch(ray: Any, length: Any, top_mm: float) -> tuple[Any, Any]:
+def scattering_stretch(ray: Any, length: Any, top_mm: Any) -> tuple[Any, Any]:
     """Part of a segment in the body's shape that lies below the lens plate: its start along the ray, and its length.
 
     Args:
@@ -156,7 +197,7 @@ def scattering_stretch(ray: Any, length: Any, top_mm: float) -> tuple[Any, Any]:
     return start, end - start
 
 
-def free_path(sample: Any, transmitted: Any, sigma_t: float) -> Any:
+def free_path(sample: Any, transmitted: Any, sigma_t: Any) -> Any:
     """Way to a collision that happens before the segment's end: inverse of the truncated exponential.
 
     Args:
