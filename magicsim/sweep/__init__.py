@@ -1,0 +1,1 @@
+"""Design sweeps: many sensors judged by the same measures, and a page to explore them."""
