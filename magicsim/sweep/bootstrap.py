@@ -12,9 +12,7 @@ CONFIDENCE = 0.95
 RESAMPLES = 400
 
 
-def interval(
-    statistic: Statistic, count: int, *, seed: int, resamples: int = RESAMPLES
-) -> tuple[float, float]:
+def interval(statistic: Statistic, count: int, *, seed: int, resamples: int = RESAMPLES) -> tuple[float, float]:
     """Ends of the 95 % interval of a statistic.
 
     Args:

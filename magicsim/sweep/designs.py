@@ -77,12 +77,16 @@ def value_at(sweep: SweepConfig, field: str) -> float:
 
 def _holder(data: dict[str, Any], field: str) -> tuple[Any, Any]:
     """The table or list that holds a field, and its key there."""
-    holder, key, value = data, "", data
+    holder: Any = data
+    key: int | str = ""
+    value: Any = data
     for part in field.split("."):
         if isinstance(value, tuple):  # a copy that can be changed takes its place
             value = holder[key] = list(value)
         is_list = isinstance(value, list)
-        choices = [str(place) for place in range(len(value))] if is_list else list(value) if isinstance(value, dict) else []
+        choices = (
+            [str(place) for place in range(len(value))] if is_list else list(value) if isinstance(value, dict) else []
+        )
         if part not in choices:
             raise ConfigError(unknown_choice(f"part of field '{field}'", part, choices))
         holder, key = value, int(part) if is_list else part

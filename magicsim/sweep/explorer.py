@@ -46,7 +46,7 @@ def render_explorer(
     title = f"Design sweep: {len(results)} designs"
     return environment.get_template("explorer.html.jinja").render(
         title=title,
-        subtitle=" × ".join(f"{field_label(each.field)} ({field_unit(each.field)})" for each in sweep.swept),
+        subtitle=" by ".join(f"{field_label(each.field)} ({field_unit(each.field)})" for each in sweep.swept),
         data=Markup(script_json(explorer_data(sweep, results, front=front, trends=trends, failed=failed))),
         trends=trends,
         failed=failed,

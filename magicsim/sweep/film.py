@@ -6,6 +6,7 @@ that every state can be seen many times for the price of one rendering.
 
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -170,5 +171,4 @@ def _keyframes(places: npt.NDArray[np.float64], quality: Quality) -> list[dict[s
 
 
 def _runs(lengths: list[int]) -> list[tuple[int, int]]:
-    ends = np.cumsum([0, *lengths]).tolist()
-    return list(zip(ends[:-1], ends[1:], strict=True))
+    return list(pairwise(np.cumsum([0, *lengths]).tolist()))

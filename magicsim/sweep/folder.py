@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import tomli_w
+from pydantic import Field
 
 from magicsim.config import Config, validate
 from magicsim.dataset.shard import place
@@ -26,7 +27,7 @@ class SweepIndex(Config):
     variant: str
     designs: int
     is_complete: bool = False
-    failed: dict[str, str] = {}
+    failed: dict[str, str] = Field(default_factory=dict)
     """Why there is no result, by number of the design."""
 
 

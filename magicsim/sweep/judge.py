@@ -46,9 +46,9 @@ def judge_design(task: DesignTask) -> bytes:
         gathered.add(parts.printed(design.sensor))
     if wanted & FROM_FILM:
         gathered.add(parts.filmed(design.sensor, sweep, _untouched()))
-    for pattern in ("dots", "lines"):
-        if f"{pattern[:-1]}_spacing_mm" in wanted:
-            gathered.add(parts.textured(design.sensor, sweep, pattern, _untouched()))
+    patterns = parts.wanted_patterns(wanted)
+    if patterns:
+        gathered.add(parts.textured(design.sensor, sweep, patterns, _untouched()))
     if "shore_a" in wanted:
         gathered.add(parts.indented(design.sensor, sweep))
     return DesignResult(

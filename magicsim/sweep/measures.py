@@ -55,13 +55,13 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "dot_spacing_mm": MeasureKind(
         title="Smallest dot spacing", unit="mm", digits=2, better="lower",
-        meaning="Spacing of dots at which their pattern stands out of the noise by d' = 2; interval: bootstrap over "
-        "noise, open where no tested spacing is on the other side.",
+        meaning="Spacing of dots at which their pattern stands out of noise and clutter by d' = 2; interval: "
+        "bootstrap over the clutter, open where no tested spacing is on the other side.",
     ),
     "line_spacing_mm": MeasureKind(
         title="Smallest line spacing", unit="mm", digits=2, better="lower",
-        meaning="Spacing of lines at which their pattern stands out of the noise by d' = 2; interval: bootstrap over "
-        "noise, open where no tested spacing is on the other side.",
+        meaning="Spacing of lines at which their pattern stands out of noise and clutter by d' = 2; interval: "
+        "bootstrap over the clutter, open where no tested spacing is on the other side.",
     ),
     "localisation_mm": MeasureKind(
         title="Localisation error", unit="mm", digits=2, better="lower",

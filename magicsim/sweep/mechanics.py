@@ -52,7 +52,8 @@ def spacing_error(design: ElastomerDesign, thing: ObjectConfig, force_n: float) 
     indenter = place_object(thing, gap_mm=-FORCE_DEPTH_MM)
     solver = ContactSolver(lattice_on((x, y, z), design), point_spacing_mm=point_spacing_mm(indenter.shape))
     coarse = float(solver.solve(indenter).force_n[2])
-    return abs(coarse - force_n) / (COARSENING**ORDER - 1) / force_n
+    change: float = abs(coarse - force_n) / (COARSENING**ORDER - 1)
+    return change / force_n
 
 
 def hardness(design: ElastomerDesign, quality: Quality) -> Measured:
@@ -67,8 +68,8 @@ def hardness(design: ElastomerDesign, quality: Quality) -> Measured:
         other = durometer(design, spacing_mm=coarser, walls=quality.durometer_walls).shore_a
     except ConvergenceError:
         return Measured(value=fine.shore_a, note=note)
-    error = abs(fine.shore_a - other)
-    return Measured(value=fine.shore_a, low=fine.shore_a - error, high=fine.shore_a + error, note=note)
+    half = abs(fine.shore_a - other)
+    return Measured(value=fine.shore_a, low=fine.shore_a - half, high=fine.shore_a + half, note=note)
 
 
 def _between(value: float, relative_error: float) -> Measured:

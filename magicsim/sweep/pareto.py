@@ -15,7 +15,9 @@ def costs_of(results: Sequence[DesignResult], objectives: Sequence[Objective]) -
     """What each design is to keep small, shape (designs, objectives); NaN where a measure has no value."""
     rows = []
     for result in results:
-        values = [result.measures[each.measure].value if each.measure in result.measures else None for each in objectives]
+        values = [
+            result.measures[each.measure].value if each.measure in result.measures else None for each in objectives
+        ]
         rows.append(
             [np.nan if v is None else -v if o.way == "higher" else v for v, o in zip(values, objectives, strict=True)]
         )
@@ -28,8 +30,8 @@ def pareto_front(costs: Array) -> npt.NDArray[np.bool_]:
     Args:
         costs: Shape (designs, objectives); a design with a NaN is in no front.
     """
-    known = np.isfinite(costs).all(1)
-    result = known.copy()
+    known = np.asarray(np.isfinite(costs).all(1))
+    result = np.array(known)
     for index in np.flatnonzero(known):
         others = costs[known]
         beaten = (others <= costs[index]).all(1) & (others < costs[index]).any(1)

@@ -1,6 +1,7 @@
 """The parts of a judgement: each takes a sensor and gives measures, curves and pictures."""
 
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -21,7 +22,7 @@ from magicsim.sweep.result import Block, Curve
 from magicsim.sweep.sensitivity import approach_curve, contact_sensitivity, proximity_range, similarity_by_depth
 from magicsim.sweep.sensors import SweptSensor
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.sweep.texture import Pattern, discriminability, plate, press_plate, smallest_spacing
+from magicsim.sweep.texture import Pattern, PlateFrames, observe, plate, press_plate, smallest_spacing
 
 SHOWN_GAPS = 3
 """Nearest states of the approach that have a picture."""
@@ -104,24 +105,45 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
     return parts
 
 
-def textured(sensor: SweptSensor, sweep: SweepConfig, pattern: Pattern, untouched: UntouchedStates) -> Parts:
-    """The smallest spacing of one pattern; coarser ones than the first that cannot be pressed are kept."""
+def wanted_patterns(measures: frozenset[str]) -> list[Pattern]:
+    """The patterns that some measure needs."""
+    patterns: tuple[Pattern, ...] = ("dots", "lines")
+    return [each for each in patterns if f"{each[:-1]}_spacing_mm" in measures]
+
+
+def textured(sensor: SweptSensor, sweep: SweepConfig, patterns: Sequence[Pattern], untouched: UntouchedStates) -> Parts:
+    """The smallest spacing of each pattern, all compared with the same plain plate."""
+    parts = Parts()
+    try:
+        plain = press_plate(sensor, plate(None, 1.0), sweep.quality, seed=sweep.seed, untouched=untouched)
+    except MagicsimError as error:
+        parts.measures = {f"{each[:-1]}_spacing_mm": Measured(value=None, note=str(error)) for each in patterns}
+        return parts
+    for pattern in patterns:
+        parts.add(_pattern(sensor, sweep, pattern, plain, untouched))
+    return parts
+
+
+def _pattern(
+    sensor: SweptSensor, sweep: SweepConfig, pattern: Pattern, plain: PlateFrames, untouched: UntouchedStates
+) -> Parts:
+    """One pattern; spacings coarser than the first that cannot be pressed are kept."""
     quality, name = sweep.quality, f"{pattern[:-1]}_spacing_mm"
     observed, spacings, pictures, note = [], [], {}, ""
-    try:
-        plain = press_plate(sensor, plate(None, 1.0), quality, seed=sweep.seed, untouched=untouched)
-        for spacing in quality.spacings_mm:
+    for spacing in quality.spacings_mm:
+        try:
             shown = press_plate(sensor, plate(pattern, spacing), quality, seed=sweep.seed, untouched=untouched)
-            observed.append(discriminability(shown, plain, pattern, spacing))
-            spacings.append(spacing)
-            pictures[f"{pattern} every {spacing:g} mm"] = data_uri(shown.picture)
-    except MagicsimError as error:
-        note = f"stopped before {spacings[-1] if spacings else quality.spacings_mm[0]:g} mm: {error}"
+        except MagicsimError as error:
+            note = f"nothing finer than this was pressed; at {spacing:g} mm: {error}"
+            break
+        observed.append(observe(shown, plain, pattern, spacing))
+        spacings.append(spacing)
+        pictures[f"{pattern} every {spacing:g} mm"] = data_uri(shown.picture)
     if not observed:
         return Parts(measures={name: Measured(value=None, note=note)})
     found = smallest_spacing(np.array(spacings), observed, seed=sweep.seed)
-    every = np.arange(quality.draws)
-    curve: Curve = {"spacing_mm": list(spacings), "d_prime": [each.d_prime(every) for each in observed]}
+    found = replace(found, note="; ".join(text for text in (found.note, note) if text))
+    curve: Curve = {"spacing_mm": list(spacings), "d_prime": [each.d_prime() for each in observed]}
     return Parts(measures={name: found}, curves={f"{pattern}_d_prime": curve}, pictures=pictures)
 
 

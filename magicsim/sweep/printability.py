@@ -21,7 +21,9 @@ class PrintLimit:
 
 
 LIMITS = {
-    "skin_mm": (PrintLimit(name="printed skin", low=0.3, high=3.0), PrintLimit(name="recommended skin", low=0.5, high=1.0)),
+    "skin_mm": (
+        PrintLimit(name="printed skin", low=0.3, high=3.0), PrintLimit(name="recommended skin", low=0.5, high=1.0),
+    ),
     "cell_mm": (PrintLimit(name="printed cell", low=0.6, high=1.0),),
     "height_mm": (PrintLimit(name="printed height", low=2.0, high=20.0),),
     "core_mm": (PrintLimit(name="recommended core", low=4.0, high=6.0),),

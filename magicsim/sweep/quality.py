@@ -39,7 +39,7 @@ class Quality(Config):
     """How deep they are touched; 0.3 mm is the lightest touch that counts [mm]."""
     texture_depth_mm: Depth = 0.3
     """How deep dots, lines and the plain plate are pressed from first contact [mm]."""
-    spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (1.6, 1.0, 0.6)
+    spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (1.0, 0.5, 0.25)
     """Spacings of the dots and of the lines that are pressed, falling [mm]."""
     texture_scale: Annotated[int, Field(ge=1, le=8)] = 2
     """Pixels of their images for each pixel of the others, along columns and along rows."""

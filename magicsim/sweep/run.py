@@ -17,8 +17,18 @@ from magicsim.scenes.variant import activate_variant
 from magicsim.sweep.designs import SweptDesign, list_designs
 from magicsim.sweep.explorer import render_explorer
 from magicsim.sweep.folder import (
-    CSV, FRAMES, PARQUET, REPORT, SweepIndex, check_folder, read_index, read_results, refuse_another, result_file,
-    write_config, write_index,
+    CSV,
+    FRAMES,
+    PARQUET,
+    REPORT,
+    SweepIndex,
+    check_folder,
+    read_index,
+    read_results,
+    refuse_another,
+    result_file,
+    write_config,
+    write_index,
 )  # fmt: skip
 from magicsim.sweep.judge import DesignTask, bound_threads, judge_design
 from magicsim.sweep.pareto import best_of, costs_of, pareto_front

@@ -1,4 +1,4 @@
-"""A sweep: which fields vary, on which sensor, and how each design is judged. The configuration of `geometry/sweeps`."""
+"""A sweep: which fields vary, on which sensor, and how each design is judged. The model of `geometry/sweeps`."""
 
 import hashlib
 import json

@@ -1,15 +1,18 @@
 """The smallest spacing of dots and lines that a frame still shows.
 
-A plate with the pattern and one without are pressed alike. A(f) is the amplitude of the frame's contrast at a spatial
-frequency f on the plate's place on the face. The pattern's own amplitude stands out by
+A plate with the pattern and one without are pressed alike, and D is the difference of their frames on the plate's
+place in units of the untouched sensor's grey level: what only the pattern makes, the printed grid taken out. P is D's
+power at the pattern's spatial frequency along its own axes, P_0 the mean power at the same frequency in other directions,
+where the pattern has none: noise of camera and rendering, and cells that moved otherwise. For a pattern of known
+frequency and phase in Gaussian clutter
 
-    d' = (A_pattern(f) - mean A_plain) / sqrt((var A_pattern(f) + var A_plain(f)) / 2 + var_f A_plain)
+    d' = sqrt(2 (P - P_0) / P_0)
 
-with variances over frames that differ in the camera's noise, and the clutter of the plain plate over frequencies around
-f: the grid itself. An ideal observer of two alternatives is right with probability Phi(d' / sqrt 2), 0.92 at d' = 2
-(Green and Swets 1966), which counts as told apart.
+(Green and Swets 1966), 0 where P is below P_0. A spacing is told apart at d' >= 2, so P >= 3 P_0, which clutter alone
+reaches in about exp(-3) = 5 % of cases.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -18,12 +21,12 @@ import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame
 from magicsim.geometry.objects import BoxObject, DotsObject, LinesObject, ObjectConfig
+from magicsim.scenes.exposure import FloatImage, expose
 from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.scenes.untouched import UntouchedStates
 from magicsim.simulation import Sensor, sensor_exposure
-from magicsim.scenes.exposure import FloatImage, expose
 from magicsim.sweep.bootstrap import interval
 from magicsim.sweep.measures import Measured
 from magicsim.sweep.quality import Quality
@@ -31,14 +34,19 @@ from magicsim.sweep.sensors import SweptSensor, camera_of, render_of
 
 Array = npt.NDArray[np.float64]
 Pattern = Literal["dots", "lines"]
-PLATE_MM = 5.0
+PLATE_MM = 6.0
 """Side of the plates."""
-LOOKED_AT_MM = 4.0
+LOOKED_AT_MM = 5.0
 """Side of the square of the face on which contrast is measured: less than the plate, whose edges are no pattern."""
 TOLD_APART = 2.0
 """Least d'."""
-CLUTTER = (0.75, 0.85, 1.15, 1.3)
-"""Frequencies around the pattern's, in units of it."""
+ALONG_DEG: dict[Pattern, tuple[float, ...]] = {"lines": (0.0,), "dots": (0.0, 90.0)}
+"""Directions in which a pattern repeats [degrees]."""
+ACROSS_DEG: dict[Pattern, tuple[float, ...]] = {
+    "lines": tuple(float(each) for each in range(40, 141, 10)),
+    "dots": (35.0, 40.0, 45.0, 50.0, 55.0, 125.0, 130.0, 135.0, 140.0, 145.0),
+}
+"""Directions in which it does not."""
 MARGIN_PX = 2
 
 
@@ -47,7 +55,7 @@ class PlateFrames:
     """Frames of one pressed plate on its place of the face."""
 
     contrast: Array
-    """Change of grey level in units of the untouched sensor's mean, without its mean, shape (draws, pixels, 3)."""
+    """Change of grey level in units of the untouched sensor's mean, shape (draws, pixels, 3)."""
     places_mm: Array
     """Where the pixels look on the face, shape (pixels, 2) [mm]."""
     picture: Frame
@@ -88,7 +96,7 @@ def press_plate(
     inside = np.abs(landing).max(2) <= LOOKED_AT_MM / 2
     contrast = ((shown - reference) / reference[inside].mean(0))[:, inside]
     return PlateFrames(
-        contrast=contrast - contrast.mean(1, keepdims=True),
+        contrast=contrast,
         places_mm=landing[inside],
         picture=shown[0].astype(np.uint8),
     )
@@ -118,62 +126,65 @@ def plate_scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, s
     )
 
 
-def amplitudes(frames: PlateFrames, pattern: Pattern, frequency_per_mm: float) -> Array:
-    """Amplitude of the contrast at a frequency, root mean square over channels, shape (draws,).
+def powers(difference: Array, places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float) -> Array:
+    """Power of a difference at one frequency in several directions, mean over frames and channels.
 
-    Lines repeat along x; dots along x and y, whose amplitudes are added in squares. A Hann window keeps the square's
-    edges from leaking into other frequencies.
+    A Hann window keeps the square's edges from leaking into other frequencies.
+
+    Args:
+        difference: Shape (draws, pixels, 3).
+        places_mm: Of the pixels on the face, shape (pixels, 2) [mm].
+        directions_deg: Of the wave, from x towards y [degrees].
+        frequency_per_mm: Waves a millimetre.
+
+    Returns:
+        Shape (directions,): the square of a plane wave's amplitude.
     """
-    window = np.prod(np.cos(np.pi * frames.places_mm / LOOKED_AT_MM) ** 2, axis=1)
-    total = np.zeros(len(frames.contrast))
-    for axis in (0, 1) if pattern == "dots" else (0,):
-        wave = np.exp(2j * np.pi * frequency_per_mm * frames.places_mm[:, axis]) * window
-        found = np.abs(np.einsum("p,dpc->dc", wave, frames.contrast)) * 2 / window.sum()
-        total += (found**2).mean(1)
-    return np.sqrt(total)
+    window = np.prod(np.cos(np.pi * places_mm / LOOKED_AT_MM) ** 2, axis=1)
+    turn = np.radians(directions_deg)
+    along = places_mm @ np.stack([np.cos(turn), np.sin(turn)])
+    waves = np.exp(2j * np.pi * frequency_per_mm * along) * window[:, None]
+    found = np.einsum("pw,dpc->wdc", waves, difference, optimize=True) * 2 / window.sum()
+    return np.asarray((np.abs(found) ** 2).mean((1, 2)))
 
 
-def discriminability(
-    with_pattern: PlateFrames, plain: PlateFrames, pattern: Pattern, spacing_mm: float
-) -> "Observation":
-    """What d' of one spacing is made of."""
-    frequency = 1 / spacing_mm
-    around = np.stack([amplitudes(plain, pattern, share * frequency) for share in CLUTTER])
+def observe(with_pattern: PlateFrames, plain: PlateFrames, pattern: Pattern, spacing_mm: float) -> "Observation":
+    """What the d' of one spacing is made of."""
+    difference = with_pattern.contrast - plain.contrast
     return Observation(
-        pattern=amplitudes(with_pattern, pattern, frequency), plain=amplitudes(plain, pattern, frequency), around=around
+        pattern=float(powers(difference, plain.places_mm, ALONG_DEG[pattern], 1 / spacing_mm).mean()),
+        around=powers(difference, plain.places_mm, ACROSS_DEG[pattern], 1 / spacing_mm),
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observation:
-    """Amplitudes of one spacing."""
+    """Powers at one spacing."""
 
-    pattern: Array
-    """Shape (draws,)."""
-    plain: Array
+    pattern: float
+    """P."""
     around: Array
-    """Of the plain plate at frequencies around, shape (frequencies, draws)."""
+    """In directions without the pattern, shape (directions,)."""
 
-    def d_prime(self, draws: npt.NDArray[np.int64]) -> float:
-        """See the module; of some draws."""
-        around = np.concatenate([self.plain[None], self.around])[:, draws].mean(1)
-        noise = (self.pattern[draws].var() + self.plain[draws].var()) / 2
-        return float((self.pattern[draws].mean() - around.mean()) / np.sqrt(noise + around.var(ddof=1)))
+    def d_prime(self, directions: npt.NDArray[np.int64] | None = None) -> float:
+        """See the module; with the clutter of some directions alone."""
+        clutter = float((self.around if directions is None else self.around[directions]).mean())
+        return float(np.sqrt(2 * max(0.0, self.pattern - clutter) / clutter))
 
 
-def smallest_spacing(spacings_mm: Array, observed: list[Observation], *, seed: int) -> Measured:
+def smallest_spacing(spacings_mm: Array, observed: Sequence[Observation], *, seed: int) -> Measured:
     """The spacing at which d' falls to 2, between tested ones by their logarithm.
 
     Args:
         spacings_mm: Falling, shape (spacings,) [mm].
         observed: One for each.
-        seed: Of the bootstrap over frames.
+        seed: Of the bootstrap over the clutter's directions.
     """
 
-    def crossing(draws: npt.NDArray[np.int64]) -> float:
-        return told_apart_to(spacings_mm, np.array([each.d_prime(draws) for each in observed]))
+    def crossing(directions: npt.NDArray[np.int64]) -> float:
+        return told_apart_to(spacings_mm, np.array([each.d_prime(directions) for each in observed]))
 
-    count = len(observed[0].pattern)
+    count = len(observed[0].around)
     value = crossing(np.arange(count))
     low, high = interval(crossing, count, seed=seed)
     if value == np.inf:
