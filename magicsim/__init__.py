@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from magicsim.plan import plan_scene
     from magicsim.scenes.scene import load_scene
     from magicsim.simulation import simulate
+    from magicsim.still import render_still
     from magicsim.sweep.run import run_sweep
     from magicsim.sweep.sweep_file import load_sweep
-    from magicsim.still import render_still
 
 __version__ = "0.1.0"
 __all__ = [

@@ -14,8 +14,8 @@ from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.table import rows_of, table_csv
 from magicsim.sweep.trends import TrendCheck
 
-UNITS = {"_mm": "mm", "_mpa": "MPa", "_deg": "°", "_per_mm": "1/mm", "_px": "px"}
-"""Units by the end of a field's name, the longest first that fits."""
+UNITS = {"_per_mm": "1/mm", "_mm": "mm", "_mpa": "MPa", "_deg": "°", "_px": "px"}
+"""Units by the end of a field's name, the longer end first."""
 
 
 def render_explorer(
@@ -90,13 +90,13 @@ def script_json(value: object) -> str:
 
 def field_label(name: str) -> str:
     """A swept field in words, such as `cell` or `camera exposure grey`."""
-    parts = name.split(".")[1:]
-    words = " ".join(parts).replace("_", " ")
-    unit = next((end for end in UNITS if name.endswith(end)), "")
-    return words.removesuffix(unit.replace("_", " ")).strip()
+    return name.removesuffix(_end(name)).partition(".")[2].replace(".", " ").replace("_", " ")
 
 
 def field_unit(name: str) -> str:
     """Its unit, empty where it has none."""
-    ends = sorted((end for end in UNITS if name.endswith(end)), key=len)
-    return UNITS[ends[-1]] if ends else ""
+    return UNITS.get(_end(name), "")
+
+
+def _end(name: str) -> str:
+    return next((end for end in UNITS if name.endswith(end)), "")

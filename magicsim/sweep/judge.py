@@ -10,8 +10,8 @@ from magicsim.sweep.sweep_file import SweepConfig
 
 FROM_FILM = frozenset(
     {
-        "force_1mm_n", "stiffness_n_per_mm", "sensitivity_per_mm", "proximity_range_mm", "contact_auc",
-        "contact_accuracy", "localisation_mm", "frame_seconds", "unknowns",
+        "force_1mm_n", "stiffness_n_per_mm", "sensitivity_per_mm", "sensitivity_per_n", "proximity_range_mm",
+        "contact_auc", "contact_accuracy", "localisation_mm", "frame_seconds", "unknowns",
     }
 )  # fmt: skip
 """Measures that need the film."""

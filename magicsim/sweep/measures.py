@@ -28,15 +28,19 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "force_1mm_n": MeasureKind(
         title="Force at 1 mm", unit="N", digits=2, better=None,
-        meaning="Force of the sweep's object pressed 1 mm; interval: change by a finer lattice, both ways.",
+        meaning="Force of the sweep's object pressed 1 mm; interval: change by a lattice twice as coarse.",
     ),
     "stiffness_n_per_mm": MeasureKind(
         title="Stiffness at 0.5 to 1 mm", unit="N/mm", digits=2, better=None,
         meaning="Slope of force against depth up to 1 mm, from the press; interval as of the force.",
     ),
     "sensitivity_per_mm": MeasureKind(
-        title="Contact sensitivity", unit="1/mm", digits=2, better="higher",
+        title="Sensitivity to depth", unit="1/mm", digits=2, better="higher",
         meaning="Loss of grid similarity for each mm of a light touch, 0 to 0.3 mm; interval: bootstrap over noise.",
+    ),
+    "sensitivity_per_n": MeasureKind(
+        title="Sensitivity to force", unit="1/N", digits=2, better="higher",
+        meaning="Loss of grid similarity for each newton of the same light touch; interval: bootstrap over noise.",
     ),
     "proximity_range_mm": MeasureKind(
         title="Proximity range", unit="mm", digits=1, better="higher",

@@ -80,7 +80,8 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
     film = film_design(sensor, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
     parts = _pressed(sensor, sweep, film)
     parts.pictures = _pictures(film)
-    wanted = set(sweep.measures)
+    wanted, by_similarity = set(sweep.measures), ("sensitivity_per_mm", "sensitivity_per_n")
+    by_detector = ("proximity_range_mm", "contact_auc", "contact_accuracy")
     draws, seed = sweep.quality.draws, sweep.seed
     if "localisation_mm" in wanted:
         found, predicted = localisation_error(film, seed=seed)
@@ -91,12 +92,11 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
             "predicted_x_mm": predicted[:, 0].tolist(),
             "predicted_y_mm": predicted[:, 1].tolist(),
         }
-    if "sensitivity_per_mm" in wanted:
+    if wanted & set(by_similarity):
         try:
             parts.add(_touched(film, fixed_detector(film), draws, seed))
-        except FrameError as error:
-            parts.measures["sensitivity_per_mm"] = Measured(value=None, note=str(error))
-    by_detector = ("proximity_range_mm", "contact_auc", "contact_accuracy")
+        except FrameError as error:  # no pixel is bright enough
+            parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_similarity}
     if wanted & set(by_detector):
         try:
             parts.add(_detected(film, fit_detector(film), draws, seed))
@@ -171,9 +171,13 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
 
 def _touched(film: Film, detector: FittedDetector, draws: int, seed: int) -> Parts:
     depths = np.array([-(each.gap_mm or 0.0) for each in film.press])
+    forces = np.array([each.force_n for each in film.press])
     similarity = similarity_by_depth(film, detector, draws)
     return Parts(
-        measures={"sensitivity_per_mm": contact_sensitivity(depths, similarity, seed=seed)},
+        measures={
+            "sensitivity_per_mm": contact_sensitivity(depths, depths, similarity, seed=seed),
+            "sensitivity_per_n": contact_sensitivity(depths, forces, similarity, seed=seed),
+        },
         curves={
             "similarity": {
                 "depth_mm": depths.tolist(),

@@ -35,7 +35,7 @@ class Quality(Config):
     """Depths of the press, rising; 1 mm is one of them, and three are at most 0.3 mm [mm]."""
     touches: Annotated[int, Field(ge=6, le=200)] = 12
     """Places that are touched, for localisation and for the detector's calibration and test."""
-    touch_depth_mm: Annotated[float, Field(ge=0.3, le=3)] = 0.3
+    touch_depth_mm: Annotated[float, Field(ge=0.02, le=3)] = 0.3
     """How deep they are touched; 0.3 mm is the lightest touch that counts [mm]."""
     texture_depth_mm: Depth = 0.3
     """How deep dots, lines and the plain plate are pressed from first contact [mm]."""

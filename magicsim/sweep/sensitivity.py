@@ -46,16 +46,17 @@ def similarity_by_depth(film: Film, detector: FittedDetector, draws: int) -> Arr
     return np.stack([detector.features(film.frames(shown, draws))[:, 2] for shown in film.press])
 
 
-def contact_sensitivity(depths_mm: Array, similarity: Array, *, seed: int) -> Measured:
-    """Loss of similarity for each mm of a light touch: minus the slope of a straight line through 0 to 0.3 mm.
+def contact_sensitivity(depths_mm: Array, along: Array, similarity: Array, *, seed: int) -> Measured:
+    """Loss of similarity in a light touch: minus the slope of a straight line through its states.
 
     Args:
-        depths_mm: Shape (depths,) [mm].
+        depths_mm: Shape (depths,) [mm]; those up to 0.3 mm are a light touch.
+        along: What the slope is against, the depths themselves or the forces, shape (depths,).
         similarity: Shape (depths, draws).
         seed: Of the bootstrap over draws.
     """
     light = depths_mm <= LIGHT_TOUCH_MM
-    centred = depths_mm[light] - depths_mm[light].mean()
+    centred = along[light] - along[light].mean()
 
     def slope(draws: npt.NDArray[np.int64]) -> float:
         mean = similarity[light][:, draws].mean(1)

@@ -112,7 +112,7 @@ class SweepConfig(Config):
     """Further designs: the base with these fields changed."""
     measures: Annotated[tuple[str, ...], Field(min_length=1)] = tuple(MEASURES)
     """Which measures are taken, by name."""
-    objectives: tuple[Objective, ...] = (Objective(measure="sensitivity_per_mm"), Objective(measure="localisation_mm"))
+    objectives: tuple[Objective, ...] = (Objective(measure="sensitivity_per_n"), Objective(measure="localisation_mm"))
     """What the Pareto front trades; the first one chooses the best design."""
     quality: Quality = Quality()
     timeout_s: Annotated[float, Field(gt=0)] = 3600.0

@@ -2,7 +2,7 @@
 
 A plate with the pattern and one without are pressed alike, and D is the difference of their frames on the plate's
 place in units of the untouched sensor's grey level: what only the pattern makes, the printed grid taken out. P is D's
-power at the pattern's spatial frequency along its own axes, P_0 the mean power at the same frequency in other directions,
+power at the pattern's spatial frequency along its own axes, P_0 the mean power at that frequency in other directions,
 where the pattern has none: noise of camera and rendering, and cells that moved otherwise. For a pattern of known
 frequency and phase in Gaussian clutter
 

@@ -1,7 +1,8 @@
 """Published trends, checked on the designs of a sweep that differ in one field alone.
 
 A thicker skin or a thinner core is harder (Fan, Li, Zhang, arXiv 2505.24382, and its predecessor arXiv 2402.01366);
-a thicker skin is less sensitive.
+a thicker skin is less sensitive. Sensitive means to a force: at the same depth a thicker skin may even disturb the grid
+more, since it takes a larger force to get there.
 """
 
 from collections import defaultdict
@@ -28,7 +29,7 @@ class Trend:
 TRENDS = (
     Trend(statement="thicker skin, harder", field=SKIN, measure="shore_a", rises=True),
     Trend(statement="thicker skin, stiffer", field=SKIN, measure="force_1mm_n", rises=True),
-    Trend(statement="thicker skin, less sensitive", field=SKIN, measure="sensitivity_per_mm", rises=False),
+    Trend(statement="thicker skin, less sensitive to force", field=SKIN, measure="sensitivity_per_n", rises=False),
     Trend(statement="deeper core, softer", field=CORE, measure="shore_a", rises=False),
     Trend(statement="deeper core, less stiff", field=CORE, measure="force_1mm_n", rises=False),
 )

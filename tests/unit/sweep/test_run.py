@@ -28,7 +28,7 @@ def test_folder_holds_results_table_pictures_page_and_config(out: Path):
     summary = run_sweep(small_sweep(), out, options=ONE, judge=FAKE)
     assert (summary.designs, summary.failed) == (4, 0)
     assert summary.best == {
-        "design": 2, "values": {"design.cell_mm": 1.2, "design.skin_mm": 0.5}, "measure": "sensitivity_per_mm",
+        "design": 2, "values": {"design.cell_mm": 1.2, "design.skin_mm": 0.5}, "measure": "sensitivity_per_n",
         "value": pytest.approx(0.51), "low": pytest.approx(0.41), "high": pytest.approx(0.61),
     }  # fmt: skip
     assert summary.front == [0, 2]

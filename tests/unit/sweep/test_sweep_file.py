@@ -24,7 +24,7 @@ from .fakes import small_sweep
         ("measures=['shore_b']", "unknown measure 'shore_b' (did you mean 'shore_a'?)"),
         ("objectives=[{measure='shore_a'}]", "better is missing"),
         ("objectives=[{measure='unknowms'}]", "unknown measure 'unknowms' (did you mean 'unknowns'?)"),
-        ("measures=['shore_a']", "unknown objective 'sensitivity_per_mm'"),
+        ("measures=['shore_a']", "unknown objective 'sensitivity_per_n'"),
         ("quality.gaps_mm=[1.0,2.0,3.0]", "must fall"),
         ("quality.depths_mm=[0.1,0.2,0.3,0.9]", "must hold 1.0"),
         ("quality.depths_mm=[0.1,0.2,0.4,1.0]", "at least 3 values up to 0.3"),
