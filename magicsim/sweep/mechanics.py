@@ -39,7 +39,7 @@ def press_curve(depths_mm: Array, force_n: Array, *, relative_error: float) -> t
 def spacing_error(design: ElastomerDesign, thing: ObjectConfig, force_n: float) -> float:
     """Relative error of a force at 1 mm by the lattice's spacing: how much a lattice twice as coarse changes it.
 
-    That is the error of a method of first order, and more than that of one of higher order. Half the spacing changed the
+    That is the error of a method of first order, and more than that of one of higher order. Half the spacing changed
     force on a block of the base design by two thirds of it (`tests/unit/sweep/test_mechanics.py`).
 
     Raises:

@@ -130,7 +130,8 @@ def _pattern(
     """One pattern; spacings coarser than the first that cannot be pressed are kept."""
     quality, name = sweep.quality, f"{pattern[:-1]}_spacing_mm"
     observed, spacings, pictures, note = [], [], {}, ""
-    for spacing in quality.spacings_mm:
+    tried = quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm
+    for spacing in tried:
         try:
             shown = press_plate(sensor, plate(pattern, spacing), quality, seed=sweep.seed, untouched=untouched)
         except MagicsimError as error:

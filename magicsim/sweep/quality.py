@@ -39,8 +39,10 @@ class Quality(Config):
     """How deep they are touched; 0.3 mm is the lightest touch that counts [mm]."""
     texture_depth_mm: Depth = 0.3
     """How deep dots, lines and the plain plate are pressed from first contact [mm]."""
-    spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (1.0, 0.5, 0.25)
-    """Spacings of the dots and of the lines that are pressed, falling [mm]."""
+    line_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (1.0, 0.5)
+    """Spacings of the lines that are pressed, falling [mm]."""
+    dot_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (2.0, 1.2)
+    """Spacings of the dots, falling [mm]; fine ones take minutes to solve."""
     texture_scale: Annotated[int, Field(ge=1, le=8)] = 2
     """Pixels of their images for each pixel of the others, along columns and along rows."""
     durometer_spacing_mm: Annotated[float, Field(ge=0.1, le=1)] = 0.5
@@ -50,7 +52,7 @@ class Quality(Config):
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
-        for name, sign in (("gaps_mm", -1), ("depths_mm", 1), ("spacings_mm", -1)):
+        for name, sign in (("gaps_mm", -1), ("depths_mm", 1), ("line_spacings_mm", -1), ("dot_spacings_mm", -1)):
             values = getattr(self, name)
             if any(sign * (after - before) <= 0 for before, after in pairwise(values)):
                 msg = f"{name} = {list(values)} is not allowed: must {'rise' if sign > 0 else 'fall'}"
