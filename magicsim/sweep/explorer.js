@@ -127,14 +127,15 @@ function drawTrade() {
   const known = DATA.designs.filter(design => measureOf(design, x.name).value !== null && measureOf(design, y.name).value !== null);
   if (!known.length) return byId("trade").replaceChildren(element("p", {}, "No design has both."));
   const reach = kind => range(known.flatMap(design => { const { value, low, high } = measureOf(design, kind.name); return [value, low, high]; }));
-  const plot = axes({ x: { ...reach(x), label: labelOf(x) }, y: { ...reach(y), label: labelOf(y) }, width: 640, height: 380, label: `${y.title} against ${x.title}` });
+  const plot = axes({ x: { ...reach(x), label: labelOf(x) }, y: { ...reach(y), label: labelOf(y) }, width: 640, height: 380, label: `${y.title} against ${x.title}` }), points = [];
   for (const design of known) {
     const across = measureOf(design, x.name), up = measureOf(design, y.name), [cx, cy] = plot.at(across.value, up.value);
     const ends = (found, value) => [found.low ?? value, found.high ?? value];
     const [x1, x2] = ends(across, across.value).map(end => plot.at(end, up.value)[0]), [y1, y2] = ends(up, up.value).map(end => plot.at(across.value, end)[1]);
-    plot.svg.append(element("path", { d: `M${x1} ${cy}H${x2}M${cx} ${y1}V${y2}`, style: "stroke:var(--mid)" }));
-    plot.svg.append(point(design, cx, cy, "var(--mid)", titleOf(design)));
+    plot.svg.append(element("path", { d: `M${x1} ${cy}H${x2}M${cx} ${y1}V${y2}`, style: "stroke:var(--mid);pointer-events:none" }));
+    points.push(point(design, cx, cy, "var(--mid)", titleOf(design)));
   }
+  plot.svg.append(...points);
   byId("trade").replaceChildren(plot.svg);
 }
 
