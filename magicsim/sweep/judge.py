@@ -64,15 +64,6 @@ def judge_design(task: DesignTask) -> bytes:
     ).to_json()
 
 
-def bound_threads(threads: int) -> None:
-    """Tells renderer and solver of this process how many threads they may use; results do not depend on it."""
-    from magicsim.deform import linear
-    from magicsim.scenes.backend import dr
-
-    dr.set_thread_count(threads)
-    linear.THREADS = threads
-
-
 @cache
 def _untouched() -> Any:  # noqa: ANN401 - its module loads the renderer's types
     from magicsim.scenes.untouched import UntouchedStates

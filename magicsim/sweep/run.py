@@ -11,6 +11,7 @@ from typing import Any
 
 from magicsim.dataset.folder import log_failures, sole_writer
 from magicsim.dataset.generate import versions
+from magicsim.dataset.sample import bound_threads
 from magicsim.dataset.shard import place
 from magicsim.errors import OutputError
 from magicsim.scenes.variant import activate_variant
@@ -30,7 +31,7 @@ from magicsim.sweep.folder import (
     write_config,
     write_index,
 )  # fmt: skip
-from magicsim.sweep.judge import DesignTask, bound_threads, judge_design
+from magicsim.sweep.judge import DesignTask, judge_design
 from magicsim.sweep.pareto import best_of, costs_of, pareto_front
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import SweepConfig
