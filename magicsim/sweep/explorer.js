@@ -127,7 +127,7 @@ function drawTrade() {
   const known = DATA.designs.filter(design => measureOf(design, x.name).value !== null && measureOf(design, y.name).value !== null);
   if (!known.length) return byId("trade").replaceChildren(element("p", {}, "No design has both."));
   const reach = kind => range(known.flatMap(design => { const { value, low, high } = measureOf(design, kind.name); return [value, low, high]; }));
-  const plot = axes({ x: { ...reach(x), label: labelOf(x) }, y: { ...reach(y), label: labelOf(y) }, width: 640, height: 380, label: `${y.title} against ${x.title}` }), points = [];
+  const plot = axes({ x: { ...reach(x), label: labelOf(x) }, y: { ...reach(y), label: labelOf(y) }, width: Math.max(320, Math.min(640, byId("trade").clientWidth)), height: 380, label: `${y.title} against ${x.title}` }), points = [];
   for (const design of known) {
     const across = measureOf(design, x.name), up = measureOf(design, y.name), [cx, cy] = plot.at(across.value, up.value);
     const ends = (found, value) => [found.low ?? value, found.high ?? value];

@@ -31,8 +31,8 @@ MEASURES: dict[str, MeasureKind] = {
         meaning="Force of the sweep's object pressed 1 mm; interval: change by a lattice twice as coarse.",
     ),
     "stiffness_n_per_mm": MeasureKind(
-        title="Stiffness at 0.5 to 1 mm", unit="N/mm", digits=2, better=None,
-        meaning="Slope of force against depth up to 1 mm, from the press; interval as of the force.",
+        title="Stiffness near 1 mm", unit="N/mm", digits=2, better=None,
+        meaning="Slope of force against depth from the depth before 1 mm to 1 mm; interval as of the force.",
     ),
     "sensitivity_per_mm": MeasureKind(
         title="Sensitivity to depth", unit="1/mm", digits=2, better="higher",
