@@ -19,7 +19,6 @@ Array = npt.NDArray[np.float64]
 FORCE_DEPTH_MM = 1.0
 COARSENING = 2
 """Ratio of the spacings whose forces are compared."""
-DUROMETER_COARSENING = 1.4
 
 
 def press_curve(depths_mm: Array, force_n: Array, *, relative_error: float) -> tuple[Measured, Measured]:
@@ -61,12 +60,14 @@ def hardness(design: ElastomerDesign, quality: Quality) -> Measured:
     except ConvergenceError as error:
         return Measured(value=None, note=str(error))
     note = f"walls below the cone {fine.walls}" if fine.walls != "none" else ""
-    coarser = DUROMETER_COARSENING * quality.durometer_spacing_mm
+    coarser = COARSENING * quality.durometer_spacing_mm
     try:
-        other = durometer(design, spacing_mm=coarser, walls=quality.durometer_walls).shore_a
+        other = durometer(design, spacing_mm=coarser, walls=quality.durometer_walls)
     except ConvergenceError:
         return Measured(value=fine.shore_a, note=note)
-    half = abs(fine.shore_a - other)
+    if other.unknowns == fine.unknowns:  # the printed planes leave no coarser lattice
+        return Measured(value=fine.shore_a, note=note)
+    half = abs(fine.shore_a - other.shore_a)
     return Measured(value=fine.shore_a, low=fine.shore_a - half, high=fine.shore_a + half, note=note)
 
 
