@@ -8,7 +8,7 @@ from pathlib import Path
 
 LAYERS = (
     (("cli",), "one function a command"),
-    (("dataset", "evaluate", "robot", "run", "report", "bench"), "datasets, judgements, devices, figures"),
+    (("dataset", "sweep", "evaluate", "robot", "report", "bench"), "datasets, judgements, devices, figures"),
     (("workers",), "tasks on many processes"),
     (("simulation", "truth", "episode"), "labelled frames"),
     (("plan",), "what a scene needs, and what is left out"),

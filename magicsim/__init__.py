@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from magicsim.scenes.scene import load_scene
     from magicsim.simulation import simulate
     from magicsim.still import render_still
+    from magicsim.sweep.run import run_sweep
+    from magicsim.sweep.sweep_file import load_sweep
 
 __version__ = "0.1.0"
 __all__ = [
@@ -30,9 +32,11 @@ __all__ = [
     "load_recipe",
     "load_scene",
     "load_suite",
+    "load_sweep",
     "plan_scene",
     "press",
     "render_still",
+    "run_sweep",
     "simulate",
 ]
 
@@ -45,9 +49,11 @@ _HOMES = {
     "load_recipe": "magicsim.dataset.recipe",
     "load_scene": "magicsim.scenes.scene",
     "load_suite": "magicsim.evaluate.suite",
+    "load_sweep": "magicsim.sweep.sweep_file",
     "plan_scene": "magicsim.plan",
     "press": "magicsim.deform.press",
     "render_still": "magicsim.still",
+    "run_sweep": "magicsim.sweep.run",
     "simulate": "magicsim.simulation",
 }
 

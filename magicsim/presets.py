@@ -15,6 +15,7 @@ FOLDERS = {
     "recipe": "scenes/recipes",
     "profile": "detectors",
     "suite": "detectors/suites",
+    "sweep": "geometry/sweeps",
 }
 """Folder of each kind of preset, below the packaged copy or the checkout."""
 

@@ -11,10 +11,11 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
+from magicsim.sweep.sweep_file import SweepConfig
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile` or `suite`."""
+    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile`, `suite` or `sweep`."""
     if kind == "profile":
         return profile_schema()
     models: dict[str, Any] = {
@@ -24,9 +25,15 @@ def schema_of(kind: str) -> dict[str, Any]:
         "object": ObjectConfig,
         "suite": SuiteConfig,
         "recipe": Recipe,
+        "sweep": SweepConfig,
     }
     schema = TypeAdapter(models[kind]).json_schema()
-    named = {"scene": ("design", "rig", "object"), "suite": ("design", "rig"), "recipe": ("design", "rig")}
+    named = {
+        "scene": ("design", "rig", "object"),
+        "suite": ("design", "rig"),
+        "recipe": ("design", "rig"),
+        "sweep": ("design", "rig", "object"),
+    }
     if kind in named:
         for name in named[kind]:
             schema["properties"][name] = {"anyOf": [{"type": "string"}, schema["properties"][name]]}

@@ -40,7 +40,7 @@ def doctor(*, settings: Settings = None, seed: Seed = None, json: Json = False) 
 
 @app.command
 def schema(
-    kind: Literal["design", "scene", "rig", "object", "recipe", "profile", "suite"] = "scene", *,
+    kind: Literal["design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep"] = "scene", *,
     settings: Settings = None,
     seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip

@@ -115,12 +115,12 @@ class Staging:
         return self._folder / f"episode-{episode:08d}.parquet"
 
 
-def log_failures(out: Path, episode: int, failures: tuple[Failure, ...]) -> None:
-    """Adds the failed attempts of an episode to the error log."""
+def log_failures(out: Path, number: int, failures: tuple[Failure, ...], *, unit: str = "episode") -> None:
+    """Adds the failed attempts at one unit of work to the error log, by its number."""
     if not failures:
         return
     lines = [
-        json.dumps({"episode": episode, "kind": str(each.kind), "message": each.message, "traceback": each.traceback})
+        json.dumps({unit: number, "kind": str(each.kind), "message": each.message, "traceback": each.traceback})
         for each in failures
     ]
     with (out / ERRORS).open("a", encoding="utf-8") as log:

@@ -89,6 +89,7 @@ def durometer(
     friction: float = FRICTION,
     hole_radius_mm: float | None = HOLE_RADIUS_MM,
     place: Place = "cell",
+    walls: Literal["resolved", "homogenised"] = "resolved",
 ) -> DurometerResult:
     """Shore A hardness of a block.
 
@@ -101,6 +102,8 @@ def durometer(
         friction: Coulomb's coefficient between tool and sample.
         hole_radius_mm: Of the presser foot's hole [mm]; None leaves the foot out.
         place: Where the cone presses on a block with a grid; near its middle.
+        walls: Whether walls and infill below the cone are cells of their own, where that has an equilibrium, or one
+            effective solid from the start, which is several times quicker.
 
     Raises:
         GeometryError: The design cannot be built.
@@ -110,10 +113,10 @@ def durometer(
     start = time.perf_counter()
     setting = _Setting(spacing_mm=spacing_mm, friction=friction, hole_radius_mm=hole_radius_mm, place=place)
     try:
-        test = _Test(design, setting, homogenised=False)
+        test = _Test(design, setting, homogenised=walls == "homogenised")
         depth, state = _equilibrium(test)
     except ConvergenceError:
-        if not design.has_grid:
+        if not design.has_grid or walls == "homogenised":
             raise
         test = _Test(design, setting, homogenised=True)
         depth, state = _equilibrium(test)

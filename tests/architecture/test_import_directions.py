@@ -20,6 +20,7 @@ LAYERS = (
         "dataset",
         "evaluate",
         "robot",
+        "sweep",
         "recorded",
         "detector_fit",
         "judge",

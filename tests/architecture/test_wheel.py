@@ -21,6 +21,7 @@ SOURCES = {
     "recipe": "scenes/recipes",
     "profile": "detectors",
     "suite": "detectors/suites",
+    "sweep": "geometry/sweeps",
 }
 
 

@@ -14,6 +14,8 @@ from magicsim.geometry.objects import find_object
 from magicsim.presets import FOLDERS, find_preset, preset_names, preset_root
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
+from magicsim.sweep.designs import list_designs
+from magicsim.sweep.sweep_file import load_sweep
 
 ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
 
@@ -29,6 +31,7 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
         ("object", {"finger", "silver-spanner", "red-screwdriver", "green-screwdriver", "white-pen", "orange"}),
         ("object", {"yellow-scissors", "yellow-banana", "biscuit-packet"}),
         ("suite", {"small", "full"}),
+        ("sweep", {"cell-skin", "print-sobol"}),
     ],
 )
 def test_presets_that_users_rely_on_are_shipped(kind: str, names: set[str]):
@@ -50,6 +53,8 @@ def test_every_shipped_preset_loads(kind: str, name: str):
         assert load_suite(name).schema_version == 1
     elif kind == "recipe":
         assert load_recipe(name).episodes >= 1
+    elif kind == "sweep":
+        assert list_designs(load_sweep(name))
     else:
         assert load_profile(name).schema_version == 1
 

@@ -10,7 +10,7 @@ from .conftest import Shell
 
 COMMANDS = (
     "demo", "simulate", "plan", "press", "durometer", "render", "calibration", "bench", "detect", "calibrate",
-    "evaluate", "dataset", "export", "doctor", "schema",
+    "evaluate", "dataset", "sweep", "export", "doctor", "schema",
 )  # fmt: skip
 
 COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]

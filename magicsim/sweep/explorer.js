@@ -1,0 +1,195 @@
+/* The page: what is chosen, and everything that follows from it. */
+const DATA = JSON.parse(document.getElementById("data").textContent);
+const byId = id => document.getElementById(id);
+const kindOf = name => DATA.measures.find(each => each.name === name);
+const labelOf = axis => axis.unit ? `${axis.label || axis.title} [${axis.unit}]` : axis.label || axis.title;
+const state = { measure: (DATA.objectives[0] || DATA.measures[0]).measure || DATA.measures[0].name, across: null, down: null, held: {}, slot: "a", a: null, b: null, sort: null, falling: false };
+
+function valuesOf(field) {
+  return [...new Set(DATA.designs.map(design => design.values[field]))].sort((one, other) => one - other);
+}
+
+function fill(select, options, chosen, changed) {
+  select.replaceChildren(...options.map(([value, text]) => element("option", { value, selected: value === chosen }, text)));
+  select.onchange = () => changed(select.value);
+}
+
+function measureOf(design, name) { return design.measures[name] || { value: null, low: null, high: null, note: "" }; }
+
+function choose(design) {
+  state[state.slot] = design.index;
+  if (state.slot === "b" && state.a === design.index) state.b = null;
+  draw();
+}
+
+function chosenDesigns() {
+  return ["a", "b"].filter(slot => state[slot] !== null).map(slot => [slot, DATA.designs.find(design => design.index === state[slot])]);
+}
+
+function scaleOf(name) {
+  const values = DATA.designs.map(design => measureOf(design, name).value).filter(value => value !== null);
+  const low = Math.min(...values), high = Math.max(...values);
+  return { low, high, at: value => high > low ? (value - low) / (high - low) : 0.5, empty: !values.length };
+}
+
+function cell(design, scale, kind, extra = "") {
+  const found = measureOf(design, kind.name), share = found.value === null ? null : scale.at(found.value);
+  const marks = ["a", "b"].filter(slot => state[slot] === design.index);
+  const where = Object.entries(design.values).map(([field, value]) => `${DATA.fields.find(each => each.name === field).label} ${value}`).join(", ");
+  const text = found.value === null ? "no value" : `${shown(found.value, kind.digits)} ${kind.unit} ${spread(found, kind.digits)}`;
+  return element("button", {
+    class: ["cell", ...marks, ...(share === null ? ["none"] : [])].join(" "), "data-design": design.index,
+    style: share === null ? null : `background:${colorAt(share)};color:${inkOn(share)}`,
+    title: `${where}: ${text}${found.note ? ` (${found.note})` : ""}`, "aria-label": `${where}: ${kind.title} ${text}`, onclick: () => choose(design),
+  }, [`${extra}${shown(found.value, kind.digits)}`, element("small", {}, spread(found, kind.digits)), ...(design.front ? [element("span", { class: "star" }, "\u25cf")] : [])]);
+}
+
+function drawMap() {
+  const kind = kindOf(state.measure), scale = scaleOf(state.measure), map = byId("map");
+  const xs = valuesOf(state.across), ys = state.down ? valuesOf(state.down) : [null];
+  const isGrid = xs.length * ys.length <= 3 * DATA.designs.length;
+  const inMap = design => isGrid && DATA.fields.every(field => [state.across, state.down].includes(field.name) || design.values[field.name] === state.held[field.name]);
+  const down = DATA.fields.find(field => field.name === state.down), across = DATA.fields.find(field => field.name === state.across);
+  const parts = [];
+  if (isGrid) {
+    const grid = element("div", { class: "grid", style: `grid-template-columns:minmax(30px,max-content) repeat(${xs.length},minmax(0,1fr))` });
+    for (const y of [...ys].reverse()) {
+      grid.append(element("div", { class: "tick down" }, y === null ? "" : String(y)));
+      for (const x of xs) {
+        const design = DATA.designs.find(each => inMap(each) && each.values[state.across] === x && (y === null || each.values[state.down] === y));
+        grid.append(design ? cell(design, scale, kind) : element("div", { class: "cell none" }));
+      }
+    }
+    grid.append(element("div"), ...xs.map(x => element("div", { class: "tick" }, String(x))));
+    parts.push(...(down ? [element("div", { class: "axis down" }, `\u2191 ${labelOf(down)}`)] : []), grid, element("div", { class: "axis" }, `${labelOf(across)} \u2192`));
+  } else parts.push(scatter(state.across, state.down, kind, scale));
+  const others = DATA.designs.filter(design => isGrid && !inMap(design));
+  if (others.length) {
+    const named = design => DATA.fields.filter(field => field.name !== state.across && field.name !== state.down && design.values[field.name] !== state.held[field.name]).map(field => `${field.label} ${design.values[field.name]}${field.unit ? ` ${field.unit}` : ""}: `).join("");
+    parts.push(element("div", { class: "others" }, [element("span", { class: "soft" }, "Not in the map:"), ...others.map(design => cell(design, scale, kind, named(design)))]));
+  }
+  map.replaceChildren(...parts);
+  const ramp = VIRIDIS.map((_, place) => colorAt(place / (VIRIDIS.length - 1))).join(",");
+  byId("scale").replaceChildren(...(scale.empty ? [] : [element("div", { class: "ramp", style: `background:linear-gradient(90deg,${ramp})` }),
+    element("div", { class: "ends" }, [shown(scale.low, kind.digits), labelOf(kind), shown(scale.high, kind.digits)].map(text => element("span", {}, text)))]));
+  byId("meaning").textContent = `${kind.meaning} ${kind.better ? `${kind.better === "higher" ? "Higher" : "Lower"} is better. ` : ""}\u25cf: in the Pareto front.`;
+}
+
+/* Designs that are no grid, as points in the plane of two fields. */
+function scatter(across, down, kind, scale) {
+  const axisOf = name => DATA.fields.find(field => field.name === name);
+  const plot = axes({ x: { ...range(valuesOf(across)), label: labelOf(axisOf(across)) }, y: { ...range(down ? valuesOf(down) : [0, 1]), label: down ? labelOf(axisOf(down)) : "" }, width: 520, height: 380, label: "Designs" });
+  for (const design of DATA.designs) {
+    const found = measureOf(design, kind.name), [cx, cy] = plot.at(design.values[across], down ? design.values[down] : 0.5);
+    plot.svg.append(point(design, cx, cy, found.value === null ? "var(--faint)" : colorAt(scale.at(found.value)), `${shown(found.value, kind.digits)} ${kind.unit}`));
+  }
+  return plot.svg;
+}
+
+function point(design, cx, cy, color, text) {
+  const marks = ["a", "b"].filter(slot => state[slot] === design.index);
+  const group = element("g", { class: "point", "data-design": design.index, style: "cursor:pointer", onclick: () => choose(design) }, [element("title", {}, `design ${design.index}: ${text}`)]);
+  group.append(element("circle", { cx, cy, r: 16, style: "fill:transparent" }), element("circle", { cx, cy, r: 6.5, style: `fill:${color};stroke:var(--card);stroke-width:1` }));
+  if (design.front) group.append(element("circle", { cx, cy, r: 9, class: "ring", style: "stroke:var(--ink);stroke-width:1.4" }));
+  for (const slot of marks) group.append(element("circle", { cx, cy, r: 12, class: `ring is-${slot}` }));
+  return group;
+}
+
+function titleOf(design) {
+  return DATA.fields.map(field => `${field.label} ${design.values[field.name]}${field.unit ? `\u00a0${field.unit}` : ""}`).join(", ");
+}
+
+function drawPair() {
+  const chosen = chosenDesigns();
+  for (const slot of ["a", "b"]) byId(`slot-${slot}`).setAttribute("aria-pressed", String(state.slot === slot));
+  byId("drop-b").hidden = state.b === null;
+  byId("sections").replaceChildren(element("div", { class: "sections" }, chosen.map(([slot, design]) => {
+    const { cell_mm: cells, counts, height_mm: height } = design.block;
+    const resolved = cells ? `${counts.join(" \u00d7 ")} cells of ${cells.map(each => each.toFixed(2)).join(" \u00d7 ")} mm, ${height.toFixed(1)} mm high` : `no grid, ${height.toFixed(1)} mm high`;
+    return element("div", {}, [element("h3", { class: `is-${slot}` }, `${slot.toUpperCase()}: ${titleOf(design)}`), section(design.block, slot.toUpperCase()), element("p", { class: "soft" }, resolved)]);
+  })));
+  const rows = DATA.measures.map(kind => element("tr", {}, [element("th", { scope: "row" }, labelOf(kind)), ...chosen.map(([, design]) => {
+    const found = measureOf(design, kind.name), note = [spread(found, kind.digits), found.note.length > 90 ? `${found.note.slice(0, 88)}\u2026` : found.note].filter(text => text).join("; ");
+    return element("td", { title: found.note }, [shown(found.value, kind.digits), element("small", {}, note)]);
+  })]));
+  const head = element("tr", {}, [element("th", { scope: "col" }, "measure"), ...chosen.map(([slot]) => element("th", { scope: "col", class: `is-${slot}` }, slot.toUpperCase()))]);
+  byId("numbers").replaceChildren(element("div", { class: "scroll" }, element("table", {}, [element("thead", {}, head), element("tbody", {}, rows)])));
+}
+
+function drawFrames() {
+  const chosen = chosenDesigns(), captions = [...new Set(chosen.flatMap(([, design]) => Object.keys(design.pictures)))];
+  byId("frames").replaceChildren(element("div", { class: "film", tabindex: 0 }, captions.map(caption => element("figure", {}, [element("figcaption", {}, caption),
+    ...chosen.filter(([, design]) => design.pictures[caption]).map(([slot, design]) => element("img", { src: design.pictures[caption], alt: `${slot.toUpperCase()}, ${caption}`, style: `border-color:var(--${slot})` }))]))));
+}
+
+function drawTrade() {
+  const x = kindOf(byId("trade-x").value), y = kindOf(byId("trade-y").value);
+  const known = DATA.designs.filter(design => measureOf(design, x.name).value !== null && measureOf(design, y.name).value !== null);
+  if (!known.length) return byId("trade").replaceChildren(element("p", {}, "No design has both."));
+  const reach = kind => range(known.flatMap(design => { const { value, low, high } = measureOf(design, kind.name); return [value, low, high]; }));
+  const plot = axes({ x: { ...reach(x), label: labelOf(x) }, y: { ...reach(y), label: labelOf(y) }, width: Math.max(320, Math.min(640, byId("trade").clientWidth)), height: 380, label: `${y.title} against ${x.title}` }), points = [];
+  for (const design of known) {
+    const across = measureOf(design, x.name), up = measureOf(design, y.name), [cx, cy] = plot.at(across.value, up.value);
+    const ends = (found, value) => [found.low ?? value, found.high ?? value];
+    const [x1, x2] = ends(across, across.value).map(end => plot.at(end, up.value)[0]), [y1, y2] = ends(up, up.value).map(end => plot.at(across.value, end)[1]);
+    plot.svg.append(element("path", { d: `M${x1} ${cy}H${x2}M${cx} ${y1}V${y2}`, style: "stroke:var(--mid);pointer-events:none" }));
+    points.push(point(design, cx, cy, "var(--mid)", titleOf(design)));
+  }
+  plot.svg.append(...points);
+  byId("trade").replaceChildren(plot.svg);
+}
+
+function drawTable() {
+  const columns = [...DATA.fields.map(field => ({ ...field, of: design => design.values[field.name], digits: null })), ...DATA.measures.map(kind => ({ ...kind, of: design => measureOf(design, kind.name).value }))];
+  const sorted = [...DATA.designs], by = columns.find(each => each.name === state.sort);
+  if (by) sorted.sort((one, other) => ((by.of(one) ?? Infinity) - (by.of(other) ?? Infinity)) * (state.falling ? -1 : 1));
+  const heads = columns.map(each => element("th", { scope: "col", "aria-sort": each.name === state.sort ? (state.falling ? "descending" : "ascending") : null }, element("button", {
+    onclick: () => { state.falling = state.sort === each.name && !state.falling; state.sort = each.name; drawTable(); } }, `${labelOf(each)}${each.name === state.sort ? (state.falling ? " \u2193" : " \u2191") : ""}`)));
+  const rows = sorted.map(design => element("tr", { class: ["a", "b"].filter(slot => state[slot] === design.index).join(" "), onclick: () => choose(design) }, [
+    element("th", { scope: "row" }, `${design.index}${design.front ? " \u25cf" : ""}`), ...columns.map(each => element("td", {}, each.digits === null ? String(each.of(design)) : shown(each.of(design), each.digits)))]));
+  byId("table").replaceChildren(element("table", {}, [element("thead", {}, element("tr", {}, [element("th", { scope: "col" }, "design"), ...heads])), element("tbody", {}, rows)]));
+}
+
+function drawHeld() {
+  const others = DATA.fields.filter(field => field.name !== state.across && field.name !== state.down);
+  byId("held").replaceChildren(...others.map(field => {
+    const select = element("select", { "aria-label": labelOf(field) });
+    fill(select, valuesOf(field.name).map(value => [String(value), String(value)]), String(state.held[field.name]), value => { state.held[field.name] = Number(value); draw(); });
+    return element("label", {}, [`${labelOf(field)} `, select]);
+  }));
+}
+
+function draw() { drawHeld(); drawMap(); drawPair(); drawFrames(); byId("curves").replaceChildren(...curveCards(chosenDesigns())); drawTrade(); drawTable(); }
+
+function begin() {
+  const fields = DATA.fields.map(field => [field.name, field.label]), kinds = DATA.measures.map(kind => [kind.name, kind.title]);
+  const varying = DATA.fields.filter(field => valuesOf(field.name).length > 1);
+  state.across = (varying[0] || DATA.fields[0]).name;
+  state.down = varying.length > 1 ? varying[1].name : null;
+  for (const field of DATA.fields) { /* the value that most designs have */
+    const count = value => DATA.designs.filter(design => design.values[field.name] === value).length;
+    state.held[field.name] = valuesOf(field.name).reduce((best, value) => count(value) > count(best) ? value : best);
+  }
+  fill(byId("measure"), kinds, state.measure, value => { state.measure = value; draw(); });
+  fill(byId("across"), fields, state.across, value => { if (value === state.down) state.down = state.across; state.across = value; syncAxes(); draw(); });
+  fill(byId("down"), fields.length > 1 ? fields : [["", "\u2013"]], state.down, value => { if (value === state.across) state.across = state.down; state.down = value || null; syncAxes(); draw(); });
+  const wanted = DATA.objectives.map(each => each.measure).filter(kindOf), spare = kinds.map(each => each[0]).filter(name => !wanted.includes(name));
+  const [first, second] = [...wanted, ...spare, ...spare];
+  fill(byId("trade-x"), kinds, first, drawTrade);
+  fill(byId("trade-y"), kinds, second || first, drawTrade);
+  byId("objectives").textContent = `(${DATA.objectives.map(each => `${kindOf(each.measure).title.toLowerCase()}, ${each.better} is better`).join("; ")})`;
+  for (const slot of ["a", "b"]) byId(`slot-${slot}`).onclick = () => { state.slot = slot; drawPair(); };
+  byId("drop-b").onclick = () => { state.b = null; state.slot = "a"; draw(); };
+  byId("download").onclick = () => {
+    const link = element("a", { href: URL.createObjectURL(new Blob([byId("csv").textContent], { type: "text/csv" })), download: "sweep.csv" });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  };
+  const ranked = DATA.designs.find(design => design.front) || DATA.designs[0];
+  state.a = ranked.index;
+  draw();
+}
+
+function syncAxes() { byId("across").value = state.across; byId("down").value = state.down || ""; }
+
+begin();

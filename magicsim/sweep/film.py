@@ -1,0 +1,174 @@
+"""One design filmed: an approach, a press, touches all over the face and outside light, on one set of references.
+
+All frames share the sensor's untouched state and its Monte Carlo seed; the camera's noise is drawn afterwards, so
+that every state can be seen many times for the price of one rendering.
+"""
+
+import time
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.dataset.points import unit_points
+from magicsim.geometry.objects import ObjectConfig
+from magicsim.plan import plan_scene
+from magicsim.scenes.exposure import Exposure, FloatImage, Frame, expose
+from magicsim.scenes.rig import Camera
+from magicsim.scenes.scene import OutputSettings, SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.scenes.untouched import UntouchedStates
+from magicsim.simulation import Sensor, sensor_exposure, stream_states
+from magicsim.sweep.quality import Quality
+from magicsim.sweep.sensors import SweptSensor, camera_of, render_of
+
+PLACES = 3
+"""Stream of the touched places."""
+FACE_SHARE = 0.5
+"""Part of the face, along x and along y, that is touched."""
+NEAR_MM = 1.0
+"""Gap in front of each touched place [mm]."""
+LIGHTS_MM = (-6.0, 0.0, 6.0)
+"""Places of the outside light along x [mm]."""
+REFERENCES = 30
+"""Frames of the untouched sensor that make the references, as published."""
+SPAN = 1000
+"""Noise streams that each state has for itself."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown:
+    """One state of the sensor as the camera could see it."""
+
+    number: int
+    """Place in the film; states have noise of their own."""
+    gap_mm: float | None
+    """Negative when pressed; None without an object."""
+    x_mm: float
+    y_mm: float
+    radiance: FloatImage
+    """Linear, shape (rows, columns, 3)."""
+    force_n: float
+    """Along z."""
+    seconds: float
+    """Time of its solve and rendering [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """Everything that the image measures of a design are taken from."""
+
+    camera: Camera
+    exposure: Exposure
+    seed: int
+    """Of the camera's noise."""
+    untouched: Shown
+    approach: tuple[Shown, ...]
+    """On the axis, gaps falling."""
+    press: tuple[Shown, ...]
+    """On the axis, depths rising."""
+    near: tuple[Shown, ...]
+    """In front of each touched place."""
+    touches: tuple[Shown, ...]
+    """The touches themselves, in the same order."""
+    light: tuple[Shown, ...]
+    """Outside light and no object."""
+    unknowns: int
+
+    def frames(self, shown: Shown, draws: int, *, first: int = 0) -> list[Frame]:
+        """A state seen several times, each with noise of its own.
+
+        Args:
+            shown: The state.
+            draws: How often.
+            first: Number of the first draw; the same number is the same frame.
+        """
+        start = shown.number * SPAN + first
+        return [
+            expose(shown.radiance, self.exposure, self.camera, seed=self.seed, frame=start + draw)
+            for draw in range(draws)
+        ]
+
+    def references(self) -> list[Frame]:
+        """Frames of the untouched sensor that nothing else uses."""
+        return self.frames(self.untouched, REFERENCES, first=SPAN - REFERENCES)
+
+
+def film_design(
+    sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int, untouched: UntouchedStates
+) -> Film:
+    """Simulates everything that a film shows.
+
+    Raises:
+        MagicsimError: The design, a deformation or an image is not valid.
+    """
+    places = touched_places(sensor, quality, seed=seed)
+    keyframes = _keyframes(places, quality)
+    camera = camera_of(sensor, quality)
+    scene = SceneConfig.model_validate(
+        {
+            "schema_version": 1,
+            "design": sensor.design,
+            "rig": sensor.rig.model_copy(update={"camera": camera}),
+            "seed": seed,
+            "references": 0,
+            "object": thing,
+            "render": render_of(sensor, quality),
+            "output": OutputSettings(**dict.fromkeys(OutputSettings.model_fields, False)),
+            "keyframes": keyframes,
+        }
+    )
+    simulated, plan = Sensor(scene, untouched=untouched), plan_scene(scene)
+    simulated.warm_up(plan)
+    rest = simulated.radiance(UNTOUCHED, simulated.rest)
+    shown = []
+    before = time.perf_counter()
+    for each in stream_states(simulated, plan, rest):
+        now = time.perf_counter()
+        shown.append(
+            Shown(
+                number=1 + each.index,
+                gap_mm=each.state.gap_mm,
+                x_mm=each.state.x_mm,
+                y_mm=each.state.y_mm,
+                radiance=each.radiance,
+                force_n=float(each.deformation.force_n[2]),
+                seconds=now - before,
+            )
+        )
+        before = now
+    near, press, pairs = len(quality.gaps_mm), len(quality.depths_mm), 2 * len(places)
+    parts = [shown[a:b] for a, b in _runs([near, press, pairs, len(LIGHTS_MM)])]
+    nothing = Shown(number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest, force_n=0.0, seconds=0.0)
+    return Film(
+        camera=camera,
+        exposure=sensor_exposure(simulated, rest),
+        seed=seed,
+        untouched=nothing,
+        approach=tuple(parts[0]),
+        press=tuple(parts[1]),
+        near=tuple(parts[2][::2]),
+        touches=tuple(parts[2][1::2]),
+        light=tuple(parts[3]),
+        unknowns=3 * simulated.lattice.free_nodes,
+    )
+
+
+def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.NDArray[np.float64]:
+    """Places on the face, evenly spread, shape (touches, 2) [mm]; the same shares of the face for every design."""
+    shares = unit_points(quality.touches, 2, seed=seed, stream=PLACES, sampling="sobol") - 0.5
+    return np.asarray(np.round(FACE_SHARE * shares * np.array(sensor.design.footprint_mm), 3))
+
+
+def _keyframes(places: npt.NDArray[np.float64], quality: Quality) -> list[dict[str, object]]:
+    states: list[dict[str, object]] = [{"gap_mm": gap} for gap in quality.gaps_mm]
+    states += [{"gap_mm": -depth} for depth in quality.depths_mm]
+    for x, y in places.tolist():
+        states += [{"x_mm": x, "y_mm": y, "gap_mm": gap} for gap in (NEAR_MM, -quality.touch_depth_mm)]
+    states += [{"flashlight": True, "light_x_mm": x} for x in LIGHTS_MM]
+    return [{"frame": number, **state} for number, state in enumerate(states)]
+
+
+def _runs(lengths: list[int]) -> list[tuple[int, int]]:
+    return list(pairwise(np.cumsum([0, *lengths]).tolist()))

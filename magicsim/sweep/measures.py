@@ -1,0 +1,102 @@
+"""What a design is judged by: names, units, and which way is better."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Better = Literal["higher", "lower"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureKind:
+    """One measure."""
+
+    title: str
+    unit: str
+    """Empty for a pure number."""
+    digits: int
+    """Decimals that are shown."""
+    better: Better | None
+    """Which way is better; None where that depends on the job."""
+    meaning: str
+    """One sentence on what is measured and what its interval stands for."""
+
+
+MEASURES: dict[str, MeasureKind] = {
+    "shore_a": MeasureKind(
+        title="Hardness, Shore A", unit="", digits=1, better=None,
+        meaning="Virtual Shore A durometer on the centre of a cell; interval: change by a coarser lattice.",
+    ),
+    "force_1mm_n": MeasureKind(
+        title="Force at 1 mm", unit="N", digits=2, better=None,
+        meaning="Force of the sweep's object pressed 1 mm; interval: change by a lattice twice as coarse.",
+    ),
+    "stiffness_n_per_mm": MeasureKind(
+        title="Stiffness near 1 mm", unit="N/mm", digits=2, better=None,
+        meaning="Slope of force against depth from the depth before 1 mm to 1 mm; interval as of the force.",
+    ),
+    "sensitivity_per_mm": MeasureKind(
+        title="Sensitivity to depth", unit="1/mm", digits=2, better="higher",
+        meaning="Loss of grid similarity for each mm of a light touch, 0 to 0.3 mm; interval: bootstrap over noise.",
+    ),
+    "sensitivity_per_n": MeasureKind(
+        title="Sensitivity to force", unit="1/N", digits=2, better="higher",
+        meaning="Loss of grid similarity for each newton of the same light touch; interval: bootstrap over noise.",
+    ),
+    "proximity_range_mm": MeasureKind(
+        title="Proximity range", unit="mm", digits=1, better="higher",
+        meaning="Distance from which half of the frames are called Approaching, with 5 % false alarms on untouched "
+        "frames; interval: bootstrap over noise.",
+    ),
+    "contact_auc": MeasureKind(
+        title="Contact AUC", unit="", digits=3, better="higher",
+        meaning="Chance that a touched frame has a lower similarity than an untouched or near one, at places that the "
+        "detector was not calibrated on; interval: bootstrap over places.",
+    ),
+    "contact_accuracy": MeasureKind(
+        title="Contact accuracy", unit="", digits=3, better="higher",
+        meaning="Balanced accuracy of the combined verdict at the same places, with the thresholds of this design; "
+        "interval: bootstrap over places.",
+    ),
+    "dot_spacing_mm": MeasureKind(
+        title="Smallest dot spacing", unit="mm", digits=2, better="lower",
+        meaning="Spacing of dots at which their pattern stands out of noise and clutter by d' = 2; interval: "
+        "bootstrap over the clutter, open where no tested spacing is on the other side.",
+    ),
+    "line_spacing_mm": MeasureKind(
+        title="Smallest line spacing", unit="mm", digits=2, better="lower",
+        meaning="Spacing of lines at which their pattern stands out of noise and clutter by d' = 2; interval: "
+        "bootstrap over the clutter, open where no tested spacing is on the other side.",
+    ),
+    "localisation_mm": MeasureKind(
+        title="Localisation error", unit="mm", digits=2, better="lower",
+        meaning="Root mean square distance between a touch's place and what ridge regression on the centroids of "
+        "what changes in each channel says, each place left out in turn; interval: bootstrap over places.",
+    ),
+    "printability": MeasureKind(
+        title="Printability", unit="", digits=2, better="higher",
+        meaning="Share of the published printing limits that the design keeps; exact.",
+    ),
+    "frame_seconds": MeasureKind(
+        title="Cost of a contact frame", unit="s", digits=2, better="lower",
+        meaning="Median time of solving and rendering one contact frame; interval: quartiles. Depends on the machine.",
+    ),
+    "unknowns": MeasureKind(
+        title="Unknowns", unit="", digits=0, better="lower",
+        meaning="Displacement unknowns of the lattice that is solved; exact.",
+    ),
+}  # fmt: skip
+"""All measures by their name in the results."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """A measure of one design."""
+
+    value: float | None
+    """None where it could not be measured; `note` says why."""
+    low: float | None = None
+    """Lower end of the interval, 95 % where it is a bootstrap; None where there is none on this side."""
+    high: float | None = None
+    """Upper end."""
+    note: str = ""
+    """What a reader has to know, such as a bound instead of a value."""

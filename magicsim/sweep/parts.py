@@ -1,0 +1,221 @@
+"""The parts of a judgement: each takes a sensor and gives measures, curves and pictures."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Self
+
+import numpy as np
+
+from magicsim.errors import ConfigError, ConvergenceError, FrameError, MagicsimError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import resolve_grid
+from magicsim.report.images import data_uri
+from magicsim.scenes.untouched import UntouchedStates
+from magicsim.sweep.contact import contact_accuracy, contact_auc, contact_scores
+from magicsim.sweep.detector import FittedDetector, fit_detector, fixed_detector
+from magicsim.sweep.film import Film, film_design
+from magicsim.sweep.localisation import localisation_error
+from magicsim.sweep.measures import Measured
+from magicsim.sweep.mechanics import hardness, press_curve, spacing_error
+from magicsim.sweep.printability import printability
+from magicsim.sweep.result import Block, Curve
+from magicsim.sweep.sensitivity import approach_curve, contact_sensitivity, proximity_range, similarity_by_depth
+from magicsim.sweep.sensors import SweptSensor
+from magicsim.sweep.sweep_file import SweepConfig
+from magicsim.sweep.texture import Pattern, PlateFrames, observe, plate, press_plate, smallest_spacing
+
+SHOWN_GAPS = 3
+"""Nearest states of the approach that have a picture."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Parts:
+    """Everything that has been found out so far."""
+
+    measures: dict[str, Measured] = field(default_factory=dict)
+    curves: dict[str, Curve] = field(default_factory=dict)
+    pictures: dict[str, str] = field(default_factory=dict)
+    profile: dict[str, Any] = field(default_factory=dict)
+
+    def add(self, more: Self) -> None:
+        """Takes another part in."""
+        for name in ("measures", "curves", "pictures", "profile"):
+            getattr(self, name).update(getattr(more, name))
+
+
+def block_of(design: ElastomerDesign) -> Block:
+    """The block as it would be printed.
+
+    Raises:
+        GeometryError: The grid does not fit.
+    """
+    grid = resolve_grid(design)
+    cell: Any = None if grid is None else tuple(float(each) for each in grid.cell_mm)
+    return Block(
+        footprint_mm=design.footprint_mm,
+        height_mm=design.height_mm,
+        skin_mm=design.skin_mm,
+        wall_mm=design.wall_mm,
+        counts=None if grid is None else grid.counts,
+        cell_mm=cell,
+    )
+
+
+def printed(sensor: SweptSensor) -> Parts:
+    """Whether it can be printed."""
+    return Parts(measures={"printability": printability(sensor.design)})
+
+
+def indented(sensor: SweptSensor, sweep: SweepConfig) -> Parts:
+    """Its hardness."""
+    return Parts(measures={"shore_a": hardness(sensor.design, sweep.quality)})
+
+
+def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) -> Parts:
+    """Everything that one film serves.
+
+    Raises:
+        MagicsimError: The film has no valid frames.
+    """
+    film = film_design(sensor, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
+    parts = _pressed(sensor, sweep, film)
+    parts.pictures = _pictures(film)
+    wanted, by_similarity = set(sweep.measures), ("sensitivity_per_mm", "sensitivity_per_n")
+    by_detector = ("proximity_range_mm", "contact_auc", "contact_accuracy")
+    draws, seed = sweep.quality.draws, sweep.seed
+    if "localisation_mm" in wanted:
+        found, predicted = localisation_error(film, seed=seed)
+        parts.measures["localisation_mm"] = found
+        parts.curves["localisation"] = {
+            "x_mm": [each.x_mm for each in film.touches],
+            "y_mm": [each.y_mm for each in film.touches],
+            "predicted_x_mm": predicted[:, 0].tolist(),
+            "predicted_y_mm": predicted[:, 1].tolist(),
+        }
+    if wanted & set(by_similarity):
+        try:
+            parts.add(_touched(film, fixed_detector(film), draws, seed))
+        except FrameError as error:  # no pixel is bright enough
+            parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_similarity}
+    if wanted & set(by_detector):
+        try:
+            parts.add(_detected(film, fit_detector(film), draws, seed))
+        except ConfigError as error:  # no option of the detector sees a grid
+            parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_detector}
+    return parts
+
+
+def wanted_patterns(measures: frozenset[str]) -> list[Pattern]:
+    """The patterns that some measure needs."""
+    patterns: tuple[Pattern, ...] = ("dots", "lines")
+    return [each for each in patterns if f"{each[:-1]}_spacing_mm" in measures]
+
+
+def textured(sensor: SweptSensor, sweep: SweepConfig, patterns: Sequence[Pattern], untouched: UntouchedStates) -> Parts:
+    """The smallest spacing of each pattern, all compared with the same plain plate."""
+    parts = Parts()
+    try:
+        plain = press_plate(sensor, plate(None, 1.0), sweep.quality, seed=sweep.seed, untouched=untouched)
+    except MagicsimError as error:
+        parts.measures = {f"{each[:-1]}_spacing_mm": Measured(value=None, note=str(error)) for each in patterns}
+        return parts
+    for pattern in patterns:
+        parts.add(_pattern(sensor, sweep, pattern, plain, untouched))
+    return parts
+
+
+def _pattern(
+    sensor: SweptSensor, sweep: SweepConfig, pattern: Pattern, plain: PlateFrames, untouched: UntouchedStates
+) -> Parts:
+    """One pattern; spacings coarser than the first that cannot be pressed are kept."""
+    quality, name = sweep.quality, f"{pattern[:-1]}_spacing_mm"
+    observed, spacings, pictures, note = [], [], {}, ""
+    tried = quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm
+    for spacing in tried:
+        try:
+            shown = press_plate(sensor, plate(pattern, spacing), quality, seed=sweep.seed, untouched=untouched)
+        except MagicsimError as error:
+            note = f"nothing finer than this was pressed; at {spacing:g} mm: {error}"
+            break
+        observed.append(observe(shown, plain, pattern, spacing))
+        spacings.append(spacing)
+        pictures[f"{pattern} every {spacing:g} mm"] = data_uri(shown.picture)
+    if not observed:
+        return Parts(measures={name: Measured(value=None, note=note)})
+    found = smallest_spacing(np.array(spacings), observed, seed=sweep.seed)
+    found = replace(found, note="; ".join(text for text in (found.note, note) if text))
+    curve: Curve = {"spacing_mm": list(spacings), "d_prime": [each.d_prime() for each in observed]}
+    return Parts(measures={name: found}, curves={f"{pattern}_d_prime": curve}, pictures=pictures)
+
+
+def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
+    depths = np.array(sweep.quality.depths_mm)
+    force = np.array([each.force_n for each in film.press])
+    try:
+        error = spacing_error(sensor.design, sweep.object, float(force[depths == 1.0][0]))
+    except ConvergenceError:
+        error = float("nan")
+    found = press_curve(depths, force, relative_error=error)
+    seconds = np.array([each.seconds for each in (*film.press, *film.touches)])
+    low, middle, high = np.quantile(seconds, [0.25, 0.5, 0.75]).tolist()
+    unknowns = float(film.unknowns)
+    return Parts(
+        measures={
+            "force_1mm_n": found[0],
+            "stiffness_n_per_mm": found[1],
+            "frame_seconds": Measured(value=middle, low=low, high=high),
+            "unknowns": Measured(value=unknowns, low=unknowns, high=unknowns),
+        },
+        curves={"force": {"depth_mm": [0.0, *depths.tolist()], "force_n": [0.0, *force.tolist()]}},
+    )
+
+
+def _touched(film: Film, detector: FittedDetector, draws: int, seed: int) -> Parts:
+    depths = np.array([-(each.gap_mm or 0.0) for each in film.press])
+    forces = np.array([each.force_n for each in film.press])
+    similarity = similarity_by_depth(film, detector, draws)
+    return Parts(
+        measures={
+            "sensitivity_per_mm": contact_sensitivity(depths, depths, similarity, seed=seed),
+            "sensitivity_per_n": contact_sensitivity(depths, forces, similarity, seed=seed),
+        },
+        curves={
+            "similarity": {
+                "depth_mm": depths.tolist(),
+                "similarity": similarity.mean(1).tolist(),
+                "sd": similarity.std(1, ddof=1).tolist(),
+            }
+        },
+    )
+
+
+def _detected(film: Film, detector: FittedDetector, draws: int, seed: int) -> Parts:
+    curve = approach_curve(film, detector, draws)
+    scores = contact_scores(film, detector, draws)
+    rates = curve.rates(np.arange(draws), np.arange(len(curve.clear_entropy)))
+    return Parts(
+        measures={
+            "proximity_range_mm": proximity_range(curve, seed=seed),
+            "contact_auc": contact_auc(scores, seed=seed),
+            "contact_accuracy": contact_accuracy(scores, seed=seed),
+        },
+        curves={
+            "approach": {
+                "gap_mm": curve.gaps_mm.tolist(),
+                "entropy": curve.entropy.mean(1).tolist(),
+                "correlation": curve.correlation.mean(1).tolist(),
+                "rate": rates.tolist(),
+            }
+        },
+        profile={
+            name: value for name, value in asdict(detector.profile).items()
+            if name.startswith("tau_") or name in {"polarity", "similarity", "grid_blur_px", "difference_blur_px"}
+        },
+    )  # fmt: skip
+
+
+def _pictures(film: Film) -> dict[str, str]:
+    shown = {"untouched": film.untouched}
+    shown |= {f"gap {each.gap_mm:g} mm": each for each in film.approach[-SHOWN_GAPS:]}
+    shown |= {f"depth {-(each.gap_mm or 0):g} mm": each for each in film.press[1:]}
+    return {caption: data_uri(film.frames(each, 1)[0]) for caption, each in shown.items()}

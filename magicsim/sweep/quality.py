@@ -1,0 +1,72 @@
+"""How much work goes into judging one design."""
+
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from magicsim.config import Config
+
+Gap = Annotated[float, Field(gt=0, le=100)]
+Depth = Annotated[float, Field(gt=0, le=6)]
+Spacing = Annotated[float, Field(ge=0.2, le=3)]
+
+
+class Quality(Config):
+    """Preview quality by default: small images, few particles, few positions."""
+
+    columns: Annotated[int, Field(ge=24, le=480)] = 120
+    """Width of the images that the detectors see [px]."""
+    rows: Annotated[int, Field(ge=32, le=640)] = 160
+    """Their height [px]."""
+    samples: Annotated[int, Field(ge=1, le=256)] = 6
+    """Camera samples a pixel."""
+    particles: Annotated[int, Field(ge=1000, le=10_000_000)] = 20_000
+    """Light particles a frame."""
+    anchor_samples: Annotated[int, Field(ge=1, le=4096)] = 24
+    """Camera samples of the untouched state, which all frames share."""
+    anchor_particles: Annotated[int, Field(ge=1000, le=100_000_000)] = 200_000
+    """Its light particles."""
+    draws: Annotated[int, Field(ge=4, le=200)] = 12
+    """Frames with camera noise of their own that every state is seen in."""
+    gaps_mm: Annotated[tuple[Gap, ...], Field(min_length=3)] = (60.0, 40.0, 25.0, 16.0, 10.0, 6.0, 3.0, 1.5, 0.5)
+    """Distances of the approach, falling [mm]."""
+    depths_mm: Annotated[tuple[Depth, ...], Field(min_length=4)] = (0.05, 0.1, 0.2, 0.3, 0.6, 1.0)
+    """Depths of the press, rising; 1 mm is one of them, and three are at most 0.3 mm [mm]."""
+    touches: Annotated[int, Field(ge=6, le=200)] = 12
+    """Places that are touched, for localisation and for the detector's calibration and test."""
+    touch_depth_mm: Annotated[float, Field(ge=0.02, le=3)] = 0.3
+    """How deep they are touched; 0.3 mm is the lightest touch that counts [mm]."""
+    texture_depth_mm: Depth = 0.3
+    """How deep dots, lines and the plain plate are pressed from first contact [mm]."""
+    line_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (1.0, 0.5)
+    """Spacings of the lines that are pressed, falling [mm]."""
+    dot_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (2.0, 1.2)
+    """Spacings of the dots, falling [mm]; fine ones take minutes to solve."""
+    texture_scale: Annotated[int, Field(ge=1, le=8)] = 2
+    """Pixels of their images for each pixel of the others, along columns and along rows."""
+    durometer_spacing_mm: Annotated[float, Field(ge=0.1, le=1)] = 0.5
+    """Node spacing under the durometer's cone [mm]."""
+    durometer_walls: Literal["resolved", "homogenised"] = "homogenised"
+    """Whether walls below the cone are cells of their own, or part of one effective solid, which is quicker."""
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        for name, sign in (("gaps_mm", -1), ("depths_mm", 1), ("line_spacings_mm", -1), ("dot_spacings_mm", -1)):
+            values = getattr(self, name)
+            if any(sign * (after - before) <= 0 for before, after in pairwise(values)):
+                msg = f"{name} = {list(values)} is not allowed: must {'rise' if sign > 0 else 'fall'}"
+                raise ValueError(msg)
+        if 1.0 not in self.depths_mm or sum(depth <= LIGHT_TOUCH_MM for depth in self.depths_mm) < FEWEST_LIGHT:
+            msg = (
+                f"depths_mm = {list(self.depths_mm)} is not allowed: must hold 1.0 and at least {FEWEST_LIGHT} values "
+                f"up to {LIGHT_TOUCH_MM:g}"
+            )
+            raise ValueError(msg)
+        return self
+
+
+LIGHT_TOUCH_MM = 0.3
+"""Depth up to which a touch is light [mm]."""
+FEWEST_LIGHT = 3
+"""Depths that a slope needs."""

@@ -1,0 +1,69 @@
+"""What is known of one design when it has been judged: numbers, curves and pictures, as JSON."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
+
+from magicsim.sweep.measures import Measured
+
+Curve = dict[str, list[float | None]]
+"""Columns of equal length."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """The design as it would be printed, for a drawing and for the table; all lengths in mm."""
+
+    footprint_mm: tuple[float, float]
+    height_mm: float
+    skin_mm: float
+    wall_mm: float
+    counts: tuple[int, int, int] | None
+    """Cells along x, y and z; None without a grid."""
+    cell_mm: tuple[float, float, float] | None
+    """Edges of a cell as resolved."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignResult:
+    """One judged design."""
+
+    index: int
+    values: dict[str, float]
+    is_extra: bool
+    block: Block
+    measures: dict[str, Measured]
+    curves: dict[str, Curve] = field(default_factory=dict)
+    pictures: dict[str, str] = field(default_factory=dict)
+    """Data URIs by caption."""
+    profile: dict[str, Any] = field(default_factory=dict)
+    """Options and thresholds of the detector that was fitted to the design."""
+    seconds: float = 0.0
+    """Wall time of judging it [s]."""
+
+    def to_json(self) -> bytes:
+        """As a JSON document."""
+        return (json.dumps(finite(asdict(self)), allow_nan=False) + "\n").encode()
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Self:
+        """Reads what `to_json` wrote."""
+        data = json.loads(text)
+        block = data.pop("block")
+        for name in ("footprint_mm", "counts", "cell_mm"):
+            block[name] = tuple(block[name]) if block[name] is not None else None
+        measures = {name: Measured(**each) for name, each in data.pop("measures").items()}
+        return cls(block=Block(**block), measures=measures, **data)
+
+
+def finite(value: Any) -> Any:  # noqa: ANN401 - any nesting that JSON has
+    """The same with None for numbers that JSON does not know, and floats of a length that a reader needs."""
+    if isinstance(value, Mapping):
+        return {str(key): finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(each) for each in value]
+    if isinstance(value, float):
+        return float(f"{value:.8g}") if math.isfinite(value) else None
+    return value

@@ -1,0 +1,117 @@
+"""How fast the grid's look changes under a light touch, and how far away an object is noticed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.sweep.bootstrap import interval
+from magicsim.sweep.detector import FittedDetector
+from magicsim.sweep.film import Film
+from magicsim.sweep.measures import Measured
+from magicsim.sweep.quality import LIGHT_TOUCH_MM
+
+Array = npt.NDArray[np.float64]
+FALSE_ALARMS = 0.05
+"""Share of untouched frames that are called Approaching."""
+CLEAR_FRAMES = 120
+"""Untouched frames that set the threshold for it."""
+CLEAR_FIRST = 200
+"""Their first noise stream, beyond those of the detector's training."""
+DETECTED = 0.5
+"""Share of frames that makes an object noticed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ApproachCurve:
+    """What an approach looks like to a detector; all of shape (gaps,) or (gaps, draws)."""
+
+    gaps_mm: Array
+    """Falling."""
+    entropy: Array
+    correlation: Array
+    clear_entropy: Array
+    """Of untouched frames, shape (frames,)."""
+    tau_c: float
+
+    def rates(self, draws: npt.NDArray[np.int64], clear: npt.NDArray[np.int64]) -> Array:
+        """Share of frames called Approaching at each gap, of some draws, the threshold set on some clear frames."""
+        tau_e = np.quantile(self.clear_entropy[clear], 1 - FALSE_ALARMS)
+        seen = (self.entropy[:, draws] > tau_e) & (self.correlation[:, draws] < self.tau_c)
+        return np.asarray(seen.mean(1))
+
+
+def similarity_by_depth(film: Film, detector: FittedDetector, draws: int) -> Array:
+    """Similarity of the press, shape (depths, draws)."""
+    return np.stack([detector.features(film.frames(shown, draws))[:, 2] for shown in film.press])
+
+
+def contact_sensitivity(depths_mm: Array, along: Array, similarity: Array, *, seed: int) -> Measured:
+    """Loss of similarity in a light touch: minus the slope of a straight line through its states.
+
+    Args:
+        depths_mm: Shape (depths,) [mm]; those up to 0.3 mm are a light touch.
+        along: What the slope is against, the depths themselves or the forces, shape (depths,).
+        similarity: Shape (depths, draws).
+        seed: Of the bootstrap over draws.
+    """
+    light = depths_mm <= LIGHT_TOUCH_MM
+    centred = along[light] - along[light].mean()
+
+    def slope(draws: npt.NDArray[np.int64]) -> float:
+        mean = similarity[light][:, draws].mean(1)
+        return -float(centred @ mean / (centred @ centred))
+
+    count = similarity.shape[1]
+    low, high = interval(slope, count, seed=seed)
+    return Measured(value=slope(np.arange(count)), low=low, high=high)
+
+
+def approach_curve(film: Film, detector: FittedDetector, draws: int) -> ApproachCurve:
+    """Features of the approach and of untouched frames."""
+    seen = np.stack([detector.features(film.frames(shown, draws)) for shown in film.approach])
+    clear = detector.features(film.frames(film.untouched, CLEAR_FRAMES, first=CLEAR_FIRST))
+    return ApproachCurve(
+        gaps_mm=np.array([shown.gap_mm for shown in film.approach], float),
+        entropy=seen[:, :, 0],
+        correlation=seen[:, :, 1],
+        clear_entropy=clear[:, 0],
+        tau_c=detector.profile.tau_c,
+    )
+
+
+def proximity_range(curve: ApproachCurve, *, seed: int) -> Measured:
+    """Distance from which on an approaching object is noticed for good, in half of the frames."""
+    draws, clear = curve.entropy.shape[1], len(curve.clear_entropy)
+    random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, clear])))
+
+    def drawn(numbers: npt.NDArray[np.int64]) -> float:
+        return noticed_from(curve.gaps_mm, curve.rates(numbers, random.integers(0, clear, clear)))
+
+    whole = curve.rates(np.arange(draws), np.arange(clear))
+    value = noticed_from(curve.gaps_mm, whole)
+    low, high = interval(drawn, draws, seed=seed)
+    if value >= curve.gaps_mm[0]:
+        return Measured(value=value, low=low, high=None, note="at least: noticed at the largest distance tried")
+    note = "not noticed at any distance tried" if value == 0 else ""
+    return Measured(value=value, low=low, high=high, note=note)
+
+
+def noticed_from(gaps_mm: Array, rates: Array) -> float:
+    """Largest gap from which on inwards the rate stays at one half or more, between gaps by their logarithm [mm].
+
+    Args:
+        gaps_mm: Falling, shape (gaps,) [mm].
+        rates: Shape (gaps,).
+
+    Returns:
+        0 where the rate is below one half at the smallest gap.
+    """
+    missed = np.flatnonzero(rates < DETECTED)
+    if not len(missed):
+        return float(gaps_mm[0])
+    last = int(missed[-1])
+    if last == len(gaps_mm) - 1:
+        return 0.0
+    share = (DETECTED - rates[last]) / (rates[last + 1] - rates[last])
+    return float(np.exp(np.log(gaps_mm[last]) + share * np.log(gaps_mm[last + 1] / gaps_mm[last])))

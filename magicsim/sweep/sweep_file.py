@@ -1,0 +1,175 @@
+"""A sweep: which fields vary, on which sensor, and how each design is judged. The model of `geometry/sweeps`."""
+
+import hashlib
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from magicsim.config import Config, validate
+from magicsim.dataset.distribution import Distribution
+from magicsim.errors import unknown_choice
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.objects import ObjectConfig
+from magicsim.presets import find_preset
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import RenderSettings, Seed, read_scene_file
+from magicsim.sweep.measures import MEASURES, Better
+from magicsim.sweep.quality import Quality
+
+MAX_DESIGNS = 10_000
+ROOTS = ("design", "rig", "render")
+"""What the name of a swept field begins with."""
+
+
+class SweptField(Config):
+    """A field and the values that it takes: either a list, or an interval with, on a grid, a count."""
+
+    field: str
+    """Dotted name, such as `design.skin_mm` or `rig.camera.exposure_grey`; a number counts entries of a list."""
+    values: Annotated[tuple[float, ...], Field(min_length=1)] | None = None
+    low: float | None = None
+    high: float | None = None
+    count: Annotated[int, Field(ge=2, le=1000)] | None = None
+    """Values of an interval on a grid."""
+    scale: Literal["linear", "log"] = "linear"
+
+    @model_validator(mode="after")
+    def _check_form(self) -> Self:
+        root, _, rest = self.field.partition(".")
+        if root not in ROOTS or not rest:
+            raise ValueError(unknown_choice("field", self.field, [f"{each}.*" for each in ROOTS]))
+        if (self.values is None) == (self.low is None and self.high is None):
+            msg = f"field '{self.field}' needs either values, or low and high"
+            raise ValueError(msg)
+        if self.values is None or len(set(self.values)) < len(self.values):
+            if self.values is not None:
+                msg = f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice"
+                raise ValueError(msg)
+            self.distribution()
+        return self
+
+    def distribution(self) -> Distribution:
+        """The same as what a quasi-random point is drawn from."""
+        if self.values is not None:
+            return Distribution(choices=self.values)
+        return Distribution(low=self.low, high=self.high, scale=self.scale)
+
+    def on_grid(self) -> tuple[float, ...]:
+        """Its values on a grid."""
+        if self.values is not None:
+            return self.values
+        count = self.count or 2
+        spread = Distribution(low=self.low, high=self.high, scale=self.scale)
+        return tuple(round(spread.at(number / (count - 1)), 9) for number in range(count))
+
+
+class Objective(Config):
+    """A measure that is to be as good as possible."""
+
+    measure: str
+    better: Better | None = None
+    """Which way; may be left out where the measure has a way of its own."""
+
+    @model_validator(mode="after")
+    def _check_measure(self) -> Self:
+        if self.measure not in MEASURES:
+            raise ValueError(unknown_choice("measure", self.measure, MEASURES))
+        if self.better is None and MEASURES[self.measure].better is None:
+            msg = f"better is missing: '{self.measure}' may be wanted 'higher' or 'lower'"
+            raise ValueError(msg)
+        return self
+
+    @property
+    def way(self) -> Better:
+        """Which way is better."""
+        return self.better or MEASURES[self.measure].better or "higher"
+
+
+class SweepConfig(Config):
+    """Designs to compare, and how."""
+
+    schema_version: Literal[1]
+    design: ElastomerDesign
+    """The base block; a file may give the name of a design preset instead."""
+    rig: Rig
+    """What surrounds it; a file may give the name of a rig preset instead."""
+    render: RenderSettings = RenderSettings()
+    """Of which the quality sets samples and particles."""
+    object: ObjectConfig
+    """What approaches and presses; a file may give the name of an object preset instead."""
+    seed: Seed = 0
+    """Seed of everything random."""
+    sampling: Literal["grid", "sobol", "random"] = "grid"
+    """All combinations, or as many points as `count` says, spread evenly or independent."""
+    count: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] | None = None
+    """Designs, where they are no grid."""
+    swept: Annotated[tuple[SweptField, ...], Field(min_length=1)]
+    also: tuple[dict[str, float], ...] = ()
+    """Further designs: the base with these fields changed."""
+    measures: Annotated[tuple[str, ...], Field(min_length=1)] = tuple(MEASURES)
+    """Which measures are taken, by name."""
+    objectives: tuple[Objective, ...] = (Objective(measure="sensitivity_per_n"), Objective(measure="localisation_mm"))
+    """What the Pareto front trades; the first one chooses the best design."""
+    quality: Quality = Quality()
+    timeout_s: Annotated[float, Field(gt=0)] = 3600.0
+    """Longest time for one attempt at a design [s]."""
+
+    @model_validator(mode="after")
+    def _check_whole(self) -> Self:
+        for name in self.measures:
+            if name not in MEASURES:
+                raise ValueError(unknown_choice("measure", name, MEASURES))
+        for each in self.objectives:
+            if each.measure not in self.measures:
+                raise ValueError(unknown_choice("objective", each.measure, self.measures))
+        self._check_count()
+        names = [each.field for each in self.swept]
+        if len(set(names)) < len(names):
+            msg = f"swept.field = {names} is not allowed: names a field twice"
+            raise ValueError(msg)
+        return self
+
+    def _check_count(self) -> None:
+        if self.sampling == "grid":
+            for each in self.swept:
+                if each.values is None and each.count is None:
+                    msg = f"count is missing: field '{each.field}' is an interval on a grid"
+                    raise ValueError(msg)
+            if self.count is not None:
+                msg = f"count = {self.count} is not allowed with sampling = 'grid', whose fields say how many"
+                raise ValueError(msg)
+            total = math.prod(len(each.on_grid()) for each in self.swept)
+            if total > MAX_DESIGNS:
+                msg = f"{total} designs are too many: at most {MAX_DESIGNS}"
+                raise ValueError(msg)
+        elif self.count is None:
+            msg = f"count is missing: sampling = '{self.sampling}' needs a number of designs"
+            raise ValueError(msg)
+
+    def config_hash(self) -> str:
+        """SHA-256 of everything that results depend on."""
+        data = self.model_dump(mode="json", exclude={"timeout_s", "objectives"})
+        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+
+
+def load_sweep(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SweepConfig:
+    """Reads a sweep by preset name or path and puts its design, rig and object in place.
+
+    Args:
+        name: Sweep preset or TOML file.
+        overrides: `dotted.key=value` settings; `design.` and `rig.` reach into those files.
+        seed: Seed instead of the file's.
+
+    Raises:
+        PresetError: The sweep, its design, its rig or its object does not exist.
+        ConfigError: The content is not acceptable.
+    """
+    path = find_preset("sweep", name)
+    data = read_scene_file(path, overrides)
+    if seed is not None:
+        data["seed"] = seed
+    return validate(SweepConfig, data, source=path.name)

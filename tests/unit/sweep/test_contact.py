@@ -1,0 +1,25 @@
+import numpy as np
+
+from magicsim.sweep.contact import ContactScores, contact_accuracy, contact_auc
+
+
+def scores(touched: np.ndarray) -> ContactScores:
+    near, clear = np.full((6, 4), 0.95), np.full(24, 0.97)
+    return ContactScores(
+        touched=touched, near=near, clear=clear, hit=touched < 0.9, near_alarm=near < 0.9, clear_alarm=clear < 0.9
+    )
+
+
+def test_touches_that_all_lower_the_similarity_are_told_apart():
+    found = scores(np.full((6, 4), 0.8))
+    assert contact_auc(found, seed=1).value == 1
+    assert contact_accuracy(found, seed=1).value == 1
+
+
+def test_place_that_is_missed_widens_the_interval():
+    touched = np.full((6, 4), 0.8)
+    touched[2] = 0.99
+    area, accuracy = contact_auc(scores(touched), seed=1), contact_accuracy(scores(touched), seed=1)
+    assert abs(area.value - 5 / 6) < 1e-9
+    assert abs(accuracy.value - (5 / 6 + 1) / 2) < 1e-9
+    assert area.low < area.value < area.high <= 1

@@ -1,0 +1,73 @@
+import pytest
+
+from magicsim.errors import ConfigError
+from magicsim.sweep.designs import list_designs
+from magicsim.sweep.sweep_file import load_sweep
+
+from .fakes import small_sweep
+
+
+def test_grid_holds_every_combination_the_last_field_fastest():
+    designs = list_designs(small_sweep())
+    values = [(each.values["design.cell_mm"], each.values["design.skin_mm"]) for each in designs]
+    assert values == [(0.8, 0.5), (0.8, 1.0), (1.2, 0.5), (1.2, 1.0)]
+    assert [each.index for each in designs] == [0, 1, 2, 3]
+    assert [(each.sensor.design.cell_mm, each.sensor.design.skin_mm) for each in designs] == values
+
+
+def test_interval_on_a_grid_has_its_count_of_values():
+    swept = "swept=[{field='design.skin_mm',low=0.5,high=2.0,count=3,scale='log'}]"
+    assert [each.values["design.skin_mm"] for each in list_designs(small_sweep(swept))] == [0.5, 1.0, 2.0]
+
+
+def test_more_quasi_random_designs_leave_the_first_ones_as_they_are():
+    swept = "swept=[{field='design.skin_mm',low=0.5,high=1.5},{field='rig.camera.gamma',values=[1.0,2.2]}]"
+    few, many = (list_designs(small_sweep(swept, "sampling='sobol'", f"count={count}")) for count in (5, 9))
+    assert [each.values for each in few] == [each.values for each in many[:5]]
+    assert all(0.5 <= each.values["design.skin_mm"] <= 1.5 for each in many)
+    assert {each.values["rig.camera.gamma"] for each in many} == {1.0, 2.2}
+
+
+def test_other_seeds_give_other_quasi_random_designs():
+    swept = ("swept=[{field='design.skin_mm',low=0.5,high=1.5}]", "sampling='sobol'", "count=4")
+    one, other = (list_designs(small_sweep(*swept, f"seed={seed}")) for seed in (1, 2))
+    assert [each.values for each in one] != [each.values for each in other]
+
+
+def test_further_designs_are_the_base_with_their_own_fields_changed():
+    *grid, extra = list_designs(small_sweep("also=[{'design.core_mm'=3.0}]"))
+    assert extra.is_extra
+    assert extra.values == {"design.cell_mm": 0.8, "design.skin_mm": 0.8, "design.core_mm": 3.0}
+    assert extra.sensor.design.core_mm == 3.0
+    assert {each.values["design.core_mm"] for each in grid} == {5.0}
+
+
+def test_entries_of_a_list_are_counted():
+    swept = "swept=[{field='rig.strips.1.margin_mm',values=[0.5,2.0]}]"
+    designs = list_designs(small_sweep(swept))
+    assert [each.sensor.rig.strips[1].margin_mm for each in designs] == [0.5, 2.0]
+    assert {each.sensor.rig.strips[0].margin_mm for each in designs} == {0.4}
+
+
+@pytest.mark.parametrize(
+    ("swept", "named"),
+    [
+        ("{field='design.skn_mm',values=[1.0]}", "field 'design.skn_mm' 'skn_mm' (did you mean 'skin_mm'?)"),
+        ("{field='design.skin_mm',values=[-1.0]}", "design.skin_mm = -1.0 is not allowed"),
+        ("{field='design.materials',values=[1.0]}", "field 'design.materials' is not allowed: must be a number"),
+        ("{field='rig.camera.white_balance',values=[1.0]}", "must be a number"),
+        ("{field='rig.strips.7.margin_mm',values=[1.0]}", "'7'; available: 0, 1, 2, 3"),
+        ("{field='rig.camera.columns',values=[100.5]}", "rig.camera.columns = 100.5 is not allowed"),
+    ],
+)
+def test_field_that_does_not_exist_or_a_value_out_of_range_is_named(swept: str, named: str):
+    with pytest.raises(ConfigError) as error:
+        list_designs(small_sweep(f"swept=[{swept}]"))
+    assert named in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_shipped_sweep_is_six_by_six_and_two_other_cores():
+    designs = list_designs(load_sweep("cell-skin"))
+    assert len(designs) == 38
+    assert [each.values["design.core_mm"] for each in designs if each.is_extra] == [3.0, 8.0]

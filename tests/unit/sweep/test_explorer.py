@@ -1,0 +1,67 @@
+import json
+import re
+
+import pytest
+
+from magicsim.sweep.explorer import explorer_data, field_label, field_unit, render_explorer, script_json
+from magicsim.sweep.result import DesignResult
+from magicsim.sweep.trends import check_trends
+
+from .fakes import small_sweep
+
+
+@pytest.fixture
+def page(results: list[DesignResult]) -> str:
+    front = [True] * len(results)
+    return render_explorer(
+        small_sweep(), results, front=front, trends=check_trends(results), failed={"9": "no <cell> fits"}
+    )
+
+
+def test_page_loads_nothing_from_outside(page: str):
+    assert not re.findall(r"(?:src|href)=\"(?!data:)", page)
+    assert "http" not in page.replace("http://www.w3.org/2000/svg", "")
+    assert "no &lt;cell&gt; fits" in page
+
+
+def test_data_in_the_page_is_that_of_the_results(page: str, results: list[DesignResult]):
+    text = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1]
+    data = json.loads(text)
+    assert [each["index"] for each in data["designs"]] == [0, 1, 2, 3, 4]
+    assert data["designs"][1]["measures"]["shore_a"]["value"] == results[1].measures["shore_a"].value
+    assert [each["name"] for each in data["fields"]] == ["design.cell_mm", "design.skin_mm", "design.core_mm"]
+
+
+def test_text_cannot_leave_its_script_element():
+    assert "</script" not in script_json({"note": "</script><b>&"})
+    assert json.loads(script_json({"note": "</script><b>&"})) == {"note": "</script><b>&"}
+
+
+def test_page_of_no_result_says_so():
+    page = render_explorer(small_sweep(), [], front=[], trends=[], failed={"0": "no cell fits"})
+    assert "No design has a result" in page
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "unit"),
+    [
+        ("design.cell_mm", "cell", "mm"),
+        ("design.materials.infill.sigma_s_per_mm", "materials infill sigma s", "1/mm"),
+        ("rig.camera.gamma", "camera gamma", ""),
+        ("rig.strips.1.margin_mm", "strips 1 margin", "mm"),
+    ],
+)
+def test_fields_are_named_in_words_with_their_unit(name: str, label: str, unit: str):
+    assert (field_label(name), field_unit(name)) == (label, unit)
+
+
+def test_result_survives_its_json(results: list[DesignResult]):
+    once = DesignResult.from_json(results[0].to_json())  # eight digits are kept
+    assert once.measures["shore_a"].value == results[0].measures["shore_a"].value
+    assert DesignResult.from_json(once.to_json()) == once
+
+
+def test_explorer_keeps_measures_that_some_design_has(results: list[DesignResult]):
+    sweep = small_sweep("measures=['shore_a','unknowns']", "objectives=[{measure='unknowns'}]")
+    data = explorer_data(sweep, results, front=[False] * 5, trends=[], failed={})
+    assert [each["name"] for each in data["measures"]] == ["shore_a", "unknowns"]

@@ -1,0 +1,55 @@
+import pytest
+
+from magicsim.errors import ConfigError, PresetError
+from magicsim.sweep.sweep_file import load_sweep
+
+from .fakes import small_sweep
+
+
+@pytest.mark.parametrize(
+    ("setting", "named"),
+    [
+        (
+            "swept=[{field='desing.skin_mm',values=[1.0]}]",
+            "unknown field 'desing.skin_mm'; available: design.*, render.*, rig.*",
+        ),
+        ("swept=[{field='design.skin_mm'}]", "needs either values, or low and high"),
+        ("swept=[{field='design.skin_mm',values=[1.0,1.0]}]", "holds a value twice"),
+        ("swept=[{field='design.skin_mm',low=2.0,high=1.0,count=3}]", "must be at most high = 1"),
+        ("swept=[{field='design.skin_mm',low=0.5,high=1.0}]", "count is missing"),
+        ("swept=[{field='design.skin_mm',values=[1.0],step=2}]", "unknown key in [swept.0] 'step'"),
+        ("count=8", "not allowed with sampling = 'grid'"),
+        ("sampling='sobol'", "count is missing"),
+        ("sampling='latin'", "sampling = 'latin' is not allowed"),
+        ("measures=['shore_b']", "unknown measure 'shore_b' (did you mean 'shore_a'?)"),
+        ("objectives=[{measure='shore_a'}]", "better is missing"),
+        ("objectives=[{measure='unknowms'}]", "unknown measure 'unknowms' (did you mean 'unknowns'?)"),
+        ("measures=['shore_a']", "unknown objective 'sensitivity_per_n'"),
+        ("quality.gaps_mm=[1.0,2.0,3.0]", "must fall"),
+        ("quality.depths_mm=[0.1,0.2,0.3,0.9]", "must hold 1.0"),
+        ("quality.depths_mm=[0.1,0.2,0.4,1.0]", "at least 3 values up to 0.3"),
+        ("quality.columms=10", "did you mean 'columns'"),
+    ],
+)
+def test_what_is_wrong_is_named_in_one_line(setting: str, named: str):
+    with pytest.raises(ConfigError) as error:
+        small_sweep(setting)
+    assert named in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_unknown_sweep_is_named_with_the_nearest_one():
+    with pytest.raises(PresetError, match="did you mean 'cell-skin'"):
+        load_sweep("cell-skn")
+
+
+def test_hash_knows_what_results_depend_on_and_nothing_else():
+    base = small_sweep().config_hash()
+    assert small_sweep("timeout_s=1").config_hash() == base
+    assert small_sweep("objectives=[{measure='shore_a',better='lower'}]").config_hash() == base
+    assert small_sweep("quality.touches=7").config_hash() != base
+    assert small_sweep("design.core_mm=4").config_hash() != base
+
+
+def test_a_seed_of_the_command_line_takes_the_place_of_the_files():
+    assert load_sweep("cell-skin", seed=5).seed == 5
