@@ -17,7 +17,7 @@ from magicsim.scenes.grid_state import GridState, GridStates
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
-from magicsim.scenes.medium import Media, Medium, Shapes
+from magicsim.scenes.medium import Media, Medium, Shapes, classify
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, INFILL, OBJECT
 from magicsim.scenes.voxels import BodyPart, Voxels, body_voxels
 from magicsim.scenes.window import Window
@@ -34,6 +34,8 @@ CHUNK = 500_000
 """Particles traced at once: bounds the memory, does not change the result."""
 NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
 """Stands for an absent object, so that arrays have a size."""
+CLEAR_MM = 1e-3
+"""How far off its triangles an object is looked around from [mm]: less than a wet object stands into the skin."""
 SEEDS_PER_RENDER = 64
 """Random streams that one seed owns: the camera's, and one a light."""
 
@@ -126,7 +128,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         scales = {name: 1 / (FIXED_POINT * count) for name, count in particles.items()}
         landed = [tracks[name].landed.reshape(-1, 3) * scales[name] for name in tracks]
         # One product for all lights: reading the kernel costs more than using it.
-        irradiance = self._kernel(shapes).irradiance(np.concatenate(landed, 1))
+        irradiance = self._kernel(shapes).irradiance(np.concatenate(landed, 1), _wetted(scene, shapes))
         return {
             name: LightField(
                 fluence=np.asarray(tracks[name].cells.reshape(-1, 3) * scales[name] / volumes, np.float64),
@@ -256,6 +258,20 @@ def _mesh(shape: Any) -> SurfaceMesh:
         vertices=np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3),
         faces=np.array(parameters["faces"]).reshape(-1, 3).astype(np.int32),
     )
+
+
+def _wetted(scene: Any, shapes: Shapes) -> npt.NDArray[np.bool_]:
+    """Which of the object's triangles lie inside the body's surface, shape (triangles,)."""
+    if shapes.object is None:
+        return np.zeros(1, bool)
+    mesh = _mesh(shapes.object)
+    corners = mesh.vertices[mesh.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    origin = mi.Point3f(*(corners.mean(1) + CLEAR_MM * normals).T.astype(np.float32))
+    body, infill, _ = shapes.pointers()
+    si = scene.ray_intersect(mi.Ray3f(origin, mi.Vector3f(0, 0, 1)))
+    return np.array(classify(si, body, infill, mi.Bool(False)).in_body)
 
 
 def _flat(values: FloatArray) -> Any:

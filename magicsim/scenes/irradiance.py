@@ -37,12 +37,24 @@ class IrradianceKernel:
     weights: sp.csr_matrix
     """Kernel between triangles and patches, shape (triangles, patches)."""
     areas_mm2: Array
-    """Kernel-weighted area around each triangle, shape (triangles,) [mm2]."""
+    """Of the triangles, shape (triangles,) [mm2]."""
 
-    def irradiance(self, deposits: Array) -> Array:
-        """Irradiance from flux deposits, both of shape (triangles, channels)."""
-        # Triangles without an area, which no ray meets, get nothing instead of 0 / 0.
-        return np.asarray((self.weights @ (self.patches @ deposits)) / np.maximum(self.areas_mm2, 1e-30)[:, None])
+    def irradiance(self, deposits: Array, wetted: npt.NDArray[np.bool_]) -> Array:
+        """Irradiance from flux deposits, both of shape (triangles, channels).
+
+        Args:
+            deposits: Flux that landed on each triangle.
+            wetted: Which triangles touch the body without a film of air, shape (triangles,). What lands on them has not
+                crossed a gap, and differs so much from what lands beside them that the two are smoothed apart.
+        """
+        sides = [side for side in (wetted, ~wetted) if side.any()]
+        result = np.zeros_like(deposits)
+        for side in sides:
+            flux = self.weights @ (self.patches @ (deposits * side[:, None]))
+            area = self.weights @ (self.patches @ (self.areas_mm2 * side))
+            # Triangles without an area, which no ray meets, get nothing instead of 0 / 0.
+            result[side] = (flux / np.maximum(area, 1e-30)[:, None])[side]
+        return result
 
 
 def irradiance_kernel(mesh: SurfaceMesh) -> IrradianceKernel:
@@ -60,7 +72,7 @@ def irradiance_kernel(mesh: SurfaceMesh) -> IrradianceKernel:
     values = np.exp(-(near.data**2) / (2 * SMOOTHING_MM**2)) * facing
     # Every triangle is part of its own patch, also where that lies out of reach.
     weights = sp.csr_matrix((values, (near.row, near.col)), shape=near.shape) + 1e-9 * patches.T.tocsr()
-    return IrradianceKernel(patches=patches, weights=sp.csr_matrix(weights), areas_mm2=weights @ shares / 2)
+    return IrradianceKernel(patches=patches, weights=sp.csr_matrix(weights), areas_mm2=double_area / 2)
 
 
 def _patches(centres: Array, normals: Array) -> sp.csr_matrix:

@@ -14,13 +14,17 @@ def areas_mm2(mesh):
     return np.linalg.norm(cross, axis=1) / 2
 
 
+def nothing(mesh):
+    return np.zeros(len(mesh.faces), bool)
+
+
 @pytest.fixture(scope="module")
 def box():
     return from_manifold(manifold3d.Manifold.cube((6, 6, 6), True).refine_to_length(0.25))
 
 
 def test_even_light_stays_even(box):
-    found = irradiance_kernel(box).irradiance(2.5 * areas_mm2(box)[:, None])
+    found = irradiance_kernel(box).irradiance(2.5 * areas_mm2(box)[:, None], nothing(box))
     np.testing.assert_allclose(found, 2.5, rtol=1e-9)
 
 
@@ -31,7 +35,7 @@ def test_a_spot_spreads_as_a_gaussian_and_keeps_its_flux():
     middle = np.flatnonzero(on_top)[np.linalg.norm(centres[on_top, :2], axis=1).argmin()]
     deposits = np.zeros((len(area), 1))
     deposits[middle] = 1.0
-    found = irradiance_kernel(plate).irradiance(deposits)[:, 0]
+    found = irradiance_kernel(plate).irradiance(deposits, nothing(plate))[:, 0]
     flux = found * area
     assert flux.sum() == pytest.approx(1, rel=0.02)
     spread = np.sqrt((flux * (centres[:, 0] - centres[middle, 0]) ** 2).sum() / flux.sum())
@@ -42,6 +46,14 @@ def test_a_spot_spreads_as_a_gaussian_and_keeps_its_flux():
 def test_light_does_not_leak_around_an_edge(box):
     centres = box.vertices[box.faces].mean(1)
     below = centres[:, 2] < -2.999
-    found = irradiance_kernel(box).irradiance(np.where(below, areas_mm2(box), 0.0)[:, None])[:, 0]
+    found = irradiance_kernel(box).irradiance(np.where(below, areas_mm2(box), 0.0)[:, None], nothing(box))[:, 0]
     np.testing.assert_allclose(found[below], 1, rtol=1e-6)
     assert np.abs(found[~below]).max() < 1e-6
+
+
+def test_light_does_not_leak_across_the_rim_of_a_contact(box):
+    centres = box.vertices[box.faces].mean(1)
+    wetted = (centres[:, 2] > 2.999) & (np.linalg.norm(centres[:, :2], axis=1) < 1.5)
+    deposits = np.where(wetted, 3.0, 1.0) * areas_mm2(box)
+    found = irradiance_kernel(box).irradiance(deposits[:, None], wetted)[:, 0]
+    np.testing.assert_allclose(found, np.where(wetted, 3.0, 1.0), rtol=1e-9)
