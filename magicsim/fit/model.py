@@ -53,7 +53,12 @@ def observed_states(scene: SceneConfig, observations: Sequence[Observation]) -> 
 
 
 def render_bases(
-    scene: SceneConfig, values: Mapping[str, object], states: Sequence[FrameState], equilibria: Equilibria
+    scene: SceneConfig,
+    values: Mapping[str, object],
+    states: Sequence[FrameState],
+    equilibria: Equilibria,
+    *,
+    pair: int = 0,
 ) -> list[tuple[Basis, Basis]]:
     """Two independent sets of basis images for each state.
 
@@ -64,13 +69,15 @@ def render_bases(
         values: Constants by dotted field.
         states: What to look at.
         equilibria: Keeps deformations.
+        pair: Another number gives sets that are independent of those of this one.
 
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
     sensor = Sensor(with_values(scene, values))
     views = [sensor.view(state, equilibria.of(sensor, state)) for state in states]
-    return [(sensor.renderer.basis(view), sensor.renderer.basis(view, turn=1)) for view in views]
+    first, second = 2 * pair, 2 * pair + 1
+    return [(sensor.renderer.basis(view, turn=first), sensor.renderer.basis(view, turn=second)) for view in views]
 
 
 def compare(

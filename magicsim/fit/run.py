@@ -15,7 +15,7 @@ from magicsim.fit.equilibria import Equilibria
 from magicsim.fit.fitted_scene import fitted_scene, write_scene
 from magicsim.fit.model import Comparison, compare, observed_states, render_bases
 from magicsim.fit.observation import Observation
-from magicsim.fit.solve import DETERMINED_SD, Solution, solve
+from magicsim.fit.solve import DETERMINED_SD, UNKNOWN_SD, Solution, scatter, solve
 from magicsim.fit.strengths import Basis, Strengths
 from magicsim.scenes.scene import SceneConfig
 
@@ -26,6 +26,8 @@ CAMERA_ALONE = ("gamma",)
 """Constants that change no basis image."""
 NOT_FITTED = ("exposure", "full_well", "read_noise")
 """Constants that mean frames do not hold: exposure comes with the strengths of the lights, noise is averaged away."""
+PAIRS = 4
+"""Independent renderings of the fitted sensor by which the noise of the rendering is told."""
 EDGE = 0.01
 """A fitted constant so near to an end of its range, as a share of it, would go on beyond."""
 
@@ -43,7 +45,10 @@ class FittedConstant:
     plausible: tuple[float, float]
     """One standard deviation to either side."""
     sd_share: float
-    """That deviation as a share of the range; 0.29 where the images say nothing."""
+    """That deviation as a share of the range; 0.29 where the images say nothing. From the residuals and from the noise
+    of the rendering; what is wrong with the model itself is in neither."""
+    render_share: float
+    """The part of it that comes from the noise of the rendering; more particles and samples lower it."""
     determined: bool
     """Whether it is below a tenth and the value lies inside the range."""
     restarts: list[float]
@@ -124,14 +129,21 @@ def fit_constants(
     found = solve(lambda point: comparison(point).residuals, first, starts=starts, evaluations=evaluations, seed=seed)
     best = comparison(found.point)
     values = values_at(found.point)
+    camera = with_values(scene, values).rig.camera
+    again = [
+        compare(render_bases(scene, values, states, equilibria, pair=pair), observations, camera, blocks=blocks)
+        for pair in range(1, PAIRS)
+    ]
+    rendering = scatter(found.jacobian, [best.residuals, *(each.residuals for each in again)])
+    told = _told(constants, found, rendering)
     from magicsim.fit.residual_plot import plot_residual
 
     picture = out.with_suffix(".png")
     plot_residual(observations, best, picture)
     fitted = fitted_scene(scene, values, best.strengths, best.images[0])
-    write_scene(out, fitted, comment=_comment(constants, found, observations))
+    write_scene(out, fitted, comment=_comment(told, found, observations))
     return FitResult(
-        out=str(out), picture=str(picture), constants=_told(constants, found), strengths=_by_light(best.strengths),
+        out=str(out), picture=str(picture), constants=told, strengths=_by_light(best.strengths),
         mean_rms=_rms(best.means), contrast_rms=_rms(best.contrasts), start_rms=start_rms, rms=found.rms,
         restart_rms=found.ends_rms, singular_values=found.singular_values.tolist(),
         weakest=dict(zip(constants, found.weakest.tolist(), strict=True)), evaluations=found.evaluations,
@@ -161,14 +173,16 @@ def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -
     return constants
 
 
-def _told(constants: Mapping[str, Constant], found: Solution) -> list[FittedConstant]:
+def _told(constants: Mapping[str, Constant], found: Solution, rendering: Array) -> list[FittedConstant]:
     told = []
     for place, (name, each) in enumerate(constants.items()):
-        share, sd = float(found.point[place]), float(found.sd[place])
+        share = float(found.point[place])
+        sd = min(float(np.hypot(found.sd[place], rendering[place])), UNKNOWN_SD)
         told.append(
             FittedConstant(
                 name=name, field=each.path, value=each.at(share), low=each.low, high=each.high,
                 plausible=(each.at(max(share - sd, 0.0)), each.at(min(share + sd, 1.0))), sd_share=sd,
+                render_share=float(rendering[place]),
                 determined=sd < DETERMINED_SD and EDGE < share < 1 - EDGE,
                 restarts=[each.at(float(end[place])) for end in found.ends],
             )
@@ -176,12 +190,12 @@ def _told(constants: Mapping[str, Constant], found: Solution) -> list[FittedCons
     return told
 
 
-def _comment(constants: Mapping[str, Constant], found: Solution, observations: Sequence[Observation]) -> str:
+def _comment(told: Sequence[FittedConstant], found: Solution, observations: Sequence[Observation]) -> str:
     frames = sum(each.count for each in observations)
     lines = [
         f"Written by magicsim fit from {frames} frames of {len(observations)} states; residual {found.rms:.2f} grey."
     ]
-    for each in _told(constants, found):
+    for each in told:
         said = "" if each.determined else ", not determined"
         lines.append(f"{each.field} = {each.value:.5g}, {each.plausible[0]:.5g} to {each.plausible[1]:.5g}{said}")
     return "\n".join(lines)

@@ -4,7 +4,7 @@ Gauss-Newton with a trust region and bounds (scipy's `trf`: Branch, Coleman and 
 over a fixed share of each range: large against what is left of the rendering's noise, small against the range.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,8 @@ class Solution:
     """Root mean square residual there, in the residuals' unit."""
     sd: Array
     """Standard deviation of each unknown in shares of its range, at most `UNKNOWN_SD`."""
+    jacobian: Array
+    """Shape (residuals, unknowns) [residuals' unit for the whole range]."""
     singular_values: Array
     """Of the Jacobian, largest first [residuals' unit for the whole range]."""
     weakest: Array
@@ -81,6 +83,7 @@ def solve(residuals: Residuals, start: Array, *, starts: int, evaluations: int, 
         point=best.x,
         rms=_rms(best.fun),
         sd=deviations(slopes, best.fun),
+        jacobian=slopes,
         singular_values=singular,
         weakest=directions[-1],
         ends=np.array([each.x for each in found]),
@@ -115,6 +118,21 @@ def deviations(jacobian: Array, residuals: Array) -> Array:
     variance = max(float(residuals @ residuals) / free, np.finfo(float).tiny)
     covariance = np.linalg.inv(jacobian.T @ jacobian / variance + np.eye(jacobian.shape[1]) / UNKNOWN_SD**2)
     return np.asarray(np.sqrt(np.diag(covariance)))
+
+
+def scatter(jacobian: Array, residuals: Sequence[Array]) -> Array:
+    """How far each unknown would move with other noise of the model: shape (unknowns,), in shares of the ranges.
+
+    Standard deviation of the Gauss-Newton steps that independent residuals of one point ask for, with an even prior.
+
+    Args:
+        jacobian: At that point, shape (residuals, unknowns).
+        residuals: Two or more independent ones.
+    """
+    variance = max(float(np.mean([each @ each for each in residuals])) / jacobian.shape[0], np.finfo(float).tiny)
+    normal = jacobian.T @ jacobian + variance * np.eye(jacobian.shape[1]) / UNKNOWN_SD**2
+    steps = [np.linalg.solve(normal, jacobian.T @ each) for each in residuals]
+    return np.asarray(np.std(steps, axis=0, ddof=1))
 
 
 def _rms(values: Array) -> float:
