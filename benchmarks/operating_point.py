@@ -1,7 +1,7 @@
 """Which values of the assumed constants bring the simulated sensor to the published figures of E, C and S?
 
     python benchmarks/operating_point.py search SEARCH.jsonl --steps 96 --first 48     # half a CPU minute a step
-    python benchmarks/operating_point.py check SEARCH.jsonl --out docs                 # best ones at full size
+    python benchmarks/operating_point.py check SEARCH.jsonl                            # best ones at full size
     python benchmarks/operating_point.py report SEARCH.jsonl --out docs
 
 `search` films one choice of the optical constants a step, in a small image, and reads it through many cameras; a run
@@ -24,7 +24,7 @@ from magicsim.detectors import load_profile
 from magicsim.errors import MagicsimError
 from magicsim.fit.constants import CONSTANTS, value_of
 from magicsim.operating_point.ensemble import summarise
-from magicsim.operating_point.filming import film_states, search_scene
+from magicsim.operating_point.filming import QUALITY, film_states, search_scene
 from magicsim.operating_point.reading import read_states, scaled
 from magicsim.operating_point.search import (
     Candidate,
@@ -92,6 +92,11 @@ def search(path: Path, *, steps: int, first: int, minutes: float, seed: int) -> 
         print(f"step {index}: {time.monotonic() - start:.0f} s, best distance {best:.3f}", flush=True)
 
 
+def checked_file(path: Path) -> Path:
+    """Where `check` keeps what it rendered, beside the search."""
+    return path.with_suffix(".check.json")
+
+
 def default_reading(columns: int, rows: int, quality: tuple[str, ...]) -> dict[str, Any]:
     """The default sensor at a size of the image."""
     scene = search_scene(columns, rows, quality)
@@ -100,23 +105,22 @@ def default_reading(columns: int, rows: int, quality: tuple[str, ...]) -> dict[s
     return asdict(reading) | {"distance": total_distance(reading.quantities)}
 
 
-def check(path: Path, out: Path, *, members: int) -> None:
+def check(path: Path, *, members: int) -> None:
     """Default at both sizes, and the best of the ensemble at the full one."""
-    from magicsim.operating_point.filming import QUALITY
-
-    target = out / "operating-point-check.json"
+    target = checked_file(path)
     found: dict[str, Any] = json.loads(target.read_text(encoding="utf-8")) if target.is_file() else {}
     if "default_small" not in found:
         found["default_small"] = default_reading(COLUMNS, ROWS, QUALITY)
     if "default_full" not in found:
         found["default_full"] = default_reading(FULL, FULL * ROWS // COLUMNS, FULL_QUALITY)
+    target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     scene, profile = search_scene(FULL, FULL * ROWS // COLUMNS, FULL_QUALITY), load_profile("published")
     found["members"] = []
     for each in best_of(read_rows(path), members):
         states = film_states(scene, optical_fields(each.optical))
         full = candidate(states, scene, each.optical, each.camera, profile)
         found["members"].append({"small": asdict(each), "full": None if full is None else asdict(full)})
-    target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print(json.dumps({name: distances(found[name]["quantities"]) for name in ("default_small", "default_full")}))
 
 
@@ -129,7 +133,7 @@ def report(path: Path, out: Path) -> None:
     best = best_of(rows, 1)[0]
     summary["best"]["fields"] = optical_fields(best.optical) | camera_values(best.camera)
     summary["best"]["grid_reading"] = grid_reading(best.camera)
-    checked = out / "operating-point-check.json"
+    checked = checked_file(path)
     if checked.is_file():
         summary["check"] = json.loads(checked.read_text(encoding="utf-8"))
     (out / "operating-point.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
@@ -151,7 +155,7 @@ def main() -> None:
     if given.stage == "search":
         search(given.rows, steps=given.steps, first=given.first, minutes=given.minutes, seed=given.seed)
     elif given.stage == "check":
-        check(given.rows, given.out, members=given.members)
+        check(given.rows, members=given.members)
     else:
         report(given.rows, given.out)
 
