@@ -7,7 +7,7 @@
 `search` films one choice of the optical constants a step, in a small image, and reads it through many cameras; a run
 that is cut off goes on where it stopped. The first steps cover the ranges evenly (Sobol), the rest move the best.
 `check` renders the default and the best of the ensemble at full size. `report` writes `operating-point.json`: targets,
-ensemble, distance by quantity, and how far the ensemble narrows each range.
+ensemble, distance by quantity, how far the ensemble narrows each range; and its tables.
 """
 
 import argparse
@@ -35,6 +35,7 @@ from magicsim.operating_point.search import (
     optical_fields,
     search_step,
 )
+from magicsim.operating_point.tables import tables
 from magicsim.operating_point.targets import distances, total_distance
 
 COLUMNS, ROWS, FULL = 120, 160, 240
@@ -137,6 +138,7 @@ def report(path: Path, out: Path) -> None:
     if checked.is_file():
         summary["check"] = json.loads(checked.read_text(encoding="utf-8"))
     (out / "operating-point.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    (out / "operating-point-tables.txt").write_text(tables(summary), encoding="utf-8")
     print(json.dumps(summary["distance"], indent=1))
 
 
