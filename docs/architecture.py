@@ -8,7 +8,7 @@ from pathlib import Path
 
 LAYERS = (
     (("cli",), "one function a command"),
-    (("dataset", "sweep", "evaluate", "robot", "report", "bench"), "datasets, judgements, devices, figures"),
+    (("dataset", "sweep", "evaluate", "fit", "robot", "report", "bench"), "datasets, judgements, devices, figures"),
     (("workers",), "tasks on many processes"),
     (("simulation", "truth", "episode"), "labelled frames"),
     (("plan",), "what a scene needs, and what is left out"),
@@ -22,7 +22,7 @@ ASIDE = ("detectors", ("NumPy and", "OpenCV", "alone: runs", "on a robot"))
 """The part that imports the leaf and nothing else; layers from `ASIDE_TOP` upwards may import it."""
 ASIDE_TOP, ASIDE_BOTTOM = 3, 7
 """Layers beside which it stands."""
-WIDTH, ROW, GAP, LEFT, COLUMN = 470, 50, 14, 10, 340
+WIDTH, ROW, GAP, LEFT, COLUMN = 520, 50, 14, 10, 390
 
 
 def picture() -> str:

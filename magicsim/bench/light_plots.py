@@ -1,4 +1,4 @@
-"""Draws the benchmarks of light from their JSON and nothing else: blur, verdicts, visibility, cost."""
+"""Draws the benchmarks of light from their JSON and nothing else: blur, verdicts, lattice, visibility, cost."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -41,6 +41,26 @@ def plot_verdicts(data: Mapping[str, Any], target: Path) -> None:
                            color=color, marker="o", markersize=3, label=state)  # fmt: skip
         panel.axvline(6, color="#999999", linestyle=":", linewidth=1)
         panel.set(xscale="log", title=name, xlabel="camera samples a pixel (dotted: default)")
+    _finish(figure, panels, target)
+
+
+def plot_lattice(data: Mapping[str, Any], target: Path) -> None:
+    """Force, entropy, correlation and similarity against node spacing, one line a depth."""
+    rows = data["results"]
+    names = {
+        "force_n": "force [N]",
+        "entropy": "entropy [bit]",
+        "correlation": "correlation",
+        "similarity": "similarity",
+    }
+    figure, panels = _panels(list(names))
+    for panel, (name, title) in zip(panels, names.items(), strict=True):
+        for color, depth in zip(COLORS, _distinct(rows, "depth_mm"), strict=False):
+            own = [row for row in rows if row["depth_mm"] == depth]
+            panel.plot([row["spacing_mm"] for row in own], [row[name] for row in own],
+                       color=color, marker="o", markersize=3, label=f"{depth:g} mm deep")  # fmt: skip
+        panel.axvline(1.0, color="#999999", linestyle=":", linewidth=1)
+        panel.set(xscale="log", title=title, xlabel="node spacing [mm] (dotted: default)")
     _finish(figure, panels, target)
 
 

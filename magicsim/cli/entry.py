@@ -8,7 +8,7 @@ import sys
 
 from cyclopts import CycloptsError
 
-from magicsim.cli import benchmark, calibrate, dataset, design, detect, light, machine, mechanics, scene, sweep  # noqa: F401
+from magicsim.cli import benchmark, calibrate, dataset, design, detect, fit, light, machine, mechanics, scene, sweep  # noqa: F401
 from magicsim.cli.app import app
 from magicsim.errors import MagicsimError
 

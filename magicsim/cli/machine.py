@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
 from magicsim.errors import ConfigError
 
-Kind = Literal["deform", "stress", "cost", "render", "light-cost", "verdicts", "blur", "visibility", "all"]
+Kind = Literal["deform", "stress", "cost", "render", "light-cost", "verdicts", "lattice", "blur", "visibility", "all"]
 
 
 @app.command

@@ -146,17 +146,21 @@ class Renderer:
         world = self.world(view)
         return self._lit(world, _lights(world), turn=turn)
 
-    def basis(self, view: View) -> dict[str, FloatImage]:
+    def basis(self, view: View, *, turn: int = 0) -> dict[str, FloatImage]:
         """One linear radiance image for each light that a view has, each of shape (rows, columns, 3).
 
         Rendering is linear in the lights and all images share their random numbers: those of `plain_radiance` are their
         sum, and other strengths or colours of the lights a weighted one (see `relight`).
+
+        Args:
+            view: What to see.
+            turn: Another number gives independent images of the same view.
         """
         world, images = self.world(view), {}
         try:
             for name in _lights(world):
                 world.light_only(name)
-                images[name] = self._lit(world, [name])
+                images[name] = self._lit(world, [name], turn=turn)
         finally:
             world.light_only(None)
         return images

@@ -19,6 +19,8 @@ LAYERS = (
         "bench",
         "dataset",
         "evaluate",
+        "fit",
+        "operating_point",
         "robot",
         "sweep",
         "recorded",

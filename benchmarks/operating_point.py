@@ -1,0 +1,166 @@
+"""Which values of the assumed constants bring the simulated sensor to the published figures of E, C and S?
+
+    python benchmarks/operating_point.py search SEARCH.jsonl --steps 96 --first 48     # half a CPU minute a step
+    python benchmarks/operating_point.py check SEARCH.jsonl                            # best ones at full size
+    python benchmarks/operating_point.py report SEARCH.jsonl --out docs
+
+`search` films one choice of the optical constants a step, in a small image, and reads it through many cameras; a run
+that is cut off goes on where it stopped. The first steps cover the ranges evenly (Sobol), the rest move the best.
+`check` renders the default and the best of the ensemble at full size. `report` writes `operating-point.json`: targets,
+ensemble, distance by quantity, how far the ensemble narrows each range; and its tables.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magicsim.detectors import load_profile
+from magicsim.errors import MagicsimError
+from magicsim.fit.constants import CONSTANTS, value_of
+from magicsim.operating_point.ensemble import summarise
+from magicsim.operating_point.filming import QUALITY, film_states, search_scene
+from magicsim.operating_point.reading import read_states, scaled
+from magicsim.operating_point.search import (
+    Candidate,
+    as_row,
+    camera_values,
+    candidate,
+    grid_reading,
+    optical_fields,
+    search_step,
+)
+from magicsim.operating_point.tables import tables
+from magicsim.operating_point.targets import distances, total_distance
+
+COLUMNS, ROWS, FULL = 120, 160, 240
+CAMERAS = 48
+GOOD = 8
+"""Best steps that the later ones are drawn around."""
+FULL_QUALITY = (
+    "render.samples=4", "render.particles=60000", "render.anchor_samples=20", "render.anchor_particles=600000",
+)  # fmt: skip
+
+
+def read_rows(path: Path) -> list[dict[str, Any]]:
+    """Steps that are done, without a last line that was cut off."""
+    if not path.is_file():
+        return []
+    rows = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            rows.append(json.loads(line))
+        except ValueError:
+            continue
+    return rows
+
+
+def best_of(rows: Sequence[dict[str, Any]], count: int) -> list[Candidate]:
+    """The best candidate of each of the best steps."""
+    best = sorted((row["candidates"][0] for row in rows if row["candidates"]), key=lambda each: each["distance"])
+    return [Candidate.read_back(each) for each in best[:count]]
+
+
+def search(path: Path, *, steps: int, first: int, minutes: float, seed: int) -> None:
+    """Adds steps to the file until there are enough, or time is up."""
+    scene = search_scene(COLUMNS, ROWS)
+    profile = scaled(load_profile("published"), columns=COLUMNS, full=FULL)
+    rows, end = read_rows(path), time.monotonic() + 60 * minutes
+    if rows:
+        path.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
+    for index in range(len(rows), steps):
+        if time.monotonic() > end:
+            break
+        start, cpu = time.monotonic(), time.process_time()
+        row: dict[str, Any] = {"index": index, "seed": seed, "first": first, "candidates": []}
+        try:
+            found = search_step(
+                scene, profile, best_of(rows, GOOD), index=index, first=first, cameras=CAMERAS, seed=seed
+            )
+            row["candidates"] = as_row(found)
+        except MagicsimError as error:
+            row["refused"] = str(error)
+        row["cpu_seconds"] = round(time.process_time() - cpu, 2)
+        rows.append(row)
+        with path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(row) + "\n")
+        best = min((each["candidates"][0]["distance"] for each in rows if each["candidates"]), default=np.nan)
+        print(f"step {index}: {time.monotonic() - start:.0f} s, best distance {best:.3f}", flush=True)
+
+
+def checked_file(path: Path) -> Path:
+    """Where `check` keeps what it rendered, beside the search."""
+    return path.with_suffix(".check.json")
+
+
+def default_reading(columns: int, rows: int, quality: tuple[str, ...]) -> dict[str, Any]:
+    """The default sensor at a size of the image."""
+    scene = search_scene(columns, rows, quality)
+    profile = scaled(load_profile("published"), columns=columns, full=FULL)
+    reading = read_states(film_states(scene, {}), scene.rig.camera, flashlight=1.0, crosstalk=0.0, profile=profile)
+    return asdict(reading) | {"distance": total_distance(reading.quantities)}
+
+
+def check(path: Path, *, members: int) -> None:
+    """Default at both sizes, and the best of the ensemble at the full one."""
+    target = checked_file(path)
+    found: dict[str, Any] = json.loads(target.read_text(encoding="utf-8")) if target.is_file() else {}
+    if "default_small" not in found:
+        found["default_small"] = default_reading(COLUMNS, ROWS, QUALITY)
+    if "default_full" not in found:
+        found["default_full"] = default_reading(FULL, FULL * ROWS // COLUMNS, FULL_QUALITY)
+    target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    scene, profile = search_scene(FULL, FULL * ROWS // COLUMNS, FULL_QUALITY), load_profile("published")
+    found["members"] = []
+    for each in best_of(read_rows(path), members):
+        states = film_states(scene, optical_fields(each.optical))
+        full = candidate(states, scene, each.optical, each.camera, profile)
+        found["members"].append({"small": asdict(each), "full": None if full is None else asdict(full)})
+        target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    print(json.dumps({name: distances(found[name]["quantities"]) for name in ("default_small", "default_full")}))
+
+
+def report(path: Path, out: Path) -> None:
+    """Writes the summary of a search."""
+    rows = read_rows(path)
+    summary = summarise(rows)
+    scene = search_scene(COLUMNS, ROWS)
+    summary["default"] = {name: value_of(scene, each.path) for name, each in CONSTANTS.items()}
+    best = best_of(rows, 1)[0]
+    summary["best"]["fields"] = optical_fields(best.optical) | camera_values(best.camera)
+    summary["best"]["grid_reading"] = grid_reading(best.camera)
+    checked = checked_file(path)
+    if checked.is_file():
+        summary["check"] = json.loads(checked.read_text(encoding="utf-8"))
+    (out / "operating-point.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    (out / "operating-point-tables.txt").write_text(tables(summary), encoding="utf-8")
+    print(json.dumps(summary["distance"], indent=1))
+
+
+def main() -> None:
+    """Runs one stage."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("stage", choices=("search", "check", "report"))
+    parser.add_argument("rows", type=Path)
+    parser.add_argument("--steps", type=int, default=96)
+    parser.add_argument("--first", type=int, default=48)
+    parser.add_argument("--minutes", type=float, default=1e6)
+    parser.add_argument("--members", type=int, default=3)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path("docs"))
+    given = parser.parse_args()
+    if given.stage == "search":
+        search(given.rows, steps=given.steps, first=given.first, minutes=given.minutes, seed=given.seed)
+    elif given.stage == "check":
+        check(given.rows, members=given.members)
+    else:
+        report(given.rows, given.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Assumed optical constants: which there are, and what images of a real sensor say about them."""

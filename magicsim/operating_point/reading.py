@@ -1,0 +1,142 @@
+"""What the published detectors read of the filmed states through one camera, and how the colours behave."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.detectors import DetectorProfile, Proximity, References, detect, fuse
+from magicsim.fit.blocks import block_means
+from magicsim.operating_point.filming import GAPS_MM, FilmedStates
+from magicsim.scenes.exposure import expose, meter
+from magicsim.scenes.rig import Camera
+
+Array = npt.NDArray[np.float64]
+FloatImage = npt.NDArray[np.float32]
+Frame = npt.NDArray[np.uint8]
+NEAR_MM = 3.0
+"""Up to this gap an object counts as near."""
+BLOCKS = (8, 6)
+"""Blocks down and across in which the evenness of a colour is told."""
+SEED = 7
+"""Of the camera's noise: the same for all cameras, so that they differ by their constants alone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """Quantities of one sensor, by the names of `magicsim.operating_point.targets.TARGETS`, and its colours."""
+
+    quantities: dict[str, float]
+    correlation: list[float]
+    """C at each of `GAPS_MM`."""
+    entropy: list[float]
+    """E at each of them [bit]."""
+    evenness: list[float]
+    """Of red, green and blue at rest: darkest over brightest block."""
+    disparity: dict[str, float]
+    """At `rest`, in `touch` and under `light`: how differently the channels are spread over the face, see `disparity`;
+    of what brightens for the last two."""
+
+
+def read_states(
+    states: FilmedStates, camera: Camera, *, flashlight: float, crosstalk: float, profile: DetectorProfile
+) -> Reading:
+    """All quantities.
+
+    Args:
+        states: Radiances.
+        camera: Exposure, tone curve and noise; its colour matrix is replaced.
+        flashlight: Strength of the flashlight in units of the rendered one.
+        crosstalk: Share of each pixel's signal that comes from the two other colours, half each.
+        profile: Options of the detectors.
+    """
+    mixed = camera.model_copy(update={"color_matrix": crosstalk_matrix(crosstalk)})
+    exposure = meter(states.rest, mixed)
+    count = profile.reference_count
+
+    def shoot(radiance: FloatImage, frame: int) -> Frame:
+        return expose(radiance, exposure, mixed, seed=SEED, frame=frame)
+
+    resting = [shoot(states.rest, number) for number in range(count)]
+    references: References = fuse(resting, profile)
+    lit = (states.rest + flashlight * states.light).astype(np.float32)
+    images = [states.rest, *states.near, states.touch, lit]
+    shots = [shoot(image, count + number) for number, image in enumerate(images)]
+    rest, *near, touch, light = [detect(shot, references, profile) for shot in shots]
+    seen = [each.proximity is Proximity.APPROACHING for each in near]
+    noticed = [place for place, each in enumerate(near) if each.entropy >= profile.tau_e]
+    close = [each for each, gap in zip(near, GAPS_MM, strict=True) if gap <= NEAR_MM]
+    return Reading(
+        quantities={
+            "s_rest": rest.similarity,
+            "s_near": float(np.mean([each.similarity for each in close])),
+            "s_touch": touch.similarity,
+            "s_light": light.similarity,
+            "c_far": near[noticed[0] if noticed else 0].correlation,
+            "c_near": float(np.mean([each.correlation for each in close])),
+            "c_light": light.correlation,
+            "e_rest": rest.entropy,
+            "e_near": max(each.entropy for each in close),
+            "lead_mm": lead_mm(seen),
+        },
+        correlation=[each.correlation for each in near],
+        entropy=[each.entropy for each in near],
+        evenness=evenness(np.mean(resting, axis=0)),
+        disparity={
+            "rest": disparity(np.mean(resting, axis=0)),
+            "touch": disparity(_brightening(shots[-2], resting)),
+            "light": disparity(_brightening(shots[-1], resting)),
+        },
+    )
+
+
+def lead_mm(seen: Sequence[bool]) -> float:
+    """Largest of `GAPS_MM` from which on the object is called Approaching until contact [mm]; 0 where never."""
+    lead = 0.0
+    for gap, approaching in zip(reversed(GAPS_MM), reversed(seen), strict=True):
+        if not approaching:
+            return lead
+        lead = gap
+    return lead
+
+
+def crosstalk_matrix(share: float) -> tuple[tuple[float, float, float], ...]:
+    """Colour matrix whose pixels take a share of their signal from the two other colours."""
+    return tuple(
+        tuple(1 - share if row == column else share / 2 for column in range(3))  # type: ignore[misc]
+        for row in range(3)
+    )
+
+
+def evenness(image: Array) -> list[float]:
+    """Darkest over brightest block of each channel, 1 where a colour is even over the face."""
+    blocks = block_means(image, BLOCKS)
+    return [
+        float(low / high) if high > 0 else 1.0 for low, high in zip(blocks.min((0, 1)), blocks.max((0, 1)), strict=True)
+    ]
+
+
+def disparity(image: Array) -> float:
+    """How differently three channels are spread over the face; 0 where all have one shape.
+
+    Root mean square difference of their block means, each in units of its own mean, averaged over the three pairs.
+    """
+    blocks = block_means(image, BLOCKS)
+    means = blocks.mean((0, 1))
+    if not (means > 0).all():
+        return 0.0
+    shapes = blocks / means
+    pairs = [np.sqrt(np.mean((shapes[..., a] - shapes[..., b]) ** 2)) for a, b in combinations(range(3), 2)]
+    return float(np.mean(pairs))
+
+
+def _brightening(shot: Frame, resting: Sequence[Frame]) -> Array:
+    return np.asarray(np.maximum(shot - np.mean(resting, axis=0), 0))
+
+
+def scaled(profile: DetectorProfile, *, columns: int, full: int) -> DetectorProfile:
+    """The profile for a smaller image: its blur covers the same part of the face."""
+    size = round((profile.grid_blur_px - 1) * columns / full / 2) * 2 + 1 if profile.grid_blur_px > 1 else 0
+    return replace(profile, grid_blur_px=size)

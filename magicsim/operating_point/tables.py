@@ -1,0 +1,109 @@
+"""The result of a search as Markdown tables, drawn from its JSON alone."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+DASH = "-"
+
+
+def tables(summary: Mapping[str, Any]) -> str:
+    """All tables of the page.
+
+    Args:
+        summary: What `magicsim.operating_point.ensemble.summarise` returned, with `check` where there is one.
+    """
+    check = summary.get("check", {})
+    parts = [
+        f"*{summary['steps']} choices of optical constants, {summary['candidates']} cameras with a grid to read, "
+        f"{summary['cpu_seconds'] / 60:.0f} CPU minutes; {len(summary['ensemble'])} members, distance "
+        f"{summary['distance']['best']:.2f} to {summary['distance']['worst_member']:.2f} tolerances.*",
+        _quantities(summary, check),
+        _constants(summary),
+        _colours(summary, check),
+    ]
+    if check.get("members"):
+        parts.append(_members(check["members"]))
+    return "\n\n".join(parts) + "\n"
+
+
+def _quantities(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
+    rows = []
+    for name, target in summary["targets"].items():
+        found = summary["quantities"][name]
+        defaults = [
+            _number(check.get(key, {}).get("quantities", {}).get(name)) for key in ("default_small", "default_full")
+        ]
+        rows.append(
+            [
+                f"{target['says']}{' [' + target['unit'] + ']' if target['unit'] else ''}",
+                _interval(target["low"], target["high"]),
+                *defaults,
+                f"{found['low']:.2f} to {found['high']:.2f}",
+                f"{found['distance_median']:+.1f}",
+                f"{100 * found['reached_alone']:.0f} %",
+            ]
+        )
+    head = [
+        "published",
+        "target",
+        "default, small",
+        "default, full size",
+        "ensemble",
+        "left [tolerances]",
+        "met alone by",
+    ]
+    return _table(head, rows)
+
+
+def _constants(summary: Mapping[str, Any]) -> str:
+    rows = [
+        [f"`{name}`", f"{found['low']:.2f}", f"{found['median']:.2f}", f"{found['high']:.2f}", f"{found['spread']:.2f}"]
+        for name, found in summary["constants"].items()
+    ]
+    return _table(["constant, share of its range", "low", "median", "high", "spread (1 = even)"], rows)
+
+
+def _colours(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
+    readings = {"best of the search": summary["best"]["reading"]}
+    readings |= {
+        title: check[key]
+        for key, title in (("default_small", "default, small"), ("default_full", "default, full size"))
+        if key in check
+    }
+    rows = [
+        [
+            title,
+            *(f"{each:.2f}" for each in found["evenness"]),
+            *(f"{found['disparity'][key]:.2f}" for key in ("rest", "touch", "light")),
+        ]
+        for title, found in readings.items()
+    ]
+    head = ["sensor", "evenness red", "green", "blue", "disparity at rest", "in contact", "under light"]
+    return _table(head, rows)
+
+
+def _members(members: Sequence[Mapping[str, Any]]) -> str:
+    rows = [
+        [
+            str(number),
+            f"{each['small']['distance']:.2f}",
+            DASH if each["full"] is None else f"{each['full']['distance']:.2f}",
+        ]
+        for number, each in enumerate(members, 1)
+    ]
+    return _table(["member", "distance, small", "distance, full size"], rows)
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _number(value: float | None) -> str:
+    return DASH if value is None else f"{value:.2f}"
+
+
+def _interval(low: float | None, high: float | None) -> str:
+    if low is None:
+        return f"up to {high:g}"
+    return f"from {low:g}" if high is None else f"{low:g} to {high:g}"

@@ -1,0 +1,39 @@
+import pytest
+
+from magicsim.errors import ConfigError
+from magicsim.fit.constants import CONSTANTS, named, value_of, with_values
+from magicsim.scenes.scene import load_scene
+
+
+@pytest.mark.parametrize("name", CONSTANTS)
+def test_default_sensor_lies_in_every_assumed_range(name: str):
+    each = CONSTANTS[name]
+    share = each.share(value_of(load_scene("rest"), each.path))
+    assert 0 <= share <= 1
+    assert each.at(share) == pytest.approx(value_of(load_scene("rest"), each.path))
+
+
+def test_value_outside_its_range_is_refused():
+    with pytest.raises(
+        ConfigError, match=r"design\.wall_mm = 0\.5 is not allowed: must be in its assumed range, 0\.1 to"
+    ):
+        CONSTANTS["wall"].share(0.5)
+
+
+def test_star_reaches_every_strip():
+    scene = with_values(load_scene("rest"), {"rig.strips.*.margin_mm": 1.5})
+    assert [each.margin_mm for each in scene.rig.strips] == [1.5] * 4
+    assert value_of(scene, "rig.strips.*.margin_mm") == 1.5
+
+
+@pytest.mark.parametrize("path", ["rig.strip.margin_mm", "design.materials.skin.ior"])
+def test_field_that_does_not_exist_is_named(path: str):
+    with pytest.raises(ConfigError, match=path.rpartition(".")[0].split(".")[-1]):
+        with_values(load_scene("rest"), {path: 1.0})
+
+
+def test_unknown_or_repeated_constant_is_refused():
+    with pytest.raises(ConfigError, match=r"unknown constant 'gama' \(did you mean 'gamma'\?\)"):
+        named(["gama"])
+    with pytest.raises(ConfigError, match="'gamma' is given twice"):
+        named(["gamma", "gamma"])
