@@ -136,7 +136,7 @@ def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[
 
 
 def _balance(sensor: Sensor, loaded: Any) -> float:  # noqa: ANN401
-    from magicsim.scenes.integrator import lights
+    from magicsim.scenes.shapes import lights
 
     integrator = loaded.integrator()
     spent = emitted = 0.0

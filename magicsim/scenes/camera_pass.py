@@ -20,7 +20,6 @@ from magicsim.scenes.medium import (
     Constants,
     Media,
     Medium,
-    Shapes,
     classify,
     free_path,
     fresnel,
@@ -29,6 +28,7 @@ from magicsim.scenes.medium import (
 )
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.sequence import sequence
+from magicsim.scenes.shapes import Shapes
 from magicsim.scenes.window import Window
 
 ROULETTE_WEIGHT = 1 / 32

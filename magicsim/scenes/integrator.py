@@ -1,25 +1,26 @@
 """The fluence estimator as a Mitsuba integrator, so that `mi.render(scene)` is all that a user needs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
 from magicsim.scenes.cached_light import CachedLight, Piecewise, VoxelField, cell_slopes
 from magicsim.scenes.camera_pass import gather_radiance
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.grid_state import GridState, GridStates
+from magicsim.scenes.integrator_settings import read_medium, read_triple
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
-from magicsim.scenes.medium import Media, Medium, Shapes, classify
+from magicsim.scenes.medium import Media
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, INFILL, OBJECT
-from magicsim.scenes.voxels import BodyPart, Voxels, body_voxels
+from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
+from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
 
 FloatArray = npt.NDArray[np.float64]
@@ -34,8 +35,6 @@ CHUNK = 500_000
 """Particles traced at once: bounds the memory, does not change the result."""
 NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
 """Stands for an absent object, so that arrays have a size."""
-CLEAR_MM = 1e-3
-"""How far off its triangles an object is looked around from [mm]: less than a wet object stands into the skin."""
 SEEDS_PER_RENDER = 64
 """Random streams that one seed owns: the camera's, and one a light."""
 
@@ -64,21 +63,21 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         self.followed_media = Media(
             body_ior=properties["body_ior"],
             infill_ior=properties["infill_ior"],
-            body=_medium(properties, "body").reduced,
-            infill=_medium(properties, "infill"),
+            body=read_medium(properties, "body").reduced,
+            infill=read_medium(properties, "infill"),
             top_mm=properties["top_mm"],
         )
         self.followed = properties.get("forward_collisions", 0)
         if self.followed_media.infill.anisotropy == 0:
             self.followed = 0
         self.media = replace(self.followed_media, infill=self.followed_media.infill.reduced)
-        self.counts = _triple(properties, "cells", int)
+        self.counts = read_triple(properties, "cells", int)
         self.voxels: Voxels | None = None
         if self.media.body.sigma_s > 0:
             self.voxels = Voxels(
-                origin_mm=_triple(properties, "voxel_origin"),
-                size_mm=_triple(properties, "voxel_size"),
-                counts=_triple(properties, "voxels", int),
+                origin_mm=read_triple(properties, "voxel_origin"),
+                size_mm=read_triple(properties, "voxel_size"),
+                counts=read_triple(properties, "voxels", int),
             )
 
     def render(
@@ -128,7 +127,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         scales = {name: 1 / (FIXED_POINT * count) for name, count in particles.items()}
         landed = [tracks[name].landed.reshape(-1, 3) * scales[name] for name in tracks]
         # One product for all lights: reading the kernel costs more than using it.
-        irradiance = self._kernel(shapes).irradiance(np.concatenate(landed, 1), _wetted(scene, shapes))
+        irradiance = self._kernel(shapes).irradiance(np.concatenate(landed, 1), wetted(scene, shapes))
         return {
             name: LightField(
                 fluence=np.asarray(tracks[name].cells.reshape(-1, 3) * scales[name] / volumes, np.float64),
@@ -211,21 +210,21 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def emitter(self, scene: Any, name: str) -> Any:
         """The emitter of a light, one of `lights(scene)`."""
-        return scene.environment() if name == ENVIRONMENT else _shape(scene, name).emitter()
+        return scene.environment() if name == ENVIRONMENT else shape_named(scene, name).emitter()
 
     def shapes(self, scene: Any) -> Shapes:
         """The scene's shapes by their role."""
         grid = self._grid(scene)
         return Shapes(
-            body=_shape(scene, BODY),
-            infill=_shape(scene, INFILL),
-            object=_shape(scene, OBJECT),
+            body=shape_named(scene, BODY),
+            infill=shape_named(scene, INFILL),
+            object=shape_named(scene, OBJECT),
             triangles_per_cell=self.triangles_per_cell,
             faces=grid.faces if grid is not None else None,
         )
 
     def _grid(self, scene: Any) -> GridState | None:
-        infill = _shape(scene, INFILL)
+        infill = shape_named(scene, INFILL)
         known = {BODY, INFILL, OBJECT, GHOST}
         strangers = [shape for shape in scene.shapes() if shape.id() not in known]
         return self.grid.of(infill, strangers) if infill is not None else None
@@ -233,45 +232,14 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
     def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         """Smoothing of the object's irradiance; the object is rigid, so once is enough."""
         if self._irradiance_kernel is None:
-            self._irradiance_kernel = irradiance_kernel(_mesh(shapes.object) if shapes.object is not None else NOTHING)
+            self._irradiance_kernel = irradiance_kernel(
+                mesh_of(shapes.object) if shapes.object is not None else NOTHING
+            )
         return self._irradiance_kernel
 
     def to_string(self) -> str:
         """One line for logs."""
         return f"FluenceIntegrator[particles={self.particles}]"
-
-
-def lights(scene: Any) -> list[str]:
-    """Names of the lights, in a fixed order: strips, flashlight, light from all around."""
-    names = sorted(shape.id() for shape in scene.shapes() if shape.is_emitter())
-    names.sort(key=lambda name: name == FLASHLIGHT)
-    return names + ([ENVIRONMENT] if scene.environment() is not None else [])
-
-
-def _shape(scene: Any, name: str) -> Any:
-    return next((shape for shape in scene.shapes() if shape.id() == name), None)
-
-
-def _mesh(shape: Any) -> SurfaceMesh:
-    parameters = mi.traverse(shape)
-    return SurfaceMesh(
-        vertices=np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3),
-        faces=np.array(parameters["faces"]).reshape(-1, 3).astype(np.int32),
-    )
-
-
-def _wetted(scene: Any, shapes: Shapes) -> npt.NDArray[np.bool_]:
-    """Which of the object's triangles lie inside the body's surface, shape (triangles,)."""
-    if shapes.object is None:
-        return np.zeros(1, bool)
-    mesh = _mesh(shapes.object)
-    corners = mesh.vertices[mesh.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    origin = mi.Point3f(*(corners.mean(1) + CLEAR_MM * normals).T.astype(np.float32))
-    body, infill, _ = shapes.pointers()
-    si = scene.ray_intersect(mi.Ray3f(origin, mi.Vector3f(0, 0, 1)))
-    return np.array(classify(si, body, infill, mi.Bool(False)).in_body)
 
 
 def _flat(values: FloatArray) -> Any:
@@ -284,58 +252,6 @@ def _body_field(voxels: Voxels, part: BodyPart, field: LightField) -> VoxelField
     slopes[inner] = cell_slopes(fluence[inner], part.centres_mm[inner], voxels.inner_counts)
     values = Piecewise(values=_flat(fluence), slopes=_flat(slopes), centres=_flat(part.centres_mm))
     return VoxelField(voxels=voxels, field=values)
-
-
-def _medium(properties: Any, name: str) -> Medium:
-    return Medium(
-        sigma_s=properties.get(f"{name}_sigma_s", 0.0),
-        sigma_a=properties.get(f"{name}_sigma_a", 0.0),
-        anisotropy=properties.get(f"{name}_anisotropy", 0.0),
-    )
-
-
-def _triple(properties: Any, name: str, kind: type = float) -> Any:
-    return tuple(kind(properties[f"{name}_{axis}"]) for axis in "xyz")
-
-
-def integrator_settings(
-    elastomer: Elastomer, finish: Finish, *, inside: Sequence[str], inset_mm: float
-) -> dict[str, Any]:
-    """Scene-dictionary entries of the integrator.
-
-    Args:
-        elastomer: The block at rest.
-        finish: Surface of the object.
-        inside: Names of the lights that shine inside the body.
-        inset_mm: Depth of LED strips in optical contact inside the body [mm].
-    """
-    materials = elastomer.design.materials
-    settings: dict[str, Any] = {
-        "object_color": mi.ScalarColor3f(finish.color),
-        "object_vertex_colors": finish.vertex_colors,
-        "object_specular": finish.specular,
-        "object_roughness": finish.roughness,
-        "triangles_per_cell": max(elastomer.triangles_per_cell, 1),
-        "body_ior": materials.body.ior,
-        "infill_ior": materials.infill.ior if materials.infill else materials.body.ior,
-        "lights_inside": ",".join(inside),
-        "top_mm": elastomer.design.height_mm,
-    }
-    for name, optics in (("body", materials.body), ("infill", materials.infill)):
-        if optics is not None:
-            settings |= {
-                f"{name}_sigma_s": optics.sigma_s_per_mm,
-                f"{name}_sigma_a": optics.absorption_per_mm,
-                f"{name}_anisotropy": optics.anisotropy,
-            }
-    counts = elastomer.grid.counts if elastomer.grid is not None else (1, 1, 1)
-    triples: dict[str, Any] = {"cells": counts}
-    if materials.body.sigma_s_per_mm > 0:
-        voxels = body_voxels(elastomer, inset_mm)
-        triples |= {"voxels": voxels.counts, "voxel_origin": voxels.origin_mm, "voxel_size": voxels.size_mm}
-    for name, values in triples.items():
-        settings |= {f"{name}_{axis}": value for axis, value in zip("xyz", values, strict=True)}
-    return settings
 
 
 mi.register_integrator("fluence", FluenceIntegrator)

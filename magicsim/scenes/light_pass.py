@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.medium import Constants, Media, Shapes, classify, free_path, fresnel, scattered, scattering_stretch
+from magicsim.scenes.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.sequence import sequence
+from magicsim.scenes.shapes import Shapes
 from magicsim.scenes.voxels import Voxels
 
 Counts = npt.NDArray[np.uint64]

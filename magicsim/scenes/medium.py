@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.cell_faces import CellFaces
 
 CLEAR_PER_MM = 1e-12
 """Extinction that stands for none [1/mm]."""
@@ -98,34 +97,6 @@ class Constants:
             infill=Coefficients.of(media.infill),
             top_mm=dr.opaque(mi.Float, media.top_mm),
         )
-
-
-@dataclass(slots=True, kw_only=True)
-class Shapes:
-    """The shapes that both passes tell apart, by their role."""
-
-    body: Any
-    infill: Any
-    """All cells, or None without a grid."""
-    object: Any
-    """What approaches, or None."""
-    triangles_per_cell: int
-    faces: CellFaces | None
-    """Of the cells, for `next_hit`; None to search all triangles for every hit."""
-
-    @property
-    def cells(self) -> int:
-        """Number of cells, at least 1 so that arrays have a size."""
-        return max(1, self.infill.face_count() // self.triangles_per_cell) if self.infill is not None else 1
-
-    @property
-    def object_triangles(self) -> int:
-        """Number of the object's triangles, at least 1 so that arrays have a size."""
-        return int(self.object.face_count()) if self.object is not None else 1
-
-    def pointers(self) -> tuple[Any, Any, Any]:
-        """Body, infill and object for comparison with hits; null, which no valid hit equals, where one is absent."""
-        return mi.ShapePtr(self.body), mi.ShapePtr(self.infill), mi.ShapePtr(self.object)
 
 
 @dataclass(slots=True, kw_only=True)

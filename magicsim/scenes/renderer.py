@@ -277,7 +277,8 @@ class Renderer:
         """The integrator's entry of a scene dictionary."""
         if self.estimator == "path":
             return {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
-        from magicsim.scenes.integrator import integrator_settings
+        import magicsim.scenes.integrator  # noqa: F401 -- registers the estimator
+        from magicsim.scenes.integrator_settings import integrator_settings
 
         return {
             "type": "fluence",
@@ -306,7 +307,7 @@ def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
 
 
 def _lights(world: World) -> list[str]:
-    from magicsim.scenes.integrator import lights
+    from magicsim.scenes.shapes import lights
 
     return lights(world.scene)
 

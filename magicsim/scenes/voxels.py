@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.medium import Shapes, classify
+from magicsim.scenes.medium import classify
+from magicsim.scenes.shapes import Shapes
 
 Array = npt.NDArray[np.float64]
 PLAIN_MM = 1.0

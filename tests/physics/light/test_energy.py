@@ -18,7 +18,7 @@ SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm
     ],
 )
 def test_emitted_light_is_absorbed_or_escapes(state, overrides, small_scene):
-    from magicsim.scenes.integrator import lights
+    from magicsim.scenes.shapes import lights
 
     scene = small_scene(state, *SMALL, *overrides)
     sensor = Sensor(scene)
