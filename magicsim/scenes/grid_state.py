@@ -48,13 +48,14 @@ class GridStates:
         """
         parameters = mi.traverse(infill)
         positions = parameters["vertex_positions"]
-        # Replaced vertices are another array. The one kept here stays alive, so that its index is not used again.
+        # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
+        # is a handle of our own, because what the mesh hands out follows the mesh.
         if self._state is None or self._positions.index != positions.index:
             mesh = SurfaceMesh(
                 vertices=np.array(positions, np.float64).reshape(-1, 3),
                 faces=np.array(parameters["faces"]).reshape(-1, 3).astype(np.int32),
             )
-            self._positions, self._state = positions, self._computed(mesh, infill.bbox(), strangers)
+            self._positions, self._state = mi.Float(positions), self._computed(mesh, infill.bbox(), strangers)
         return self._state
 
     def _computed(self, mesh: SurfaceMesh, box: Any, strangers: Sequence[Any]) -> GridState:

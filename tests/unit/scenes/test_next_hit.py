@@ -91,6 +91,20 @@ def test_most_hits_in_cells_need_no_search(deformation, least):
     assert found[beside].mean() > 0.3
 
 
+def test_the_state_of_the_grid_follows_its_mesh():
+    sensor = Sensor(load_scene("rest", SMALL))
+    rest = sensor.elastomer.infill.vertices
+    lowest = []
+    for infill in (None, pressed_and_sheared(rest), dented(rest), None):
+        scene = sensor.renderer.world(View(infill=infill)).scene
+        integrator = scene.integrator()
+        patches = np.array(integrator.shapes(scene).faces.patches).reshape(-1, 28)[:, :27]
+        lowest.append(patches.reshape(-1, 3).min(0))
+        wanted = rest if infill is None else infill
+        np.testing.assert_allclose(lowest[-1], wanted.min(0), atol=1e-5)
+    assert np.ptp(lowest, axis=0).max() > 0.005
+
+
 def test_a_strip_under_a_thin_skin_is_not_overlooked():
     shapes, _ = grid_and_scene(at_rest, "design.skin_mm=0.1")
     assert shapes.faces is None
