@@ -16,10 +16,8 @@ NONE = 2**32 - 1
 """Stands for no cell."""
 CONVEX_MM = 1e-5
 """Cells whose edges lie at most this deep below the plane beside them count as convex [mm]."""
-DENT_MARGIN = 4.0
-"""A ray that stays this many deviations of a face away from it cannot have met one of its dents (see `next_hit`)."""
-WALL_MARGIN = 6.0
-"""Walls this many times thicker than their faces deviate are crossed before a ray can meet the face that it left."""
+NEVER = 2.0
+"""Margin of cells in which no place is in front of all planes of their faces."""
 FRAME = 16
 """Floats that describe a cell's frame."""
 
@@ -35,7 +33,8 @@ class CellFaces:
     stride: int
     frames: Any
     """Of each cell, `FRAME` floats: by rows the matrix into the cell's own frame, in which it is about [-1, 1]^3; its
-    centre [mm]; how far from its faces, in that frame, a ray must stay."""
+    centre [mm]; for each axis how far from its two faces, in that frame, a ray must end, see `_margins`; -inf where the
+    cell is convex."""
     neighbours: Any
     """Cell across each face of each cell, mi.UInt32, `NONE` where there is none that the argument holds for."""
     face_of: Any
@@ -74,13 +73,12 @@ def cell_faces(vertices: Array, topology: CellTopology) -> CellFaces:
     inward = np.linalg.inv(axes.transpose(0, 2, 1))
     frames = np.zeros((cells, FRAME))
     frames[:, :9], frames[:, 9:12] = inward.reshape(cells, 9), centres.mean(1)
-    deviation = _deviation(faces, centres, inward)
-    frames[:, 12] = np.where(dents_mm(corners, normals, topology) > CONVEX_MM, DENT_MARGIN * deviation, 0.0)
+    dented = dents_mm(corners, normals, topology) > CONVEX_MM
+    frames[:, 12:15] = np.where(dented[:, None], _margins(corners, faces, axes, inward, topology), -np.inf)
     neighbours = topology.neighbours()
-    half = np.linalg.norm(axes, axis=2).repeat(2, 1)
-    across = centres[neighbours, np.arange(FACES) ^ 1]
-    wall = np.linalg.norm(across - centres, axis=2)
-    neighbours[WALL_MARGIN * deviation[:, None] * half > wall] = -1
+    facing = (neighbours, np.arange(FACES) ^ 1)
+    free = ~dented[:, None] | _in_front(faces, faces[facing], topology.parts)
+    neighbours[~(free & free[facing])] = -1
     return CellFaces(
         parts=topology.parts,
         patches=mi.Float(patches.ravel()),
@@ -126,11 +124,49 @@ def _triangles(topology: CellTopology) -> npt.NDArray[np.int64]:
     return np.asarray(topology.corners[:, canonical_triangles(topology.parts)].reshape(-1, 3))
 
 
-def _deviation(faces: Array, centres: Array, inward: Array) -> Array:
-    """Largest distance of a cell's faces from those of the box that is its frame, in units of half its size."""
-    relative = faces - centres.mean(1)[:, None, None]
-    along = np.stack([relative[:, 2 * a : 2 * a + 2] @ inward[:, None, a, :, None] for a in range(3)], 1)[..., 0]
-    return np.asarray(np.abs(np.abs(along) - 1).max((1, 2, 3)), np.float64)
+def _margins(corners: Array, faces: Array, axes: Array, inward: Array, topology: CellTopology) -> Array:
+    """Distance from the faces of each axis, in the cell's frame, beyond which a place is behind all planes of them.
+
+    Args:
+        corners: Vertices of each cell, shape (cells, vertices of a cell, 3) [mm].
+        faces: Vertices of each face, shape (cells, 6, vertices of a face, 3) [mm].
+        axes: Axes of each cell's frame as rows, shape (cells, 3, 3) [mm].
+        inward: Matrix into the frame, shape (cells, 3, 3).
+        topology: How a cell is put together.
+
+    Returns:
+        Shape (cells, 3), in units of half a cell; `NEVER` in all of a cell where one of them leaves no room.
+    """
+    centre = faces.mean(2).mean(1)
+    a, b, c = (corners[:, index] for index in _triangles(topology).T)
+    normals = np.cross(b - a, c - a)
+    heights = np.einsum("cti,cti->ct", normals, a - centre[:, None]).reshape(len(faces), 3, -1)
+    # Transformed as planes are, so that a place x in the frame is behind one where slopes @ x < height.
+    slopes = np.einsum("cti,cai->cta", normals, axes).reshape(len(faces), 3, -1, 3)
+    reach = np.abs(np.einsum("cai,cfvi->cfva", inward, faces - centre[:, None, None])).max((1, 2, 3))
+    margins = np.empty((len(faces), 3))
+    for axis in range(3):
+        along = slopes[:, axis, :, axis].copy()
+        along[:, : along.shape[1] // 2] *= -1
+        beside = np.abs(np.delete(slopes[:, axis], axis, 2)).sum(2) * reach[:, None]
+        steep = along <= 0
+        lowest = (heights[:, axis] - beside) / np.where(steep, 1.0, along)
+        margins[:, axis] = np.where(steep, NEVER, 1 - lowest).max(1)
+    return np.where((margins >= 1).any(1, keepdims=True), NEVER, margins)
+
+
+def _in_front(faces: Array, others: Array, parts: int) -> npt.NDArray[np.bool_]:
+    """Whether all of another face lies outside all planes of a face's triangles, so that no ray to it meets them.
+
+    Args:
+        faces: Vertices of each face, shape (cells, 6, vertices of a face, 3) [mm].
+        others: Vertices of the other face of each, of the same shape [mm].
+        parts: Quads along an edge of a face.
+    """
+    a, b, c = (faces[:, :, index] for index in canonical_triangles(parts).T)
+    normals = np.cross(b - a, c - a)
+    heights = np.einsum("cfti,cfti->cft", normals, a)
+    return np.asarray(((normals @ others.swapaxes(2, 3)).min(3) > heights).all(2))
 
 
 def _beside(triangles: npt.NDArray[np.int64]) -> tuple[list[int], list[int]]:

@@ -18,7 +18,7 @@ from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
 from magicsim.scenes.medium import Media
-from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, INFILL, OBJECT
+from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
 from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
@@ -59,6 +59,8 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         )
         self.inside = frozenset(properties.get("lights_inside", "").split(","))
         self._irradiance_kernel: IrradianceKernel | None = None
+        self.object_mesh: SurfaceMesh | None = None
+        """The object in its own frame: what is smoothed must not depend on the pose that is rendered first."""
         self.grid = GridStates(self.triangles_per_cell)
         self.followed_media = Media(
             body_ior=properties["body_ior"],
@@ -225,16 +227,17 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def _grid(self, scene: Any) -> GridState | None:
         infill = shape_named(scene, INFILL)
-        known = {BODY, INFILL, OBJECT, GHOST}
+        # The housing stands around the block, so that its box tells nothing.
+        known = {BODY, INFILL, OBJECT, GHOST, HOUSING}
         strangers = [shape for shape in scene.shapes() if shape.id() not in known]
         return self.grid.of(infill, strangers) if infill is not None else None
 
     def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         """Smoothing of the object's irradiance; the object is rigid, so once is enough."""
         if self._irradiance_kernel is None:
-            self._irradiance_kernel = irradiance_kernel(
-                mesh_of(shapes.object) if shapes.object is not None else NOTHING
-            )
+            seen = mesh_of(shapes.object) if shapes.object is not None else NOTHING
+            own = self.object_mesh if shapes.object is not None else None
+            self._irradiance_kernel = irradiance_kernel(own or seen)
         return self._irradiance_kernel
 
     def to_string(self) -> str:

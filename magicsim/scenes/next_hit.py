@@ -6,9 +6,10 @@ Both are tests against one face: its vertices are seen along the ray, and the si
 tell the triangle (Woop, Benthin and Wald 2013: neighbours share their edges, so that none leaks between them). Where
 neither holds (rays along a wall, in the skin, outside), Embree's search finds the hit.
 
-A deformed cell is not quite convex. In its own frame its faces deviate from those of a box by less than some d; a ray
-whose way ends farther than 4 d from the faces beside it has met none of their dents: to meet one it would have to stay
-lower over the face than the dent's slope, about 2 d over half a cell, lets it.
+A deformed cell is not quite convex, and a ray might meet a dent first. It leaves the cell through a triangle only
+towards the outer side of that triangle's plane, and stays there. So a hit behind all planes of the faces beside it is
+the first: `cell_faces` tells how far from them it has to lie for that. Likewise a ray through a wall has not met the
+face that it left again if all of the facing face lies in front of all planes of the former; this is asked both ways.
 """
 
 from dataclasses import dataclass
@@ -34,6 +35,16 @@ class Whereabouts:
     def unknown(cls) -> "Whereabouts":
         """Nowhere in particular."""
         return cls(kind=mi.UInt32(NOWHERE), cell=mi.UInt32(0), face=mi.UInt32(0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _View:
+    """A ray in its cell's own frame; lists of three arrays over rays."""
+
+    place: list[Any]
+    speed: list[Any]
+    margin: list[Any]
+    """See `CellFaces.frames`."""
 
 
 def whereabouts(si: Any, on_cell: Any, in_cell: Any, leaves: Any, faces: CellFaces | None) -> Whereabouts:
@@ -70,8 +81,10 @@ def next_hit(scene: Any, ray: Any, infill: Any, faces: CellFaces | None, at: Whe
     """
     if faces is None:
         return scene.ray_intersect(ray, active)
-    patch, known = _face_ahead(ray, faces, at)
-    found, distance, triangle = _meet(ray, faces, patch, at.kind == IN_CELL, active & known)
+    patch, axis, view = _face_ahead(ray, faces, at)
+    across = (at.kind == IN_WALL) & (patch != NONE)
+    found, distance, triangle = _meet(ray, faces, patch, at.kind == IN_CELL, active & ((at.kind == IN_CELL) | across))
+    found &= across | _is_first(view, axis, distance)
     si = scene.ray_intersect(ray, active & ~found)
     place = patch * faces.per_face + triangle
     frame = mi.Frame3f(mi.Normal3f(dr.gather(mi.Vector4f, faces.normals, place, found).xyz))
@@ -86,23 +99,34 @@ def next_hit(scene: Any, ray: Any, infill: Any, faces: CellFaces | None, at: Whe
     return si
 
 
-def _face_ahead(ray: Any, faces: CellFaces, at: Whereabouts) -> tuple[Any, Any]:
-    """Number of the face that a ray probably meets next, and whether only that face can be next."""
+def _face_ahead(ray: Any, faces: CellFaces, at: Whereabouts) -> tuple[Any, Any, "_View"]:
+    """Number of the face that a ray probably meets next, `NONE` where unknown; in a cell its axis, and the ray."""
     in_cell = at.kind == IN_CELL
     frame = _fetch(faces.frames, at.cell * FRAME, FRAME, in_cell)
     rows = [mi.Vector3f(*frame[3 * axis : 3 * axis + 3]) for axis in range(3)]
     start, way = ray.o - mi.Point3f(*frame[9:12]), ray.d
-    place, speed = [dr.dot(row, start) for row in rows], [dr.dot(row, way) for row in rows]
-    steps = [(1 - dr.mulsign(p, v)) / dr.maximum(dr.abs(v), 1e-9) for p, v in zip(place, speed, strict=True)]
+    view = _View(
+        place=[dr.dot(row, start) for row in rows], speed=[dr.dot(row, way) for row in rows], margin=frame[12:15]
+    )
+    steps = [(1 - dr.mulsign(p, v)) / dr.maximum(dr.abs(v), 1e-9) for p, v in zip(view.place, view.speed, strict=True)]
     nearest = dr.minimum(dr.minimum(steps[0], steps[1]), steps[2])
-    ahead, clear = mi.UInt32(0), mi.Bool(True)
-    for axis in range(3):
-        is_next = steps[axis] == nearest
-        ahead = dr.select(is_next, 2 * axis + dr.select(speed[axis] > 0, mi.UInt32(1), mi.UInt32(0)), ahead)
-        clear &= is_next | (dr.abs(dr.fma(speed[axis], nearest, place[axis])) < 1 - frame[12]) | (frame[12] == 0)
+    axis, ahead = mi.UInt32(0), mi.UInt32(0)
+    for number, speed in enumerate(view.speed):
+        is_next = steps[number] == nearest
+        axis = dr.select(is_next, mi.UInt32(number), axis)
+        ahead = dr.select(is_next, 2 * number + dr.select(speed > 0, mi.UInt32(1), mi.UInt32(0)), ahead)
     across = dr.gather(mi.UInt32, faces.neighbours, at.cell * FACES + at.face, at.kind == IN_WALL)
-    patch = dr.select(in_cell, at.cell * FACES + ahead, across * FACES + (at.face ^ 1))
-    return patch, (in_cell & clear) | ((at.kind == IN_WALL) & (across != NONE))
+    across = dr.select(across == NONE, mi.UInt32(NONE), across * FACES + (at.face ^ 1))
+    return dr.select(in_cell, at.cell * FACES + ahead, across), axis, view
+
+
+def _is_first(view: "_View", axis: Any, distance: Any) -> Any:
+    """Whether a ray that leaves its cell through a face of an axis cannot have met another face before."""
+    clear = mi.Bool(True)
+    for number in range(3):
+        end = dr.abs(dr.fma(view.speed[number], distance, view.place[number]))
+        clear &= (axis == number) | (end < 1 - view.margin[number])
+    return clear
 
 
 def _meet(ray: Any, faces: CellFaces, patch: Any, from_inside: Any, active: Any) -> tuple[Any, Any, Any]:

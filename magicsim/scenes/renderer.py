@@ -250,7 +250,9 @@ class Renderer:
             )
             self._worlds[key] = World(self.elastomer, self.rig, content, self.integrator_entry())
             if self.estimator == "fluence":
-                self._worlds[key].scene.integrator().grid.topology = CellTopology.of(self.elastomer)
+                integrator = self._worlds[key].scene.integrator()
+                integrator.grid.topology = CellTopology.of(self.elastomer)
+                integrator.object_mesh = content.object_mesh
         world = self._worlds[key]
         self._show(world, view)
         return world

@@ -12,7 +12,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import COLORS, Finish
-from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, INFILL, OBJECT
+from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
 from magicsim.scenes.rig import LedStrip, Rig
 
 Array = npt.NDArray[np.float64]
@@ -20,7 +20,7 @@ INSET_MM = 0.2
 """How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
 RADIANCE = ".radiance.value"
 """What the renderer calls the radiance of a light, after its name."""
-HOUSING = 1.2
+HOUSING_RADIUS = 1.2
 """Radius of the housing that keeps the light of the room from camera and lens, in half diagonals of the footprint."""
 AIR_GAP_MM = 0.3
 """Gap between body and an LED strip behind air [mm]."""
@@ -243,13 +243,13 @@ def _rectangle(
 
 def _room(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
     """Equal radiance all around, and a black housing that leaves what is below the contact face."""
-    radius = HOUSING * float(np.linalg.norm(elastomer.design.footprint_mm)) / 2
+    radius = HOUSING_RADIUS * float(np.linalg.norm(elastomer.design.footprint_mm)) / 2
     top = elastomer.design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm + 1
     black = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}}
     lid = mi.ScalarTransform4f().translate([0, 0, top]).scale([radius, radius, 1])
     return {
         ENVIRONMENT: {"type": "constant", "radiance": {"type": "rgb", "value": list(rig.ambient)}},
-        "housing": {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, top], "radius": radius, "bsdf": black},
+        HOUSING: {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, top], "radius": radius, "bsdf": black},
         "lid": {"type": "disk", "to_world": lid, "bsdf": black},
     }
 

@@ -105,6 +105,11 @@ def test_the_state_of_the_grid_follows_its_mesh():
     assert np.ptp(lowest, axis=0).max() > 0.005
 
 
+def test_the_housing_around_a_lit_room_is_no_stranger_in_the_grid():
+    shapes, _ = grid_and_scene(at_rest, "rig.ambient=[0.5,1,0.7]")
+    assert shapes.faces is not None
+
+
 def test_a_strip_under_a_thin_skin_is_not_overlooked():
     shapes, _ = grid_and_scene(at_rest, "design.skin_mm=0.1")
     assert shapes.faces is None
