@@ -28,10 +28,10 @@ def sweep(
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
     check_folder(out, resume=resume)
     from magicsim.progress import show_progress
-    from magicsim.sweep.designs import list_designs
+    from magicsim.sweep.designs import count_designs
     from magicsim.sweep.run import run_sweep
 
-    with show_progress(f"{sweep}: {len(list_designs(config))} designs") as progress:
+    with show_progress(f"{sweep}: {count_designs(config)} designs") as progress:
         summary = run_sweep(config, out, options=options, resume=resume, progress=_told(progress))
     print_result(fields_of(summary), as_json=json)
 

@@ -1,6 +1,7 @@
 """From a sweep to its designs, each with the values that make it."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -27,27 +28,51 @@ class SweptDesign:
     sensor: SweptSensor
 
 
+def count_designs(sweep: SweepConfig) -> int:
+    """How many designs a sweep has; a search may choose one of them twice, and judges it once."""
+    if sweep.sampling == "grid":
+        return math.prod(len(each.on_grid()) for each in sweep.swept) + len(sweep.also)
+    return (sweep.count or 1) + len(sweep.also)
+
+
 def list_designs(sweep: SweepConfig) -> list[SweptDesign]:
-    """All designs of a sweep: the last swept field changes fastest, then those of `also`.
+    """All designs that are known beforehand: the last swept field changes fastest, then those of `also`.
+
+    Of a search these are the ones of `also` alone; their numbers follow those of the designs that it chooses.
 
     Raises:
         ConfigError: A field does not exist, is no number, or a value is out of its range.
     """
-    names = [each.field for each in sweep.swept]
-    if sweep.sampling == "grid":
-        rows = list(product(*(each.on_grid() for each in sweep.swept)))
+    if sweep.sampling == "search":
+        rows: list[dict[str, float]] = []
+    elif sweep.sampling == "grid":
+        names = [each.field for each in sweep.swept]
+        rows = [dict(zip(names, row, strict=True)) for row in product(*(each.on_grid() for each in sweep.swept))]
     else:
-        points = unit_points(sweep.count or 1, len(names), seed=sweep.seed, stream=POINTS, sampling=sweep.sampling)
-        spreads = [each.distribution() for each in sweep.swept]
-        rows = [tuple(round(s.at(p), 6) for s, p in zip(spreads, point, strict=True)) for point in points.tolist()]
-    every = list(dict.fromkeys([*names, *(name for extra in sweep.also for name in extra)]))
-    base = {name: value_at(sweep, name) for name in every}
-    points_of = [(base | dict(zip(names, row, strict=True)), False) for row in rows]
-    points_of += [(base | extra, True) for extra in sweep.also]
+        count, dimensions = sweep.count or 1, len(sweep.swept)
+        points = unit_points(count, dimensions, seed=sweep.seed, stream=POINTS, sampling=sweep.sampling)
+        rows = [values_at(sweep, point) for point in points.tolist()]
+    first = count_designs(sweep) - len(sweep.also)
     return [
-        SweptDesign(index=index, values=values, is_extra=is_extra, sensor=sensor_at(sweep, values))
-        for index, (values, is_extra) in enumerate(points_of)
+        *(design_with(sweep, index, row) for index, row in enumerate(rows)),
+        *(design_with(sweep, index, row, is_extra=True) for index, row in enumerate(sweep.also, first)),
     ]
+
+
+def values_at(sweep: SweepConfig, point: Sequence[float]) -> dict[str, float]:
+    """The swept fields' values at a point of the unit cube, one number in 0..1 for each field."""
+    return {each.field: round(each.distribution().at(p), 6) for each, p in zip(sweep.swept, point, strict=True)}
+
+
+def design_with(sweep: SweepConfig, index: int, changed: Mapping[str, float], *, is_extra: bool = False) -> SweptDesign:
+    """One design of a sweep: the base with some fields changed.
+
+    Raises:
+        ConfigError: As `list_designs`.
+    """
+    every = dict.fromkeys([*(each.field for each in sweep.swept), *(name for extra in sweep.also for name in extra)])
+    values = {name: value_at(sweep, name) for name in every} | changed
+    return SweptDesign(index=index, values=values, is_extra=is_extra, sensor=sensor_at(sweep, values))
 
 
 def sensor_at(sweep: SweepConfig, values: Mapping[str, float]) -> SweptSensor:

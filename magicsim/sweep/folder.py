@@ -84,16 +84,19 @@ def result_file(out: Path, index: int) -> Path:
 
 def read_results(out: Path, count: int) -> list[DesignResult]:
     """All results of a sweep's designs, in order; what cannot be read is not there."""
-    found = []
-    for index in range(count):
-        path = result_file(out, index)
-        try:
-            found.append(DesignResult.from_json(path.read_bytes()))
-        except FileNotFoundError:
-            continue
-        except (ValueError, KeyError, TypeError):
-            path.unlink()
-    return found
+    return [result for index in range(count) if (result := read_result(out, index)) is not None]
+
+
+def read_result(out: Path, index: int) -> DesignResult | None:
+    """A design's result, None without one; one that cannot be read is removed."""
+    path = result_file(out, index)
+    try:
+        return DesignResult.from_json(path.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (ValueError, KeyError, TypeError):
+        path.unlink()
+        return None
 
 
 def refuse_another(out: Path, earlier: SweepIndex, now: SweepIndex) -> None:

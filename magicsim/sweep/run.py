@@ -3,11 +3,13 @@
 import base64
 import errno
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from magicsim.dataset.folder import log_failures, sole_writer
 from magicsim.dataset.generate import versions
@@ -15,7 +17,7 @@ from magicsim.dataset.sample import bound_threads
 from magicsim.dataset.shard import place
 from magicsim.errors import OutputError
 from magicsim.scenes.variant import activate_variant
-from magicsim.sweep.designs import SweptDesign, list_designs
+from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer import render_explorer
 from magicsim.sweep.folder import (
     CSV,
@@ -25,6 +27,7 @@ from magicsim.sweep.folder import (
     SweepIndex,
     check_folder,
     read_index,
+    read_result,
     read_results,
     refuse_another,
     result_file,
@@ -99,20 +102,28 @@ def run_sweep(
     options = options or choose_workers(None, timeout_s=sweep.timeout_s)
     judge = judge or Judge()
     designs = list_designs(sweep)
+    chooser = _chooser(sweep)
     check_folder(out, resume=resume)
     start = time.perf_counter()
     try:
         with sole_writer(out):
             index = SweepIndex(
-                config_hash=sweep.config_hash(), versions=versions(), variant=judge.variant(), designs=len(designs)
+                config_hash=sweep.config_hash(),
+                versions=versions() | chooser,
+                variant=judge.variant(),
+                designs=count_designs(sweep),
             )
             earlier = read_index(out)
             if earlier is not None:
                 refuse_another(out, earlier, index)
             write_config(out, sweep)
-            write_index(out, index)
-            failed = _judge_all(sweep, designs, out, options, judge, progress)
-            results = read_results(out, len(designs))
+            kept = earlier.failed if earlier is not None and sweep.sampling == "search" else {}
+            write_index(out, index.model_copy(update={"failed": kept}))
+            call = _Call(sweep=sweep, out=out, options=options, judge=judge, progress=progress)
+            failed = call.judge_known(designs)
+            if sweep.sampling == "search":
+                failed |= call.search(index, kept)
+            results = read_results(out, count_designs(sweep))
             write_index(out, index.model_copy(update={"is_complete": True, "failed": failed}))
             return write_results(sweep, out, results, failed, seconds=time.perf_counter() - start)
     except OSError as error:
@@ -125,8 +136,11 @@ def write_results(
     sweep: SweepConfig, out: Path, results: list[DesignResult], failed: dict[str, str], *, seconds: float
 ) -> SweepSummary:
     """Writes table, pictures and explorer of judged designs."""
-    front = pareto_front(costs_of(results, sweep.objectives)).tolist()
-    best, trends = best_of(results, sweep.objectives), check_trends(results)
+    kept = [sweep.search is None or sweep.search.keeps(result) for result in results]
+    costs = np.where(np.array(kept, bool)[:, None], costs_of(results, sweep.objectives), np.nan)
+    front = pareto_front(costs).tolist()
+    best = best_of([result for result, is_kept in zip(results, kept, strict=True) if is_kept], sweep.objectives)
+    trends = check_trends(results)
     rows = rows_of(results, front)
     place(out / CSV, table_csv(rows))
     place(out / PARQUET, table_parquet(rows))
@@ -156,31 +170,59 @@ def _best(sweep: SweepConfig, best: DesignResult | None) -> dict[str, Any] | Non
     return {"design": best.index, "values": best.values, "measure": measure, "value": found.value} | ends
 
 
-def _judge_all(
-    sweep: SweepConfig,
-    designs: list[SweptDesign],
-    out: Path,
-    options: WorkerOptions,
-    judge: Judge,
-    progress: Callable[[int, int, int], None] | None,
-) -> dict[str, str]:
-    """Judges what has no result yet; returns why some have none."""
-    have = {result.index for result in read_results(out, len(designs))}
-    left = [each for each in designs if each.index not in have]
-    failed: dict[str, str] = {}
-    with closing(run_tasks(judge.function, _tasks(sweep, left), options, prepare=judge.prepare)) as outcomes:
-        outcome: Outcome[bytes]
-        for done, outcome in enumerate(outcomes if left else (), len(have) + 1):
-            log_failures(out, outcome.key, outcome.failures, unit="design")
-            if outcome.result is not None:
-                place(result_file(out, outcome.key), outcome.result)
-            else:
-                failed[str(outcome.key)] = outcome.failures[-1].message
-            if progress is not None:
-                progress(done, len(designs), len(failed))
-    return failed
+def _chooser(sweep: SweepConfig) -> dict[str, str]:
+    """Version of what chooses designs, where a package does; also looks whether what it is to vary is there."""
+    if sweep.sampling != "search":
+        return {}
+    from magicsim.sweep.study import optuna_version
+
+    for each in sweep.swept:
+        value_at(sweep, each.field)
+    return {"optuna": optuna_version()}
 
 
-def _tasks(sweep: SweepConfig, designs: list[SweptDesign]) -> Iterator[tuple[int, DesignTask]]:
-    for design in designs:
-        yield design.index, DesignTask(design=design, sweep=sweep)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Call:
+    """What one call of `run_sweep` judges by."""
+
+    sweep: SweepConfig
+    out: Path
+    options: WorkerOptions
+    judge: Judge
+    progress: Callable[[int, int, int], None] | None
+
+    def judge_known(self, designs: list[SweptDesign]) -> dict[str, str]:
+        """Judges what has no result yet; returns why some have none."""
+        left = [each for each in designs if read_result(self.out, each.index) is None]
+        return self.judge_all(left, len(designs) - len(left), 0)
+
+    def search(self, index: SweepIndex, earlier: dict[str, str]) -> dict[str, str]:
+        """Chooses designs and judges them; returns why some have no result."""
+        from magicsim.sweep.search import search_designs
+
+        def record(failed: dict[str, str]) -> None:
+            write_index(self.out, index.model_copy(update={"failed": failed}))
+
+        known = len(self.sweep.also)
+        return search_designs(
+            self.sweep, self.out, lambda left, ended, failed: self.judge_all(left, known + ended, failed),
+            earlier=earlier, record=record,
+        )  # fmt: skip
+
+    def judge_all(self, designs: list[SweptDesign], ended: int, failed_before: int) -> dict[str, str]:
+        """Judges designs; returns why some have no result."""
+        failed: dict[str, str] = {}
+        if not designs:
+            return failed
+        tasks = ((design.index, DesignTask(design=design, sweep=self.sweep)) for design in designs)
+        with closing(run_tasks(self.judge.function, tasks, self.options, prepare=self.judge.prepare)) as outcomes:
+            outcome: Outcome[bytes]
+            for done, outcome in enumerate(outcomes, ended + 1):
+                log_failures(self.out, outcome.key, outcome.failures, unit="design")
+                if outcome.result is not None:
+                    place(result_file(self.out, outcome.key), outcome.result)
+                else:
+                    failed[str(outcome.key)] = outcome.failures[-1].message
+                if self.progress is not None:
+                    self.progress(done, count_designs(self.sweep), failed_before + len(failed))
+        return failed

@@ -19,6 +19,7 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings, Seed, read_scene_file
 from magicsim.sweep.measures import MEASURES, Better
 from magicsim.sweep.quality import Quality
+from magicsim.sweep.search_settings import SearchSettings
 
 MAX_DESIGNS = 10_000
 ROOTS = ("design", "rig", "render")
@@ -103,8 +104,8 @@ class SweepConfig(Config):
     """What approaches and presses; a file may give the name of an object preset instead."""
     seed: Seed = 0
     """Seed of everything random."""
-    sampling: Literal["grid", "sobol", "random"] = "grid"
-    """All combinations, or as many points as `count` says, spread evenly or independent."""
+    sampling: Literal["grid", "sobol", "random", "search"] = "grid"
+    """All combinations, or as many points as `count` says: spread evenly, independent, or searched for (Optuna)."""
     count: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] | None = None
     """Designs, where they are no grid."""
     swept: Annotated[tuple[SweptField, ...], Field(min_length=1)]
@@ -115,6 +116,8 @@ class SweepConfig(Config):
     objectives: tuple[Objective, ...] = (Objective(measure="sensitivity_per_n"), Objective(measure="localisation_mm"))
     """What the Pareto front trades; the first one chooses the best design."""
     quality: Quality = Quality()
+    search: SearchSettings | None = None
+    """How to search, where the sampling is that."""
     timeout_s: Annotated[float, Field(gt=0)] = 3600.0
     """Longest time for one attempt at a design [s]."""
 
@@ -127,6 +130,7 @@ class SweepConfig(Config):
             if each.measure not in self.measures:
                 raise ValueError(unknown_choice("objective", each.measure, self.measures))
         self._check_count()
+        self._check_search()
         names = [each.field for each in self.swept]
         if len(set(names)) < len(names):
             msg = f"swept.field = {names} is not allowed: names a field twice"
@@ -150,9 +154,23 @@ class SweepConfig(Config):
             msg = f"count is missing: sampling = '{self.sampling}' needs a number of designs"
             raise ValueError(msg)
 
+    def _check_search(self) -> None:
+        if self.sampling != "search":
+            if self.search is not None:
+                msg = f"search is not allowed with sampling = '{self.sampling}'"
+                raise ValueError(msg)
+            return
+        if not self.objectives:
+            msg = "objectives = [] is not allowed with sampling = 'search'"
+            raise ValueError(msg)
+        for each in self.search.limits if self.search is not None else ():
+            if each.measure not in self.measures:
+                raise ValueError(unknown_choice("limit", each.measure, self.measures))
+
     def config_hash(self) -> str:
-        """SHA-256 of everything that results depend on."""
-        data = self.model_dump(mode="json", exclude={"timeout_s", "objectives"})
+        """SHA-256 of everything that results depend on; a search depends on its objectives."""
+        left_out = {"timeout_s"} if self.sampling == "search" else {"timeout_s", "objectives", "search"}
+        data = self.model_dump(mode="json", exclude=left_out)
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 
