@@ -71,7 +71,7 @@ def design_with(sweep: SweepConfig, index: int, changed: Mapping[str, float], *,
         ConfigError: As `list_designs`.
     """
     every = dict.fromkeys([*(each.field for each in sweep.swept), *(name for extra in sweep.also for name in extra)])
-    values = {name: value_at(sweep, name) for name in every} | changed
+    values = {name: value_at(sweep, name) for name in every} | dict(changed)
     return SweptDesign(index=index, values=values, is_extra=is_extra, sensor=sensor_at(sweep, values))
 
 

@@ -16,7 +16,7 @@ from magicsim.workers.options import WorkerOptions
 from .fakes import no_variant, result_of, small_sweep
 
 FIELDS = {
-    "design.cell_mm": (0.8, 1.6), "design.skin_mm": (0.5, 1.5), "design.core_mm": (4.0, 6.0),
+    "design.cell_mm": (0.6, 0.8), "design.skin_mm": (0.5, 1.5), "rig.camera.gamma": (1.0, 2.2),
     "rig.camera.exposure_grey": (60.0, 120.0),
 }  # fmt: skip
 

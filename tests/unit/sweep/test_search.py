@@ -16,6 +16,7 @@ from magicsim.sweep.run import run_sweep
 from magicsim.sweep.sweep_file import load_sweep
 from magicsim.workers.options import WorkerOptions
 
+from .fakes import FAKE
 from .searched import PARTLY, QUADRATIC, searching, shares
 from .test_run import files
 
@@ -93,16 +94,13 @@ def test_failed_designs_stay_failed_and_the_search_goes_on(out: Path):
 def test_design_that_is_chosen_again_is_judged_once(out: Path):
     swept = ("swept=[{field='design.skin_mm',values=[0.5,1.0,1.5]}]", "measures=['force_1mm_n']")
     objective = "objectives=[{measure='force_1mm_n',better='lower'}]"
-    from .fakes import FAKE
-
     sweep = searching(12, *swept, objective, "also=[{'design.cell_mm'=1.2},{'design.cell_mm'=1.4}]")
-    with_cell = sweep.model_copy(update={"count": 12})
     told = []
-    summary = run_sweep(with_cell, out, options=ONE, judge=FAKE, progress=lambda *each: told.append(each))
+    summary = run_sweep(sweep, out, options=ONE, judge=FAKE, progress=lambda *each: told.append(each))
     assert summary.designs == 5
     assert [each.index for each in read_results(out, 14)][-2:] == [12, 13]
     assert told[:2] == [(1, 14, 0), (2, 14, 0)]
-    again = run_sweep(with_cell, out, options=ONE, resume=True, judge=FAKE, progress=lambda *each: told.append(each))
+    again = run_sweep(sweep, out, options=ONE, resume=True, judge=FAKE, progress=lambda *each: told.append(each))
     assert (again.designs, len(told)) == (5, 5)
 
 
