@@ -19,6 +19,7 @@ HEAVY = {
     "jinja2",
     "sklearn",
     "gymnasium",
+    "optuna",
 }
 
 
