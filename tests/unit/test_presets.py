@@ -14,7 +14,7 @@ from magicsim.geometry.objects import find_object
 from magicsim.presets import FOLDERS, find_preset, preset_names, preset_root
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
-from magicsim.sweep.designs import list_designs
+from magicsim.sweep.designs import design_with, list_designs, values_at
 from magicsim.sweep.sweep_file import load_sweep
 
 ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
@@ -31,7 +31,7 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
         ("object", {"finger", "silver-spanner", "red-screwdriver", "green-screwdriver", "white-pen", "orange"}),
         ("object", {"yellow-scissors", "yellow-banana", "biscuit-packet"}),
         ("suite", {"small", "full"}),
-        ("sweep", {"cell-skin", "print-sobol"}),
+        ("sweep", {"cell-skin", "print-sobol", "print-search"}),
     ],
 )
 def test_presets_that_users_rely_on_are_shipped(kind: str, names: set[str]):
@@ -54,7 +54,10 @@ def test_every_shipped_preset_loads(kind: str, name: str):
     elif kind == "recipe":
         assert load_recipe(name).episodes >= 1
     elif kind == "sweep":
-        assert list_designs(load_sweep(name))
+        sweep = load_sweep(name)
+        assert (sweep.sampling == "search") == (not list_designs(sweep))
+        ends = [design_with(sweep, 0, values_at(sweep, [end] * len(sweep.swept))) for end in (0.0, 1.0)]
+        assert ends[0].sensor != ends[1].sensor
     else:
         assert load_profile(name).schema_version == 1
 
