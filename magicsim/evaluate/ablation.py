@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import MagicsimError, RenderError, unknown_choice
+from magicsim.evaluate.filming import assembled
 from magicsim.evaluate.membrane import shade_membrane
 from magicsim.evaluate.take import Take, read_take, take_key, write_take
 from magicsim.plan import plan_scene
@@ -137,7 +138,7 @@ def film_ablated(scene: SceneConfig, names: Sequence[str], cache: Path) -> dict[
     frames = list(stream_states(sensor, plan_scene(scene), sensor.radiance(UNTOUCHED, sensor.rest)))
     for name in missing:
         try:
-            take = _film(frames, ABLATIONS[name].look(scene))
+            take = assembled(frames, _through(ABLATIONS[name].look(scene)))
         except MagicsimError as error:
             found[name] = str(error)
             continue
@@ -151,20 +152,6 @@ def ablation_key(scene: SceneConfig, name: str) -> str:
     return hashlib.sha256(f"{take_key(scene)} {name}".encode()).hexdigest()[:24]
 
 
-def _film(frames: Sequence[RenderedState], look: Look) -> Take:
-    """Frames that look the same in the full physics do so in every ablation, and are rendered once."""
-    images: list[FloatImage] = []
-    place: dict[int, int] = {}
-    for each in frames:
-        if id(each.radiance) not in place:
-            place[id(each.radiance)] = len(images)
-            images.append(look(each.state, each.deformation))
-    gaps = [each.state.gap_mm for each in frames]
-    return Take(
-        radiance=np.stack(images).astype(np.float32),
-        state=np.array([place[id(each.radiance)] for each in frames], np.int32),
-        is_reference=np.array([each.is_reference for each in frames], bool),
-        gap_mm=np.array([np.nan if gap is None else gap for gap in gaps], np.float64),
-        force_n=np.array([np.linalg.norm(each.deformation.force_n) for each in frames], np.float64),
-        flashlight=np.array([each.state.flashlight for each in frames], bool),
-    )
+def _through(look: Look) -> Callable[[RenderedState], FloatImage]:
+    """A look at rendered states, of which it takes state and deformation alone."""
+    return lambda each: look(each.state, each.deformation)

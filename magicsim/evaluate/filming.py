@@ -1,15 +1,17 @@
 """Simulates one scene up to the camera."""
 
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
 
 from magicsim.evaluate.take import Take
 from magicsim.plan import plan_scene
+from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.scenes.untouched import UntouchedStates
-from magicsim.simulation import Sensor, stream_states
+from magicsim.simulation import RenderedState, Sensor, stream_states
 
 
 def film_take(scene: SceneConfig) -> Take:
@@ -21,11 +23,24 @@ def film_take(scene: SceneConfig) -> Take:
     sensor = Sensor(scene, untouched=_untouched())
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     frames = list(stream_states(sensor, plan_scene(scene), untouched))
-    images, place = [untouched], {id(untouched): 0}
+    return assembled(frames, lambda each: each.radiance, first=untouched)
+
+
+def assembled(
+    frames: Sequence[RenderedState], look: Callable[[RenderedState], FloatImage], *, first: FloatImage | None = None
+) -> Take:
+    """A take of rendered states; those that share a radiance are looked at once.
+
+    Args:
+        frames: In order.
+        look: Radiance that the take is to hold of a state, shape (rows, columns, 3).
+        first: A radiance that comes before all others and is not looked at again, shape (rows, columns, 3).
+    """
+    images, place = ([], {}) if first is None else ([first], {id(first): 0})
     for each in frames:
         if id(each.radiance) not in place:
             place[id(each.radiance)] = len(images)
-            images.append(each.radiance)
+            images.append(look(each))
     gaps = [each.state.gap_mm for each in frames]
     return Take(
         radiance=np.stack(images).astype(np.float32),

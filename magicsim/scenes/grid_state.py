@@ -11,6 +11,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
 from magicsim.scenes.cell_faces import CellFaces, cell_faces
 from magicsim.scenes.cell_topology import CellTopology
+from magicsim.scenes.shapes import mesh_of
 
 Array = npt.NDArray[np.float64]
 
@@ -46,16 +47,12 @@ class GridStates:
             strangers: Shapes that may reach into the grid, as LED strips do under a thin skin; where one does, all hits
                 are searched for.
         """
-        parameters = mi.traverse(infill)
-        positions = parameters["vertex_positions"]
+        positions = mi.traverse(infill)["vertex_positions"]
         # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
         # is a handle of our own, because what the mesh hands out follows the mesh.
         if self._state is None or self._positions.index != positions.index:
-            mesh = SurfaceMesh(
-                vertices=np.array(positions, np.float64).reshape(-1, 3),
-                faces=np.array(parameters["faces"]).reshape(-1, 3).astype(np.int32),
-            )
-            self._positions, self._state = mi.Float(positions), self._computed(mesh, infill.bbox(), strangers)
+            state = self._computed(mesh_of(infill), infill.bbox(), strangers)
+            self._positions, self._state = mi.Float(positions), state
         return self._state
 
     def _computed(self, mesh: SurfaceMesh, box: Any, strangers: Sequence[Any]) -> GridState:

@@ -21,8 +21,6 @@ REACH = 2.0
 """Kernel radius in standard deviations."""
 FACING = 0.5
 """Smallest cosine between the normals of two triangles that share light: none leaks around an edge."""
-
-
 PATCH_MM = 0.35
 """Edge of the voxels in which triangles that face alike are taken together [mm]: half the kernel's standard deviation,
 which it widens by 1 %."""
