@@ -103,36 +103,30 @@ def evaluate_contact(
     )
 
 
-def add_contact_stiffness(
-    values: Array,
-    face: ContactFace,
+def contact_stiffness(
     state: ContactState,
+    face: ContactFace,
     surface: Surface,
     memory: ContactMemory,
     law: ContactLaw,
-    pattern: BlockPattern,
     *,
     curvature_limit: float,
     is_secant: bool = False,
-) -> None:
-    """Adds the contact's Hessian, friction limits frozen, to the entries of an upper triangle, in place.
+) -> Array:
+    """The contact's Hessian at each acting point, friction limits frozen, shape (acting, 3, 3) [N/mm].
 
     Args:
-        values: Entries in the pattern's order, changed.
-        face: The quadrature points.
         state: From `evaluate_contact`.
+        face: The quadrature points.
         surface: The object in its pose.
         memory: Multipliers, anchors and friction limits.
         law: Penalties and friction.
-        pattern: Where the entries go.
         curvature_limit: Largest pressure times curvature that is taken into account [N/mm3]; below, convergence is
             quadratic; sharp edges and tractions far from equilibrium would only make the matrix indefinite.
         is_secant: Whether slipping points get the secant stiffness of their friction, which is never too soft: where
             the tangent led to a step that had to be shortened.
     """
     acting = state.acting
-    if len(acting) == 0:
-        return
     normal, pressure = state.normal[acting], state.pressure_mpa[acting]
     curvature = _normal_gradient(surface, state.points_mm[acting], normal)
     size = np.linalg.norm(curvature, axis=(1, 2))
@@ -141,9 +135,20 @@ def add_contact_stiffness(
     local = penalty[:, None, None] * normal[:, :, None] * normal[:, None, :] - scale[:, None, None] * curvature
     if law.friction > 0:
         local += friction_stiffness(state.points_mm[acting], memory, law, acting, is_secant=is_secant)
-    local *= face.area_mm2[acting][:, None, None]
+    return np.asarray(local * face.area_mm2[acting][:, None, None])
+
+
+def add_sparse_stiffness(
+    values: Array, face: ContactFace, acting: Index, local: Array, pattern: BlockPattern
+) -> None:
+    """Adds the Hessian of points, shape (acting, 3, 3), to the entries of an upper triangle, in place."""
     facet = face.facet[acting]
     _scatter_blocks(local, face.shape[acting], facet, face.patches, pattern.indptr, pattern.patch_blocks, values)
+
+
+def add_dense_stiffness(matrix: Array, face: ContactFace, acting: Index, local: Array) -> None:
+    """Adds the Hessian of points, shape (acting, 3, 3), to a matrix of shape (3 nodes, 3 nodes), in place."""
+    _scatter_dense(local, face.shape[acting], face.facet[acting], face.patches, matrix)
 
 
 def slip_mismatch(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> float:
@@ -211,3 +216,15 @@ def _scatter_blocks(local, shape, facet, patches, indptr, blocks, values):  # ty
                     start = indptr[3 * patches[cell, a] + i] + 3 * blocks[cell, a, b] - i
                     for k in range(i if a == b else 0, 3):
                         values[start + k] += weight * local[q, i, k]
+
+
+@nb.njit(cache=True)
+def _scatter_dense(local, shape, facet, patches, matrix):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    for q in range(len(facet)):
+        cell = facet[q]
+        for a in range(patches.shape[1]):
+            for b in range(patches.shape[1]):
+                weight = shape[q, a] * shape[q, b]
+                for i in range(3):
+                    for k in range(3):
+                        matrix[3 * patches[cell, a] + i, 3 * patches[cell, b] + k] += weight * local[q, i, k]

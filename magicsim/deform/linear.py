@@ -25,6 +25,8 @@ THREADS = 2
 """MKL threads that PARDISO plans for, fixed so that results do not depend on how many run it; never more run it."""
 CBWR_AUTO_STRICT = 2
 """MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""
+ANALYSE_TOO, FACTORISE, SOLVE, FORWARD, BACKWARD = 12, 22, 33, 331, 333
+"""Phases of PARDISO: analysis and factorisation, factorisation, solution, and its halves beside a Schur complement."""
 POSITIVE_DEFINITE = 2
 """PARDISO's matrix type `real symmetric positive definite`."""
 LIBRARY_VARIABLE = "PYPARDISO_MKL_RT"
@@ -88,8 +90,8 @@ class PardisoSolver:
         """Takes the pattern; see `symmetric_solver`."""
         self._module: Any = importlib.import_module("pypardiso")
         self._solver = self._module.PyPardisoSolver(mtype=POSITIVE_DEFINITE)
-        self._size = len(indptr) - 1
-        self._matrix = sp.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(self._size,) * 2)
+        self.size = len(indptr) - 1
+        self._matrix = sp.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(self.size,) * 2)
         self._is_analysed = False
         # Python does not see the factor's memory.
         self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
@@ -101,25 +103,70 @@ class PardisoSolver:
 
     def factorise(self, values: Array) -> bool:
         """See `SymmetricSolver.factorise`."""
-        self._matrix.data = np.ascontiguousarray(values, dtype=np.float64)
-        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(self._threads)
-        try:
-            self._solver.set_phase(22 if self._is_analysed else 12)
-            self._solver._call_pardiso(self._matrix, np.zeros((self._size, 1)))
-        except self._module.pardiso_wrapper.PyPardisoError:
-            return False
-        finally:
-            self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)
-            self._is_analysed = True
-        return True
+        return self.call(FACTORISE, np.zeros(self.size), values) is not None
 
     def solve(self, right: Array) -> Array:
         """See `SymmetricSolver.solve`."""
+        found = self.call(SOLVE, np.array(right, dtype=np.float64))
+        if found is None:
+            raise RuntimeError("PARDISO has no factor to solve with")
+        return found
+
+    def keep(self, kept: npt.NDArray[np.int64]) -> None:
+        """Leaves some unknowns out of the elimination; `factorise` then hands out their Schur complement."""
+        self._solver.iparm[35] = 2
+        self._solver.perm = np.zeros(self.size, np.int32)
+        self._solver.perm[kept] = 1
+
+    def call(self, phase: int, right: Array, values: Array | None = None) -> Array | None:
+        """One call of PARDISO; what it wrote, or None where it failed.
+
+        Args:
+            phase: Of MKL's manual; a first factorisation is preceded by the analysis.
+            right: As long as what is written.
+            values: Entries of a new matrix.
+        """
+        if values is not None:
+            self._matrix.data = np.ascontiguousarray(values, dtype=np.float64)
         previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(self._threads)
-        self._solver.set_phase(33)
-        solution = self._solver._call_pardiso(self._matrix, np.asfortranarray(right.reshape(-1, 1), dtype=np.float64))
-        self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)
-        return np.asarray(solution, dtype=np.float64).ravel()
+        try:
+            self._solver.set_phase(ANALYSE_TOO if phase == FACTORISE and not self._is_analysed else phase)
+            return np.asarray(self._solver._call_pardiso(self._matrix, right), dtype=np.float64)
+        except self._module.pardiso_wrapper.PyPardisoError:
+            return None
+        finally:
+            self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)
+            self._is_analysed = True
+
+
+class PardisoCondenser:
+    """MKL PARDISO that eliminates all unknowns but some: their Schur complement, and the two halves of a solution."""
+
+    def __init__(self, indptr: Indices, indices: Indices, kept: npt.NDArray[np.int64]) -> None:
+        """Takes the pattern, see `symmetric_solver`, and the unknowns that are kept, ascending."""
+        self.kept = kept
+        self._plain = PardisoSolver(indptr, indices)
+        self._plain.keep(kept)
+
+    def factorise(self, values: Array) -> Array | None:
+        """Schur complement of the kept unknowns, shape (kept, kept); None where the others' block is not definite."""
+        count = len(self.kept)
+        found = self._plain.call(FACTORISE, np.zeros(max(count * count, self._plain.size)), values)
+        return None if found is None else found[: count * count].reshape(count, count)
+
+    def reduce(self, right: Array) -> Array:
+        """Forward half: the load of the kept unknowns at their places, what `expand` needs at the others'."""
+        return self._half(FORWARD, right)
+
+    def expand(self, reduced: Array) -> Array:
+        """Backward half: the solution from the kept unknowns at their places in what `reduce` gave."""
+        return self._half(BACKWARD, reduced)
+
+    def _half(self, phase: int, right: Array) -> Array:
+        found = self._plain.call(phase, np.array(right, dtype=np.float64))
+        if found is None:
+            raise RuntimeError("PARDISO refused half of a solution")
+        return found
 
 
 class SuperluSolver:

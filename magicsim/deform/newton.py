@@ -15,9 +15,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from magicsim.deform.contact import Surface, add_contact_stiffness, evaluate_contact
-from magicsim.deform.friction import ContactMemory, updated_limits
+from magicsim.deform.contact import Surface, add_sparse_stiffness, contact_stiffness, evaluate_contact
 from magicsim.deform.iterate import Iterate
+from magicsim.deform.memory import updated_memory
 from magicsim.deform.problem import Problem
 from magicsim.deform.search import Direction, search
 
@@ -40,7 +40,10 @@ def terminate(problem: Problem, iterate: Iterate) -> bool:
 
 def step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
     """Updates of multipliers and friction limits where they are due, and one Newton step."""
-    memory = _updated_memory(problem, iterate)
+    memory = updated_memory(
+        problem.options, problem.law, iterate.memory, iterate.contact, iterate.residual, iterate.mismatch,
+        iterate.iteration,
+    )  # fmt: skip
     if memory is not iterate.memory:
         contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
         iterate = replace(iterate, memory=memory, contact=contact)
@@ -49,19 +52,6 @@ def step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
         return replace(iterate, stuck=True, iteration=iterate.iteration + 1)
     found = search(problem, surface, iterate, direction)
     return replace(found, iteration=iterate.iteration + 1, shift=direction.shift)
-
-
-def _updated_memory(problem: Problem, iterate: Iterate) -> ContactMemory:
-    options, memory, contact = problem.options, iterate.memory, iterate.contact
-    patient = iterate.iteration >= options.patience
-    if iterate.mismatch > options.slip_mismatch and iterate.residual < options.limit_residual[patient]:
-        memory = updated_limits(memory, contact.pressure_mpa, contact.normal, problem.law, patient=patient)
-    if iterate.residual < options.update_residual and contact.misfit_mm > options.tolerance_mm:
-        if memory.updates < options.multiplier_updates:
-            memory = replace(memory, multipliers_mpa=contact.pressure_mpa, updates=memory.updates + 1)
-        else:
-            memory = replace(memory, penalty=options.penalty_growth * memory.penalty)
-    return memory
 
 
 def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Direction | None:
@@ -75,11 +65,11 @@ def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Directio
         values = problem.elasticity.hessian(
             iterate.positions, iterate.pressure, iterate.elastic.volume_gradient, problem.pattern, shift=shift
         )
-        add_contact_stiffness(
-            values, problem.face, iterate.contact, surface, iterate.memory, problem.law, problem.pattern,
-            curvature_limit=curvature_limit,
+        local = contact_stiffness(
+            iterate.contact, problem.face, surface, iterate.memory, problem.law, curvature_limit=curvature_limit,
             is_secant=iterate.shortened,
         )  # fmt: skip
+        add_sparse_stiffness(values, problem.face, iterate.contact.acting, local, problem.pattern)
         problem.pattern.hold(values)
         if problem.solver.factorise(values):
             nodes = np.zeros_like(iterate.positions)

@@ -15,7 +15,8 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from magicsim.deform import newton
-from magicsim.deform.contact import dragged_anchors, moved_surface
+from magicsim.deform.condensed import Condenser
+from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
@@ -101,6 +102,7 @@ class ContactSolver:
             friction=friction,
             shear_modulus_mpa=lattice.shear_modulus_mpa + added,
         )
+        self._condenser = Condenser()
         rest = Deformation.rest(lattice, face)
         self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
 
@@ -209,14 +211,21 @@ class ContactSolver:
         if start.is_rest:
             memory = replace(memory, anchors_mm=start.contact_points_mm)
         positions, surface = self.lattice.nodes_mm + start.displacements_mm, moved_surface(indenter, before)
-        iterate = evaluated(problem, surface, positions, start.pressure_mpa, memory)
-        iterate = self._noted(newton.step(problem, surface, iterate), effort)
-        if not iterate.stuck:
-            guess = evaluated(problem, indenter.distance, iterate.positions, iterate.pressure, iterate.memory)
-            iterate = replace(guess, iteration=iterate.iteration, shift=iterate.shift)
+        iterate = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
+        found = self._condenser.step(problem, indenter.distance, iterate, predictor=surface)
+        if found is None:
+            iterate = evaluated(problem, surface, positions, start.pressure_mpa, memory)
+            found = newton.step(problem, surface, iterate)
+            if not found.stuck:
+                guess = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
+                found = replace(guess, iteration=found.iteration, shift=found.shift)
+        iterate = self._noted(found, effort)
         while not newton.terminate(problem, iterate):
-            iterate = self._noted(newton.step(problem, indenter.distance, iterate), effort)
+            iterate = self._noted(self._step(problem, indenter.distance, iterate), effort)
         return iterate
+
+    def _step(self, problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
+        return self._condenser.step(problem, surface, iterate) or newton.step(problem, surface, iterate)
 
     def _noted(self, iterate: Iterate, effort: Effort) -> Iterate:
         figures = iterate.figures()
