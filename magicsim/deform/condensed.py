@@ -35,8 +35,6 @@ MAX_UNKNOWNS = 1500
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
 
 
-LARGEST_PENALTY = 16.0
-"""In units of `Problem.first_penalty`."""
 PATIENCE = 3
 """A load step is given up after this part of `NewtonOptions.max_iterations`: most take four to eight."""
 
@@ -81,7 +79,10 @@ class Condensation:
 
 
 class Condenser:
-    """Keeps the condensation of the last step: facets seldom change from one to the next."""
+    """Keeps the condensation of the last step: within a load step the facets that may touch only grow.
+
+    Each load step begins with its own, so that it does not matter in the last bits what was solved before.
+    """
 
     def __init__(self) -> None:
         """Starts without one."""
@@ -103,6 +104,8 @@ class Condenser:
         if iterate.iteration >= problem.options.max_iterations // PATIENCE:
             return replace(iterate, stuck=True)
         facets = near_facets(problem.face, iterate)
+        if iterate.iteration > 0 and self._last is not None:
+            facets = np.union1d(facets, self._last.facets)
         while True:
             condensation = self._condensation(problem, facets)
             if condensation is None:
@@ -157,10 +160,11 @@ def _step(
         law=problem.law,
         options=options,
         cautious=problem.stiffness / 4,
-        largest_penalty=LARGEST_PENALTY * problem.first_penalty,
         least_force_n=problem.least_force_n,
     )
-    solved = solve_face(face_problem, _part_of(iterate.memory, part.points), accuracy=iterate.residual, predictor=predictor)
+    solved = solve_face(
+        face_problem, _part_of(iterate.memory, part.points), accuracy=iterate.residual, predictor=predictor
+    )
     if solved is None:
         return None
     motion, memory = solved

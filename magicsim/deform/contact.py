@@ -138,9 +138,7 @@ def contact_stiffness(
     return np.asarray(local * face.area_mm2[acting][:, None, None])
 
 
-def add_sparse_stiffness(
-    values: Array, face: ContactFace, acting: Index, local: Array, pattern: BlockPattern
-) -> None:
+def add_sparse_stiffness(values: Array, face: ContactFace, acting: Index, local: Array, pattern: BlockPattern) -> None:
     """Adds the Hessian of points, shape (acting, 3, 3), to the entries of an upper triangle, in place."""
     facet = face.facet[acting]
     _scatter_blocks(local, face.shape[acting], facet, face.patches, pattern.indptr, pattern.patch_blocks, values)

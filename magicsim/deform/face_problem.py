@@ -22,23 +22,26 @@ from magicsim.deform.contact import (
 )
 from magicsim.deform.face import ContactFace
 from magicsim.deform.friction import ContactLaw, ContactMemory
-from magicsim.deform.memory import updated_memory
+from magicsim.deform.memory import Patience, updated_memory
 from magicsim.deform.problem import NewtonOptions
 
 Array = npt.NDArray[np.float64]
 ITERATIONS = 60
 """Most Newton steps of one problem."""
 HALVINGS = 12
-UPDATES = 24
-"""Of the multipliers in a load step, cheap here, before the penalty is raised."""
+"""Most shortenings of one of them."""
+UPDATES, REPRIEVE = 24, 6
+"""Of the multipliers in a load step, cheap here, before the penalty is raised; and before it is raised again."""
 ARMIJO = 1e-4
+"""Least decrease of the energy in units of the one that the slope promises."""
 SHARE = 0.5
 """Misfits are brought below this part of their tolerances, so that the whole problem stays within them."""
 LOOSEST, TIGHTEST = 1e-3, 1e-10
-"""Residuals that are asked for: a tenth of the body's own within these."""
+"""Residuals that are asked for: a hundredth of the square of the body's own, within these."""
 ROUGH, ROUGH_ITERATIONS = 1e-2, 10
 """Residual of a predicted motion, and most Newton steps towards it."""
 NOISE = 1e-10
+"""Relative rounding of the energy."""
 FIRST_SHIFT, LAST_SHIFT = 1e-3, 1e3
 """Multiples of the mean diagonal added to a matrix that is not positive definite."""
 
@@ -61,8 +64,6 @@ class FaceProblem:
     options: NewtonOptions
     cautious: float
     """Largest pressure times curvature that counts far from balance [N/mm3]."""
-    largest_penalty: float
-    """Stiffness along the normal beyond which the face would not follow any more [N/mm3]."""
     least_force_n: float
     """Contact forces below this do not sharpen the residual [N]."""
 
@@ -92,12 +93,16 @@ def solve_face(
     """
     options = problem.options
     target = float(np.clip(accuracy**2 / 100, TIGHTEST, LOOSEST))
-    aimed = replace(
-        options,
-        tolerance_mm=options.tolerance_mm * float(np.clip(10 * accuracy, SHARE, 3.0)),
-        slip_mismatch=options.slip_mismatch * float(np.clip(100 * accuracy, SHARE, 50.0)),
-        multiplier_updates=UPDATES,
-        patience=0,
+    patience = Patience(
+        misfit_mm=options.tolerance_mm * float(np.clip(10 * accuracy, SHARE, 3.0)),
+        mismatch=options.slip_mismatch * float(np.clip(100 * accuracy, SHARE, 50.0)),
+        multiplier_residual=options.update_residual,
+        limit_residual=options.limit_residual[True],
+        is_relaxed=True,
+        updates=UPDATES,
+        growth=options.penalty_growth,
+        reprieve=REPRIEVE,
+        largest_misfit_mm=0.95 * options.tolerance_mm,
     )
     start = np.zeros(len(problem.load))
     if predictor is not None:
@@ -105,10 +110,7 @@ def solve_face(
     point = _evaluated(problem, start, memory)
     shortened = False
     for iteration in range(ITERATIONS):
-        is_worn = memory.updates == UPDATES and point.contact.misfit_mm <= options.tolerance_mm
-        if is_worn or memory.penalty >= problem.largest_penalty:
-            aimed = replace(aimed, tolerance_mm=np.inf)
-        updated = updated_memory(aimed, problem.law, memory, point.contact, point.residual, point.mismatch, iteration)
+        updated = updated_memory(patience, problem.law, memory, point.contact, point.residual, point.mismatch)
         if updated is not memory:
             memory = updated
             point = _evaluated(problem, point.motion, memory)

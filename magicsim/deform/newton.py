@@ -17,8 +17,8 @@ import numpy as np
 
 from magicsim.deform.contact import Surface, add_sparse_stiffness, contact_stiffness, evaluate_contact
 from magicsim.deform.iterate import Iterate
-from magicsim.deform.memory import updated_memory
-from magicsim.deform.problem import Problem
+from magicsim.deform.memory import Patience, updated_memory
+from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.search import Direction, search
 
 
@@ -41,8 +41,8 @@ def terminate(problem: Problem, iterate: Iterate) -> bool:
 def step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
     """Updates of multipliers and friction limits where they are due, and one Newton step."""
     memory = updated_memory(
-        problem.options, problem.law, iterate.memory, iterate.contact, iterate.residual, iterate.mismatch,
-        iterate.iteration,
+        _patience(problem.options, iterate.iteration), problem.law, iterate.memory, iterate.contact, iterate.residual,
+        iterate.mismatch,
     )  # fmt: skip
     if memory is not iterate.memory:
         contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
@@ -52,6 +52,19 @@ def step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
         return replace(iterate, stuck=True, iteration=iterate.iteration + 1)
     found = search(problem, surface, iterate, direction)
     return replace(found, iteration=iterate.iteration + 1, shift=direction.shift)
+
+
+def _patience(options: NewtonOptions, iteration: int) -> Patience:
+    is_relaxed = iteration >= options.patience
+    return Patience(
+        misfit_mm=options.tolerance_mm,
+        mismatch=options.slip_mismatch,
+        multiplier_residual=options.update_residual,
+        limit_residual=options.limit_residual[is_relaxed],
+        is_relaxed=is_relaxed,
+        updates=options.multiplier_updates,
+        growth=options.penalty_growth,
+    )
 
 
 def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Direction | None:

@@ -89,9 +89,12 @@ def test_small_shear_meets_the_stiffness_of_mindlin() -> None:
     assert limit(LEVELS, ratios, power=2) == pytest.approx(1, rel=0.05)
 
 
-@pytest.mark.parametrize("level", [(8, 5), (10, 6), pytest.param((14, 9), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("level", [(12, 7), pytest.param((14, 9), marks=pytest.mark.slow)])
 def test_small_twist_meets_the_torque_of_reissner_and_sagoci(level: Counts) -> None:
-    """T = 16/3 G a^3 theta (J. Appl. Phys. 15, 1944), with the contact radius measured."""
+    """T = 16/3 G a^3 theta (J. Appl. Phys. 15, 1944), with the contact radius measured.
+
+    The traction is singular at the rim, so coarse lattices miss some of it: 7 % with 8 cells across.
+    """
     block, press = cube(4.0)
     angle = 1e-3
     solver = block.solver(level, tolerance_mm=TOLERANCE_MM, friction=STICKS)

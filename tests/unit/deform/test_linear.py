@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from magicsim.deform.linear import PardisoSolver, SuperluSolver, has_pardiso
+from magicsim.deform.linear import PardisoCondenser, PardisoSolver, SuperluSolver, has_pardiso
 
 SOLVERS = [SuperluSolver, *([PardisoSolver] if has_pardiso() else [])]
 
@@ -30,3 +30,29 @@ def test_solver_reports_an_indefinite_matrix_and_recovers(solver_type: type) -> 
     solver = solver_type(matrix.indptr, matrix.indices)
     assert not solver.factorise(upper_laplacian(-1.0).data)
     assert solver.factorise(matrix.data)
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="condensing needs MKL PARDISO")
+def test_condenser_gives_the_schur_complement_and_the_whole_solution() -> None:
+    matrix, kept, right = upper_laplacian(0.5), np.array([3, 4, 17, 29]), np.linspace(-1, 2, 30)
+    full = (matrix + sp.triu(matrix, 1).T).toarray()
+    rest = np.setdiff1d(np.arange(30), kept)
+    exact = full[np.ix_(kept, kept)] - full[np.ix_(kept, rest)] @ np.linalg.solve(
+        full[np.ix_(rest, rest)], full[np.ix_(rest, kept)]
+    )
+    condenser = PardisoCondenser(matrix.indptr, matrix.indices, kept)
+    for factor in (1.0, 3.0):
+        schur = condenser.factorise(factor * matrix.data)
+        assert schur is not None
+        np.testing.assert_allclose(schur, factor * exact, atol=1e-12)
+        reduced = condenser.reduce(right)
+        reduced[kept] = np.linalg.solve(schur, reduced[kept])
+        np.testing.assert_allclose(factor * full @ condenser.expand(reduced), right, atol=1e-12)
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="condensing needs MKL PARDISO")
+def test_condenser_reports_an_indefinite_eliminated_part_and_recovers() -> None:
+    matrix = upper_laplacian(0.0)
+    condenser = PardisoCondenser(matrix.indptr, matrix.indices, np.array([0, 1]))
+    assert condenser.factorise(upper_laplacian(-1.0).data) is None
+    assert condenser.factorise(matrix.data) is not None

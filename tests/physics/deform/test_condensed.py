@@ -1,0 +1,59 @@
+"""Contact solved in full on the face: the same equilibria as plain Newton steps find, in fewer factorisations."""
+
+import numpy as np
+import pytest
+
+from magicsim.config import load_preset
+from magicsim.deform.condensed import Condenser
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice import Lattice, build_lattice
+from magicsim.deform.linear import has_pardiso
+from magicsim.deform.path import ContactSolver
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects import parse_object
+
+pytestmark = pytest.mark.skipif(not has_pardiso(), reason="condensing needs MKL PARDISO")
+BALL = parse_object("sphere:radius_mm=4")
+PLACES = ((-0.3, 0.0, 0.0), (-0.8, 0.0, 0.0), (-0.8, 0.4, 0.0), (-0.8, 0.4, 20.0))
+"""Gap [mm], place along x [mm], turn [degrees]: pressed, pressed deeper, moved along, twisted."""
+TIGHT_MM = 1e-5
+
+
+@pytest.fixture(scope="module")
+def lattice() -> Lattice:
+    design = ["footprint_mm=[16.0, 16.0]", "core_mm=4.0", "lattice.spacing_mm=1.0"]
+    return build_lattice(load_preset(ElastomerDesign, "design", "mini-magictac", design))
+
+
+def solved(solver: ContactSolver, poses: list[Indenter]) -> list[Deformation]:
+    states: list[Deformation] = []
+    for pose in poses:
+        states.append(solver.solve(pose, states[-1] if states else None))
+    return states
+
+
+def poses() -> list[Indenter]:
+    return [place_object(BALL, gap_mm=gap, x_mm=x, twist_deg=turn) for gap, x, turn in PLACES]
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.6])
+def test_equilibria_are_those_of_plain_newton_steps(
+    lattice: Lattice, friction: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    condensed = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())
+    monkeypatch.setattr(Condenser, "step", lambda *_, **__: None)
+    plain = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())
+    tolerance = 2e-3 if friction else 1e-4
+    for one, other in zip(condensed, plain, strict=True):
+        size = np.linalg.norm(other.force_n)
+        np.testing.assert_allclose(one.force_n, other.force_n, atol=tolerance * size)
+        np.testing.assert_allclose(one.displacements_mm, other.displacements_mm, atol=tolerance)
+    assert 2 * sum(state.iterations for state in condensed) < sum(state.iterations for state in plain)
+
+
+def test_what_was_solved_before_changes_no_bit(lattice: Lattice) -> None:
+    fresh, used = (ContactSolver(lattice, friction=0.6) for _ in range(2))
+    solved(used, [place_object(parse_object("box:size_mm=5"), gap_mm=-0.4, x_mm=1.0)])
+    for one, other in zip(solved(fresh, poses()), solved(used, poses()), strict=True):
+        np.testing.assert_array_equal(one.displacements_mm, other.displacements_mm)
