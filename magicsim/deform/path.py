@@ -1,7 +1,7 @@
 """Poses in sequence: warm starts, sub-steps, the fallbacks of a step that fails, and the check of what comes out.
 
-A load step starts with one iteration on the object's surface carried along from its last pose (see
-`contact.moved_surface`), so that the face follows the object before the true surface decides. A step that fails is
+A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
+face follows the object before the true surface decides. A step that fails is
 halved and iterated with more care (`Problem.careful`), down to `SHORTEST`; when that fails too the path is begun again
 from rest with `RESTART_STEPS` as many steps.
 """
@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from magicsim.deform import newton
 from magicsim.deform.condensed import Condenser
@@ -27,6 +26,7 @@ from magicsim.deform.linear import quiet_openblas, symmetric_solver
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
+from magicsim.deform.way import first_contact, pose_between, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
@@ -166,16 +166,16 @@ class ContactSolver:
     def _follow_path(
         self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, fineness: int
     ) -> Deformation | None:
-        first = start.pose or _first_contact(indenter)
+        first = start.pose or first_contact(indenter)
         touching = start.contact_points_mm[start.contact_pressure_mpa > 0] - first.position_mm
         reach = float(np.linalg.norm(touching[:, :2], axis=1).max(initial=0.0))
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
-        count = max(1, int(np.ceil(_pose_distance(first, indenter.pose, reach) / longest - 1e-9)))
+        count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose, done, stride = start, first, 0.0, 1.0 / count
         shortest, halved, careful = stride * SHORTEST, False, problem.careful()
         while done < 1:
             target = 1.0 if done + stride > 1 - 1e-9 else done + stride
-            next_pose = indenter.pose if target == 1 else _between(first, indenter.pose, target)
+            next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
             iterate = self._solve_pose(careful if halved else problem, moved, before, state, effort)
             if self._is_valid(problem, iterate, moved):
@@ -267,24 +267,6 @@ class ContactSolver:
             unknowns=problem.pattern.size,
             converged=True,
         )
-
-
-def _first_contact(indenter: Indenter) -> Pose:
-    """The pose lowered until the object's highest point is level with the undeformed face."""
-    return replace(indenter.pose, position_mm=indenter.pose.position_mm - [0.0, 0.0, indenter.top_mm()])
-
-
-def _pose_distance(first: Pose, last: Pose, reach_mm: float) -> float:
-    """Length of the way of the object's origin and of its points at a distance from the vertical through it [mm]."""
-    turn = Rotation.from_matrix(last.rotation @ first.rotation.T).magnitude()
-    return float(np.linalg.norm(last.position_mm - first.position_mm) + turn * reach_mm)
-
-
-def _between(first: Pose, last: Pose, share: float) -> Pose:
-    """Pose on the straight way, turning about one axis."""
-    turn = Rotation.from_matrix(last.rotation @ first.rotation.T).as_rotvec()
-    rotation = Rotation.from_rotvec(share * turn).as_matrix() @ first.rotation
-    return Pose(position_mm=(1 - share) * first.position_mm + share * last.position_mm, rotation=rotation)
 
 
 def _balance(problem: Problem, iterate: Iterate) -> float:

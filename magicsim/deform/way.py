@@ -1,0 +1,27 @@
+"""The straight way of an object from one pose to another, turning about one axis."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.pose import Pose
+
+
+def first_contact(indenter: Indenter) -> Pose:
+    """The pose lowered until the object's highest point is level with the undeformed face."""
+    return replace(indenter.pose, position_mm=indenter.pose.position_mm - [0.0, 0.0, indenter.top_mm()])
+
+
+def way_length_mm(first: Pose, last: Pose, reach_mm: float) -> float:
+    """Length of the way of the object's origin and of its points at a distance from the vertical through it [mm]."""
+    turn = Rotation.from_matrix(last.rotation @ first.rotation.T).magnitude()
+    return float(np.linalg.norm(last.position_mm - first.position_mm) + turn * reach_mm)
+
+
+def pose_between(first: Pose, last: Pose, share: float) -> Pose:
+    """Pose on the straight way, turning about one axis."""
+    turn = Rotation.from_matrix(last.rotation @ first.rotation.T).as_rotvec()
+    rotation = Rotation.from_rotvec(share * turn).as_matrix() @ first.rotation
+    return Pose(position_mm=(1 - share) * first.position_mm + share * last.position_mm, rotation=rotation)
