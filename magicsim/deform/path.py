@@ -1,9 +1,9 @@
 """Poses in sequence: warm starts, sub-steps, the fallbacks of a step that fails, and the check of what comes out.
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
-face follows the object before the true surface decides. A step that fails is
-halved and iterated with more care (`Problem.careful`), down to `SHORTEST`; when that fails too the path is begun again
-from rest with `RESTART_STEPS` as many steps.
+face follows the object before the true surface decides. A step that fails is halved and iterated with more care
+(`Problem.careful`), down to `SHORTEST`; when that fails too the path is begun again from rest with `RESTART_STEPS` as
+many steps.
 """
 
 import logging
