@@ -56,6 +56,7 @@ def measure(scene: str, settings: list[str], repeat: int) -> dict[str, object]:
         if frame.same_as is None:
             deformation = sensor.deform(frame.state, deformation) if frame.solve else sensor.rest
             states.append((frame.state, deformation))
+            sensor.renderer.prepare(sensor.view(frame.state, deformation))
     seconds: dict[str, list[float]] = {}
     memory = []
     checksum: npt.NDArray[np.float64] = np.zeros(3)

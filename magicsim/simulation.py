@@ -23,11 +23,12 @@ from magicsim.meshes import attach_meshes, deformed_vertices
 from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, can_touch, efforts, plan_scene
 from magicsim.scenes.exposure import Exposure, FloatImage, meter
 from magicsim.scenes.finish import Finish
-from magicsim.scenes.renderer import Renderer, View
+from magicsim.scenes.renderer import Renderer
 from magicsim.scenes.safe_gap import check_walls
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.scenes.untouched import UntouchedStates
+from magicsim.scenes.view import View
 from magicsim.shot import Shot
 
 Array = npt.NDArray[np.float64]

@@ -220,7 +220,7 @@ def _render_anchored(
         sensor.renderer.warm_up(sensor.view(UNTOUCHED, sensor.rest))
         sensor.renderer.warm_up(view)
         start = time.perf_counter()
-        sensor.renderer.anchor()
+        sensor.renderer.prepare(view)
         middle = time.perf_counter()
         image = sensor.renderer.radiance(view)
         seconds = time.perf_counter() - middle + (middle - start) / EPISODE_FRAMES

@@ -27,6 +27,7 @@ from magicsim.scenes.medium import (
     scattering_stretch,
 )
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
+from magicsim.scenes.path_record import PathRecord
 from magicsim.scenes.sequence import sequence
 from magicsim.scenes.shapes import Shapes
 from magicsim.scenes.window import Window
@@ -42,7 +43,8 @@ PATTERN_SEED = 1
 @dr.syntax  # type: ignore[untyped-decorator]
 def gather_radiance(
     scene: Any, shapes: Shapes, media: Media, light: CachedLight, finish: Finish, *, samples: int, seed: int,
-    max_depth: int, window: Window, pattern: int = 0, forward: Medium | None = None, followed: int = 0,
+    max_depth: int, window: Window, pattern: int, forward: Medium | None, followed: int,
+    part: range, record: PathRecord | None,
 ) -> Any:  # fmt: skip
     """Radiance of every pixel of the scene's first sensor.
 
@@ -59,6 +61,8 @@ def gather_radiance(
         pattern: Another number shifts every pixel's pattern at random, so that the errors of images are independent.
         forward: The infill with its true phase function, for the first collisions.
         followed: Number of those collisions.
+        part: Numbers of the samples of each pixel that are traced; the others count as dark.
+        record: Takes down what the paths pass, or None.
 
     Returns:
         mi.Float of size rows * columns * 3 of the window; its pixels are those of the whole film.
@@ -74,7 +78,8 @@ def gather_radiance(
     shift = [dr.gather(mi.UInt32, shifts.next_uint32(), pixel) for _ in range(2)]
     dr.eval(shift, corner)
     sampler = mi.PCG32(size=1, initstate=mi.UInt64(pixel))
-    index, fresh = mi.UInt32(0), mi.Bool(True)
+    start, end = dr.opaque(mi.UInt32, part.start), dr.opaque(mi.UInt32, part.stop)
+    index, fresh = mi.UInt32(start), mi.Bool(True)
     ray = dr.zeros(mi.Ray3f, dr.width(pixel))
     weight, radiance = mi.Color3f(1.0), mi.Color3f(0.0)
     waiting, waiting_ray, waiting_weight = mi.Bool(False), mi.Ray3f(ray), mi.Color3f(0.0)
@@ -117,6 +122,10 @@ def gather_radiance(
         depth_mm = dr.select(infill.sigma_t * si.t > 1e-3, depth_mm, si.t * (0.5 - infill.sigma_t * si.t / 12))  # noqa: PLR2004
         phi = light.cells.at(cell, ray(depth_mm), inside)
         radiance[inside] += weight * phi * gained * (infill.albedo / (4 * dr.pi))
+        if record is not None:
+            entry = record.number(place, index - start, depth)
+            record.add_segment(entry, cell, weight.x * gained, ray(depth_mm), inside)
+            record.add_escape(entry, ray, weight.x, active & ~valid)
         weight *= transmitted
         crossed = segment.in_body & valid
         if light.body is None:
@@ -194,5 +203,5 @@ def gather_radiance(
         # A lane takes the samples of its pixel one after the other, so that few wait for the longest path of all.
         fresh = active & ~(alive | resume)
         index[fresh] += 1
-        active &= ~fresh | (index < per_pixel)
+        active &= ~fresh | (index < end)
     return dr.ravel(radiance / samples)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.scenes.backend import mi
+from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.cached_light import CachedLight, Piecewise, VoxelField, cell_slopes
 from magicsim.scenes.camera_pass import gather_radiance
 from magicsim.scenes.finish import Finish
@@ -19,6 +19,8 @@ from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
 from magicsim.scenes.medium import Media
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
+from magicsim.scenes.outside import Outside
+from magicsim.scenes.path_record import PathRecord
 from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
@@ -58,7 +60,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             roughness=properties.get("object_roughness", 0.2),
         )
         self.inside = frozenset(properties.get("lights_inside", "").split(","))
-        self._irradiance_kernel: IrradianceKernel | None = None
+        self._irradiance_kernels: dict[bool, IrradianceKernel] = {}
         self.object_mesh: SurfaceMesh | None = None
         """The object in its own frame: what is smoothed must not depend on the pose that is rendered first."""
         self.grid = GridStates(self.triangles_per_cell)
@@ -95,37 +97,40 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         fields = self.light_fields(scene, self.shares(scene), seed=seed)
         return self.gather(scene, total([self.darkness(scene), *fields.values()]), samples=spp or 16, seed=seed)
 
-    def darkness(self, scene: Any) -> LightField:
-        """The light field of a scene without lights."""
-        shapes = self.shapes(scene)
+    def darkness(self, scene: Any, outside: Outside | None = None) -> LightField:
+        """The light field of a scene without lights, and of what stands outside."""
+        shapes = self.shapes(scene, outside)
         return LightField(
             fluence=np.zeros((shapes.cells, 3)),
             body=np.zeros((self.voxels.count if self.voxels is not None else 1, 3)),
             irradiance=np.zeros((shapes.object_triangles, 3)),
         )
 
-    def shares(self, scene: Any) -> dict[str, int]:
+    def shares(self, scene: Any, outside: Outside | None = None) -> dict[str, int]:
         """Particles of each light: all strips together get `particles`, an outside light gets as many again."""
-        names = lights(scene)
+        names = _light_names(scene, outside)
         strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in names)
         each = max(1, self.particles // max(1, strips))
         return {name: self.particles if name in {FLASHLIGHT, ENVIRONMENT} else each for name in names}
 
-    def light_fields(self, scene: Any, particles: Mapping[str, int], *, seed: int) -> dict[str, LightField]:
+    def light_fields(
+        self, scene: Any, particles: Mapping[str, int], *, seed: int, outside: Outside | None = None
+    ) -> dict[str, LightField]:
         """Light that emitters bring to every cell and to the object, by name.
 
         Args:
             scene: The loaded scene.
             particles: Number of particles of each light, all or some of `lights(scene)`.
             seed: Seed of the render; every light has a stream of its own.
+            outside: What stands before the block in a scene of its own.
         """
-        shapes = self.shapes(scene)
+        shapes = self.shapes(scene, outside)
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
         if not particles or (shapes.object is None and not scatters):
-            return {name: self.darkness(scene) for name in particles}
+            return {name: self.darkness(scene, outside) for name in particles}
         grid = self._grid(scene)
         volumes = grid.volumes_mm3[:, None] if grid is not None else 1.0
-        tracks = {name: self._tracks(scene, shapes, name, count, seed) for name, count in particles.items()}
+        tracks = {name: self._tracks(scene, shapes, name, count, seed, outside) for name, count in particles.items()}
         scales = {name: 1 / (FIXED_POINT * count) for name, count in particles.items()}
         landed = [tracks[name].landed.reshape(-1, 3) * scales[name] for name in tracks]
         # One product for all lights: reading the kernel costs more than using it.
@@ -139,15 +144,17 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             for number, name in enumerate(tracks)
         }
 
-    def _tracks(self, scene: Any, shapes: Shapes, name: str, particles: int, seed: int) -> Tracks:
+    def _tracks(
+        self, scene: Any, shapes: Shapes, name: str, particles: int, seed: int, outside: Outside | None
+    ) -> Tracks:
         """What the particles of one light leave behind."""
+        stream = SEEDS_PER_RENDER * seed + 1 + _light_names(scene, outside).index(name)
         media = self.followed_media if self.followed else self.media
         chunks = [
             deposit_tracks(
-                scene, self.emitter(scene, name), shapes, media, self.voxels, first=first,
-                particles=min(CHUNK, particles - first), seed=SEEDS_PER_RENDER * seed + 1 + lights(scene).index(name),
-                inside=name in self.inside, is_room=name == ENVIRONMENT, max_depth=self.light_depth(media),
-                balance=False,
+                scene, self.emitter(scene, name, outside), shapes, media, self.voxels, first=first,
+                particles=min(CHUNK, particles - first), seed=stream, inside=name in self.inside,
+                is_room=name == ENVIRONMENT, max_depth=self.light_depth(media), balance=False,
             )
             for first in range(0, particles, CHUNK)
         ]  # fmt: skip
@@ -195,8 +202,29 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             scene, shapes, self.media, self._cached(scene, shapes, field), self.finish,
             samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, window=window, pattern=pattern,
             forward=self.followed_media.infill if self.followed else None, followed=self.followed,
+            part=range(samples), record=None,
         )  # fmt: skip
         return mi.TensorXf(image, shape=(window.rows, window.columns, 3))
+
+    def record(self, scene: Any, part: range, *, samples: int, seed: int, capacity: int) -> PathRecord:
+        """What `part` of the camera paths pass that `gather` traces for each pixel of the film.
+
+        The scene holds nothing before the block; `capacity` is the number of segments that there is room for.
+        """
+        columns, rows = (int(size) for size in scene.sensors()[0].film().size())
+        record, shapes = PathRecord.empty(capacity, len(part)), self.shapes(scene)
+        image = gather_radiance(
+            scene, shapes, self.media, self._cached(scene, shapes, self.darkness(scene)), self.finish,
+            samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, part=part, record=record,
+            window=Window.whole(columns, rows), pattern=0, forward=None, followed=0,
+        )  # fmt: skip
+        dr.eval(image, record)
+        return record
+
+    def centres_mm(self, scene: Any) -> FloatArray:
+        """Centres of the cells, shape (cells, 3) [mm]; none without a grid."""
+        grid = self._grid(scene)
+        return grid.centres_mm if grid is not None else np.zeros((0, 3))
 
     def _cached(self, scene: Any, shapes: Shapes, field: LightField) -> CachedLight:
         centres, slopes = np.zeros((shapes.cells, 3)), np.zeros((shapes.cells, 3, 3))
@@ -210,19 +238,22 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             irradiance=_flat(field.irradiance),
         )
 
-    def emitter(self, scene: Any, name: str) -> Any:
-        """The emitter of a light, one of `lights(scene)`."""
+    def emitter(self, scene: Any, name: str, outside: Outside | None = None) -> Any:
+        """The emitter of a light by its name."""
+        if outside is not None and name == FLASHLIGHT:
+            return outside.flashlight.emitter()
         return scene.environment() if name == ENVIRONMENT else shape_named(scene, name).emitter()
 
-    def shapes(self, scene: Any) -> Shapes:
-        """The scene's shapes by their role."""
+    def shapes(self, scene: Any, outside: Outside | None = None) -> Shapes:
+        """The scene's shapes by their role, the object from outside if something is there."""
         grid = self._grid(scene)
         return Shapes(
             body=shape_named(scene, BODY),
             infill=shape_named(scene, INFILL),
-            object=shape_named(scene, OBJECT),
+            object=outside.object if outside is not None else shape_named(scene, OBJECT),
             triangles_per_cell=self.triangles_per_cell,
             faces=grid.faces if grid is not None else None,
+            outside=outside.scene if outside is not None and outside.object is not None else None,
         )
 
     def _grid(self, scene: Any) -> GridState | None:
@@ -234,15 +265,19 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         """Smoothing of the object's irradiance; the object is rigid, so once is enough."""
-        if self._irradiance_kernel is None:
-            seen = mesh_of(shapes.object) if shapes.object is not None else NOTHING
-            own = self.object_mesh if shapes.object is not None else None
-            self._irradiance_kernel = irradiance_kernel(own or seen)
-        return self._irradiance_kernel
+        present = shapes.object is not None
+        if present not in self._irradiance_kernels:
+            seen = mesh_of(shapes.object) if present else NOTHING
+            self._irradiance_kernels[present] = irradiance_kernel((self.object_mesh if present else None) or seen)
+        return self._irradiance_kernels[present]
 
     def to_string(self) -> str:
         """One line for logs."""
         return f"FluenceIntegrator[particles={self.particles}]"
+
+
+def _light_names(scene: Any, outside: Outside | None) -> list[str]:
+    return lights(scene) + ([FLASHLIGHT] if outside is not None and outside.flashlight is not None else [])
 
 
 def _flat(values: FloatArray) -> Any:

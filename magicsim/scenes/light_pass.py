@@ -16,6 +16,7 @@ import numpy.typing as npt
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
+from magicsim.scenes.outside import nearer_hit
 from magicsim.scenes.sequence import sequence
 from magicsim.scenes.shapes import Shapes
 from magicsim.scenes.voxels import Voxels
@@ -125,6 +126,9 @@ def deposit_tracks(
                 source += weight
         si = next_hit(scene, ray, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
+        if shapes.outside is not None:
+            si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
+            segment = classify(si, body_pointer, infill_pointer, in_body)
         # Expected track length up to the next collision or wall, instead of the sampled one.
         transmitted = dr.exp(-infill.sigma_t * si.t)
         length = (1 - transmitted) / infill.sigma_t

@@ -1,17 +1,16 @@
 """Radiance of one sensor in any state, with as little work as the state needs."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
-from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.scenes.backend import VARIANT, mi
-from magicsim.scenes.cell_topology import CellTopology
+from magicsim.scenes.anchor import Anchor
+from magicsim.scenes.backend import mi
+from magicsim.scenes.estimator import choose_estimator, integrator_entry
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField, total
@@ -19,49 +18,16 @@ from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.untouched import UntouchedState, UntouchedStates, untouched_key
-from magicsim.scenes.variant import LLVM_VARIANT
-from magicsim.scenes.world import INSET_MM, World, WorldContent, lights_inside
+from magicsim.scenes.view import View
+from magicsim.scenes.world import World
+from magicsim.scenes.worlds import Worlds
+
+if TYPE_CHECKING:
+    from magicsim.scenes.outside import Outside, Outsides
+    from magicsim.scenes.recorded_paths import RecordedPaths
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
-PATH_DEPTH = 256
-"""Longest path of `volpath` [interactions], roulette off; four times as long changes the mean by 0.01 %."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class View:
-    """What the camera is to see. Arrays are compared by identity: pass the same array while nothing moves."""
-
-    body: Array | None = None
-    """Deformed body vertices, shape (vertices, 3) [mm]; None at rest."""
-    infill: Array | None = None
-    """Deformed infill vertices, shape (vertices, 3) [mm]; None at rest."""
-    indenter: Indenter | None = None
-    """The object where it is, or None."""
-    flashlight_x_mm: float | None = None
-    """Shift of the outside light [mm], or None while it is off."""
-
-    @property
-    def is_untouched(self) -> bool:
-        """Whether this is the sensor alone, as the anchor holds it."""
-        return self.body is None and self.infill is None and self.indenter is None and self.flashlight_x_mm is None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Anchor:
-    """The untouched sensor, rendered cheaply with a seed and once with care.
-
-    A frame with the same seed differs from the cheap rendering only where something changed, so adding the careful
-    image and subtracting the cheap one removes the noise that all frames share (a control variate, unbiased). The
-    fluence behind it is the careful one times a ratio of local means (see `LightField.anchored`): far less noisy, and
-    biased only where light changes within a cell's width. The careful state has a seed of its own, the same for every
-    episode: an untouched sensor always looks the same.
-    """
-
-    cheap: dict[str, LightField]
-    careful: dict[str, LightField]
-    cheap_image: FloatImage
-    image: FloatImage
 
 
 class Renderer:
@@ -101,10 +67,10 @@ class Renderer:
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self._film = film(elastomer.design, rig)
         self._whole = film(elastomer.design, rig, whole=True)
-        self._worlds: dict[tuple[bool, bool], World] = {}
-        self._shown: dict[int, View] = {}
+        self._worlds: Worlds | None = None
         self._untouched = untouched if untouched is not None else UntouchedStates()
         self._anchor: Anchor | None = None
+        self._outsides: Outsides | None = None
 
     def radiance(self, view: View) -> FloatImage:
         """Linear radiance of what is read out, shape (rows, columns, 3), anchored if settings say so.
@@ -118,6 +84,8 @@ class Renderer:
         window = self.rig.camera.window
         if view.is_untouched:
             return np.asarray(window.of(anchor.image))
+        if self._stands_free(view):
+            return self._beside_anchor(view, anchor)
         world = self.world(view)
         integrator = world.scene.integrator()
         counts = self.elastomer.grid.counts if self.elastomer.grid is not None else None
@@ -128,6 +96,50 @@ class Renderer:
         field = total([integrator.darkness(world.scene), *fields.values()])
         image = self._gather(world, field, self.settings.samples, self.seed)
         return np.asarray(np.maximum(image - window.of(anchor.cheap_image) + window.of(anchor.image), 0))
+
+    def _stands_free(self, view: View) -> bool:
+        bare = view.indenter is not None and self.object_mesh is None
+        if self.estimator == "path" or not self.settings.anchor_samples or self.elastomer.grid is None or bare:
+            return False
+        from magicsim.scenes.approach import stands_free
+
+        integrator = self.world(View()).scene.integrator()
+        return stands_free(view, self.rig, self.object_finish, integrator, self._placed(view))
+
+    def _outside(self, view: View) -> "Outside":
+        from magicsim.scenes.outside import Outsides
+
+        if self._outsides is None:
+            self._outsides = Outsides(self.rig, self.object_mesh, self.object_finish)
+        return self._outsides.of(self._placed(view), view.flashlight_x_mm)
+
+    def _placed(self, view: View) -> Array | None:
+        """Vertices of the object in the sensor's frame [mm], or None where there is none."""
+        if view.indenter is None or self.object_mesh is None:
+            return None
+        return view.indenter.pose.to_sensor(self.object_mesh.vertices)
+
+    def _paths(self) -> "RecordedPaths":
+        """Camera paths of the untouched sensor."""
+        from magicsim.scenes.approach import recorded
+
+        key, settings = self._untouched_key(), self.settings
+        paths = self._untouched.paths(key)
+        if paths is None:
+            scene = self.world(View()).scene
+            paths = recorded(scene, seed=settings.anchor_seed, samples=settings.anchor_samples)
+            self._untouched.keep_paths(key, paths)
+        return paths
+
+    def _beside_anchor(self, view: View, anchor: Anchor) -> FloatImage:
+        from magicsim.scenes.approach import seen_beside_anchor
+
+        change = seen_beside_anchor(
+            self.world(View()).scene, self._outside(view), self._paths(), anchor, self.object_finish,
+            self._film.window, seed=self.seed,
+        )  # fmt: skip
+        image = self._film.seen(_checked(change.astype(np.float32)))
+        return np.asarray(np.maximum(image + self.rig.camera.window.of(anchor.image), 0))
 
     def metered(self) -> FloatImage:
         """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
@@ -193,6 +205,11 @@ class Renderer:
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
+        if not view.is_untouched and self._stands_free(view):
+            from magicsim.scenes.approach import try_out
+
+            try_out(self.world(View()).scene, self._outside(view), self.object_finish, seed=self.seed)
+            return
         world = self.world(view)
         if self.estimator == "path":
             mi.render(world.scene, spp=1, seed=self.seed)
@@ -200,6 +217,13 @@ class Renderer:
         integrator = world.scene.integrator()
         fields = integrator.light_fields(world.scene, dict.fromkeys(_lights(world), 64), seed=self.seed)
         self._gather(world, total([integrator.darkness(world.scene), *fields.values()]), 1, self.seed)
+
+    def prepare(self, view: View) -> None:
+        """Computes what all frames like this one share: the untouched sensor, and its camera paths where they serve."""
+        if self.estimator == "fluence" and self.settings.anchor_samples:
+            self.anchor()
+            if not view.is_untouched and self._stands_free(view):
+                self._paths()
 
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""
@@ -217,8 +241,11 @@ class Renderer:
             )
         return self._anchor
 
+    def _untouched_key(self) -> str:
+        return untouched_key(self.elastomer.design, self.rig, self.settings)
+
     def _careful(self, world: World, names: list[str]) -> UntouchedState:
-        key = untouched_key(self.elastomer.design, self.rig, self.settings)
+        key = self._untouched_key()
         state = self._untouched.get(key)
         if state is None:
             integrator, seed = world.scene.integrator(), self.settings.anchor_seed
@@ -241,71 +268,15 @@ class Renderer:
 
     def world(self, view: View) -> World:
         """The Mitsuba scene that shows a view, loaded when it is first needed."""
-        key = (view.indenter is not None, view.flashlight_x_mm is not None)
-        if key not in self._worlds:
-            content = WorldContent(
-                object_mesh=self.object_mesh if key[0] else None,
-                object_finish=self.object_finish,
-                flashlight=key[1],
+        if self._worlds is None:
+            self._worlds = Worlds(
+                self.elastomer, self.rig, self.object_mesh, self.object_finish, self.integrator_entry()
             )
-            self._worlds[key] = World(self.elastomer, self.rig, content, self.integrator_entry())
-            if self.estimator == "fluence":
-                integrator = self._worlds[key].scene.integrator()
-                integrator.grid.topology = CellTopology.of(self.elastomer)
-                integrator.object_mesh = content.object_mesh
-        world = self._worlds[key]
-        self._show(world, view)
-        return world
-
-    def _show(self, world: World, view: View) -> None:
-        shown = self._shown.get(id(world), View())
-        moved = view.indenter is not None and (
-            shown.indenter is None or shown.indenter.pose.key() != view.indenter.pose.key()
-        )
-        changes: dict[str, Any] = {}
-        if view.body is not shown.body:
-            changes["body"] = view.body if view.body is not None else self.elastomer.body.vertices
-        if view.infill is not shown.infill and self.elastomer.infill is not None:
-            changes["infill"] = view.infill if view.infill is not None else self.elastomer.infill.vertices
-        if moved and view.indenter is not None and self.object_mesh is not None:
-            changes["object_vertices"] = view.indenter.pose.to_sensor(self.object_mesh.vertices)
-        if view.flashlight_x_mm is not None and view.flashlight_x_mm != (shown.flashlight_x_mm or 0.0):
-            changes["light_x_mm"] = view.flashlight_x_mm
-        if changes:
-            world.update(**changes)
-        self._shown[id(world)] = view
+        return self._worlds.of(view, self._placed(view))
 
     def integrator_entry(self) -> dict[str, Any]:
         """The integrator's entry of a scene dictionary."""
-        if self.estimator == "path":
-            return {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
-        import magicsim.scenes.integrator  # noqa: F401 -- registers the estimator
-        from magicsim.scenes.integrator_settings import integrator_settings
-
-        return {
-            "type": "fluence",
-            "particles": self.settings.particles,
-            "forward_collisions": self.settings.forward_collisions,
-            **integrator_settings(
-                self.elastomer, self.object_finish, inside=lights_inside(self.rig), inset_mm=INSET_MM
-            ),
-        }
-
-
-def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
-    """The estimator that will run: `fluence` needs LLVM, and falls back to `path` on the scalar variant.
-
-    Raises:
-        RenderError: The body scatters and a lens plate is bonded to it, which `path` cannot tell apart.
-    """
-    estimator = "path" if VARIANT != LLVM_VARIANT else asked
-    if estimator == "path" and elastomer.design.materials.body.sigma_s_per_mm > 0 and rig.lens.thickness_mm > 0:
-        msg = (
-            f"lens.thickness_mm = {rig.lens.thickness_mm:g} is not allowed with estimator 'path' where the body "
-            "scatters: must be 0; use estimator 'fluence'"
-        )
-        raise RenderError(msg)
-    return estimator
+        return integrator_entry(self.estimator, self.elastomer, self.rig, self.settings, self.object_finish)
 
 
 def _lights(world: World) -> list[str]:

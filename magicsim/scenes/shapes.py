@@ -28,6 +28,8 @@ class Shapes:
     triangles_per_cell: int
     faces: CellFaces | None
     """Of the cells, for `next_hit`; None to search all triangles for every hit."""
+    outside: Any = None
+    """A scene of its own that holds the object, or None where it is in the block's."""
 
     @property
     def cells(self) -> int:
@@ -67,8 +69,8 @@ def mesh_of(shape: Any) -> SurfaceMesh:
 
 def wetted(scene: Any, shapes: Shapes) -> npt.NDArray[np.bool_]:
     """Which of the object's triangles lie inside the body's surface, shape (triangles,)."""
-    if shapes.object is None:
-        return np.zeros(1, bool)
+    if shapes.object is None or shapes.outside is not None:
+        return np.zeros(shapes.object_triangles, bool)
     mesh = mesh_of(shapes.object)
     corners = mesh.vertices[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

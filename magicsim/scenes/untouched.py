@@ -3,6 +3,7 @@
 import json
 from collections import OrderedDict
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,9 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.light_field import LightField
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
+
+if TYPE_CHECKING:
+    from magicsim.scenes.recorded_paths import RecordedPaths
 
 KEPT = 4
 """Sensors that are kept at most."""
@@ -40,6 +44,8 @@ class UntouchedStates:
         """Holds nothing."""
         self._states: OrderedDict[str, UntouchedState] = OrderedDict()
 
+        self._paths: tuple[str, RecordedPaths] | None = None
+
     def get(self, key: str) -> UntouchedState | None:
         """The state of a key, if it is kept."""
         if key in self._states:
@@ -51,6 +57,14 @@ class UntouchedStates:
         self._states[key] = state
         while len(self._states) > KEPT:
             self._states.popitem(last=False)
+
+    def paths(self, key: str) -> "RecordedPaths | None":
+        """Camera paths of a key, if they are those that were kept last: they are many."""
+        return self._paths[1] if self._paths is not None and self._paths[0] == key else None
+
+    def keep_paths(self, key: str, paths: "RecordedPaths") -> None:
+        """Keeps the camera paths of one sensor."""
+        self._paths = (key, paths)
 
 
 def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -> str:

@@ -82,7 +82,7 @@ class World:
         if object_vertices is not None:
             self._set(self.content.object_name, object_vertices)
         if light_x_mm is not None:
-            self._parameters[f"{FLASHLIGHT}.to_world"] = mi.Transform4f(_light_place(self.rig, light_x_mm))
+            self._parameters[f"{FLASHLIGHT}.to_world"] = mi.Transform4f(flashlight_place(self.rig, light_x_mm))
         self._parameters.update()
 
     def light_only(self, name: str | None) -> None:
@@ -123,7 +123,7 @@ def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: di
         "type": "scene",
         "integrator": integrator,
         "sensor": _camera(elastomer, rig),
-        BODY: _mesh(
+        BODY: mesh_shape(
             SurfaceMesh(vertices=with_lens(elastomer.body.vertices, elastomer, rig), faces=elastomer.body.faces),
             BODY,
             {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0},
@@ -132,7 +132,7 @@ def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: di
     }
     if elastomer.infill is not None and materials.infill is not None:
         infill = materials.infill
-        scene[INFILL] = _mesh(
+        scene[INFILL] = mesh_shape(
             elastomer.infill,
             INFILL,
             {"type": "dielectric", "int_ior": infill.ior, "ext_ior": materials.body.ior},
@@ -142,17 +142,28 @@ def _scene(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: di
     for index, strip in enumerate(rig.strips):
         scene[_strip_name(index)] = _strip(strip, elastomer)
     if content.flashlight:
-        scene[FLASHLIGHT] = _flashlight(rig, 0.0)
+        scene[FLASHLIGHT] = flashlight_entry(rig, 0.0)
     if content.furnace:
         scene[ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
     elif max(rig.ambient) > 0:
         scene |= _room(elastomer, rig)
     if content.object_mesh is not None:
-        scene[content.object_name] = _mesh(content.object_mesh, content.object_name, content.object_finish.bsdf())
+        scene[content.object_name] = mesh_shape(content.object_mesh, content.object_name, content.object_finish.bsdf())
     return scene
 
 
-def _mesh(mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None) -> Any:
+def mesh_shape(
+    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None
+) -> Any:
+    """A mesh as the renderer's shape.
+
+    Args:
+        mesh: The surface.
+        name: Of the shape.
+        bsdf: Entry of a scene's dictionary.
+        interior: Medium inside, or None where it is clear.
+        exterior: The same outside.
+    """
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(bsdf)
     properties["face_normals"] = True
@@ -254,17 +265,19 @@ def _room(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
     }
 
 
-def _light_place(rig: Rig, shift_x_mm: float) -> Any:
+def flashlight_place(rig: Rig, shift_x_mm: float) -> Any:
+    """Where the flashlight is, shifted along x [mm]."""
     light = rig.flashlight
     place = mi.ScalarTransform4f().translate([light.x_mm + shift_x_mm, light.y_mm, -light.distance_mm])
     return place.scale([light.radius_mm, light.radius_mm, 1.0])
 
 
-def _flashlight(rig: Rig, shift_x_mm: float) -> dict[str, Any]:
+def flashlight_entry(rig: Rig, shift_x_mm: float) -> dict[str, Any]:
+    """Entry of the flashlight in a scene's dictionary: a disk that shines and reflects nothing."""
     light = rig.flashlight
     return {
         "type": "disk",
-        "to_world": _light_place(rig, shift_x_mm),
-        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.1}},
+        "to_world": flashlight_place(rig, shift_x_mm),
+        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
         "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(light.radiance)}},
     }

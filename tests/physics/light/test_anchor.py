@@ -5,8 +5,8 @@ import numpy as np
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.finish import Finish
-from magicsim.scenes.renderer import View
 from magicsim.scenes.timeline import timeline
+from magicsim.scenes.view import View
 from magicsim.simulation import Sensor
 
 ANCHOR = ("render.anchor_samples=32", "render.anchor_particles=200000")

@@ -14,7 +14,8 @@ SMALL = [
 
 
 def images(estimator: str, *overrides: str):
-    from magicsim.scenes.renderer import Renderer, View
+    from magicsim.scenes.renderer import Renderer
+    from magicsim.scenes.view import View
     from magicsim.simulation import Sensor
 
     scene = load_scene("rest", [*SMALL, f"render.estimator={estimator}", *overrides], seed=3)
@@ -35,7 +36,7 @@ def test_basis_images_add_up_to_the_image(estimator: str) -> None:
 def test_a_dimmed_strip_is_a_weighted_sum() -> None:
     if activate_variant() != LLVM_VARIANT:
         pytest.skip("needs LLVM")
-    from magicsim.scenes.renderer import View
+    from magicsim.scenes.view import View
     from magicsim.simulation import Sensor
 
     scene = load_scene("rest", SMALL, seed=3)

@@ -45,7 +45,7 @@ def test_fluence_agrees_with_path_tracing_within_one_percent(name, small_scene):
 
 def test_mi_render_runs_the_fluence_estimator(small_scene):
     from magicsim.scenes.backend import mi
-    from magicsim.scenes.renderer import View
+    from magicsim.scenes.view import View
 
     scene = small_scene("rest", seed=7)
     renderer = Sensor(scene).renderer

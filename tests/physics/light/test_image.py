@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from magicsim.scenes.renderer import View
 from magicsim.scenes.timeline import UNTOUCHED, timeline
+from magicsim.scenes.view import View
 from magicsim.simulation import Sensor
 
 

@@ -15,7 +15,7 @@ SMALL = [
 
 @pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="needs LLVM")
 def test_estimated_error_is_the_distance_to_a_converged_image() -> None:
-    from magicsim.scenes.renderer import View
+    from magicsim.scenes.view import View
     from magicsim.simulation import Sensor
 
     renderer = Sensor(load_scene("rest", SMALL, seed=3)).renderer

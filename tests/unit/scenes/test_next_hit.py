@@ -5,8 +5,8 @@ import pytest
 
 from magicsim.scenes.backend import VARIANT, dr, mi
 from magicsim.scenes.next_hit import IN_CELL, IN_WALL, next_hit, whereabouts
-from magicsim.scenes.renderer import View
 from magicsim.scenes.scene import load_scene
+from magicsim.scenes.view import View
 from magicsim.simulation import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from magicsim.scenes.backend import VARIANT, mi
-from magicsim.scenes.renderer import View
 from magicsim.scenes.scene import load_scene
+from magicsim.scenes.view import View
 from magicsim.simulation import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")

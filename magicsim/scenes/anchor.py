@@ -1,0 +1,27 @@
+"""The untouched sensor that the frames of an episode refer to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.scenes.light_field import LightField
+
+FloatImage = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Anchor:
+    """The untouched sensor, rendered cheaply with a seed and once with care.
+
+    A frame with the same seed differs from the cheap rendering only where something changed, so adding the careful
+    image and subtracting the cheap one removes the noise that all frames share (a control variate, unbiased). The
+    fluence behind it is the careful one times a ratio of local means (see `LightField.anchored`): far less noisy, and
+    biased only where light changes within a cell's width. The careful state has a seed of its own, the same for every
+    episode: an untouched sensor always looks the same.
+    """
+
+    cheap: dict[str, LightField]
+    careful: dict[str, LightField]
+    cheap_image: FloatImage
+    image: FloatImage

@@ -1,0 +1,34 @@
+"""What the camera is to see."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.indenter import Indenter
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """State of everything that light meets. Arrays are compared by identity: pass the same one while nothing moves."""
+
+    body: Array | None = None
+    """Deformed body vertices, shape (vertices, 3) [mm]; None at rest."""
+    infill: Array | None = None
+    """Deformed infill vertices, shape (vertices, 3) [mm]; None at rest."""
+    indenter: Indenter | None = None
+    """The object where it is, or None."""
+    flashlight_x_mm: float | None = None
+    """Shift of the outside light [mm], or None while it is off."""
+
+    @property
+    def is_untouched(self) -> bool:
+        """Whether this is the sensor alone, as the anchor holds it."""
+        return self.is_undeformed and self.indenter is None and self.flashlight_x_mm is None
+
+    @property
+    def is_undeformed(self) -> bool:
+        """Whether the block is as it was built, whatever stands before it."""
+        return self.body is None and self.infill is None

@@ -1,0 +1,125 @@
+"""Recorded camera paths and things in a scene of their own give what one scene and one estimator give."""
+
+import numpy as np
+import pytest
+
+from magicsim.scenes.backend import VARIANT
+from magicsim.scenes.finish import Finish
+from magicsim.scenes.light_field import LightField
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.timeline import timeline
+from magicsim.scenes.view import View
+from magicsim.simulation import Sensor
+
+pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+SMALL = ["design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28"]
+SAMPLES, SEED = 5, 3
+
+
+def small(name, *overrides):
+    overrides = [*overrides, "object.radius_mm=3"] if name == "near" else list(overrides)
+    sensor = Sensor(load_scene(name, [*SMALL, *overrides]))
+    return sensor.renderer, sensor.view(timeline(sensor.scene)[0], sensor.rest)
+
+
+def smooth_field(integrator, scene, outside):
+    """Some light that varies gently enough to stay positive within every cell."""
+    dark, places = integrator.darkness(scene, outside), integrator.centres_mm(scene)
+    waves = np.stack([2 + np.sin(places @ [0.2, 0.1 * k, 0.3]) for k in range(3)], 1)
+    lit = np.linspace(0.5, 1.5, dark.irradiance.size).reshape(dark.irradiance.shape)
+    return LightField(fluence=waves, body=dark.body, irradiance=lit)
+
+
+def gathered(scene, field):
+    return np.array(scene.integrator().gather(scene, field, samples=SAMPLES, seed=SEED), np.float64)
+
+
+@pytest.mark.parametrize("name", ["near", "flashlight"])
+def test_recorded_paths_give_the_gathered_image(name):
+    from magicsim.scenes.approach import recorded
+    from magicsim.scenes.cached_light import cell_slopes
+
+    renderer, view = small(name)
+    seen, outside = renderer.world(view).scene, renderer._outside(view)
+    scene = renderer.world(View()).scene
+    integrator = scene.integrator()
+    field = smooth_field(integrator, scene, outside)
+    wanted = gathered(seen, field) - gathered(scene, integrator.darkness(scene))
+    paths = recorded(scene, seed=SEED, samples=SAMPLES)
+    pixels = np.arange(24 * 28, dtype=np.uint32)
+    slopes = cell_slopes(field.fluence, integrator.centres_mm(scene), integrator.counts)
+    glow = paths.glow(field.fluence, slopes, pixels)
+    beyond = paths.seen_outside(outside, field.irradiance, renderer.object_finish, pixels)
+    assert np.median(glow) > 0.01
+    assert beyond.mean() > 0.01
+    # Only where rounding sends a path another way do the two differ.
+    difference = np.abs((glow + beyond).reshape(28, 24, 3) - wanted).max(2) / wanted.mean()
+    assert np.median(difference) < 1e-5
+    assert np.mean(difference > 1e-3) < 0.02
+
+
+def test_light_on_a_thing_in_its_own_scene_is_that_in_one_scene():
+    renderer, view = small("near")
+    together, scene = renderer.world(view).scene, renderer.world(View()).scene
+    shares = {"strip0": 3000, "strip2": 3000}
+    wanted = together.integrator().light_fields(together, shares, seed=SEED)
+    found = scene.integrator().light_fields(scene, shares, seed=SEED, outside=renderer._outside(view))
+    for name in shares:
+        for kind in ("fluence", "irradiance"):
+            one, other = getattr(found[name], kind), getattr(wanted[name], kind)
+            assert one.sum() == pytest.approx(other.sum(), rel=1e-3)
+            assert np.abs(one - other).mean() < 0.01 * other.mean()
+
+
+def test_room_that_was_too_small_is_enlarged(monkeypatch):
+    from magicsim.scenes import recorded_paths
+    from magicsim.scenes.approach import recorded
+
+    scene = small("near")[0].world(View()).scene
+    enough = recorded(scene, seed=SEED, samples=SAMPLES)
+    monkeypatch.setattr(recorded_paths, "FEW_SEGMENTS", 1)
+    short = recorded(scene, seed=SEED, samples=SAMPLES)
+    np.testing.assert_array_equal(short.response.toarray(), enough.response.toarray())
+    np.testing.assert_array_equal(np.array(short.rays), np.array(enough.rays))
+
+
+def test_paths_do_not_depend_on_how_many_are_traced_at_once(monkeypatch):
+    from magicsim.scenes import recorded_paths
+    from magicsim.scenes.approach import recorded
+
+    scene = small("near")[0].world(View()).scene
+    together = recorded(scene, seed=SEED, samples=SAMPLES)
+    monkeypatch.setattr(recorded_paths, "AT_ONCE", 2 * 24 * 28)
+    parts = recorded(scene, seed=SEED, samples=SAMPLES)
+    np.testing.assert_allclose(parts.response.toarray(), together.response.toarray(), rtol=1e-4, atol=1e-9)
+    np.testing.assert_array_equal(np.array(parts.rays), np.array(together.rays))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "finish", "gap_mm", "expected"),
+    [
+        ((), Finish(), 0.5, True),
+        ((), Finish(specular=0.2), 0.5, False),
+        ((), Finish(is_ghost=True), 0.5, False),
+        ((), Finish(), 0.0, False),
+        (("rig.ambient=[0.1,0.1,0.1]",), Finish(), 0.5, False),
+        (("design.materials.body.sigma_s_per_mm=0.1",), Finish(), 0.5, False),
+        (("design.materials.infill.anisotropy=0.5",), Finish(), 0.5, False),
+    ],
+)
+def test_paths_serve_only_where_nothing_sends_light_back_into_them(overrides, finish, gap_mm, expected):
+    from magicsim.scenes.approach import stands_free
+
+    renderer, _ = small("rest", *overrides)
+    integrator = renderer.world(View()).scene.integrator()
+    vertices = np.array([[0, 0, -gap_mm], [1, 0, -4], [0, 1, -4.0]])
+    assert stands_free(View(), renderer.rig, finish, integrator, vertices) == expected
+
+
+def test_a_deformed_block_has_other_paths():
+    from magicsim.scenes.approach import stands_free
+
+    renderer, _ = small("rest")
+    integrator = renderer.world(View()).scene.integrator()
+    pressed = View(infill=renderer.elastomer.infill.vertices + 0.0)
+    assert not stands_free(pressed, renderer.rig, Finish(), integrator, None)
