@@ -86,7 +86,8 @@ def opaque_scene(sensor: Sensor, body: npt.NDArray[np.float64]) -> Any:  # noqa:
             "to_world": turned @ mi.ScalarTransform4f().scale([along, design.height_mm / 4, 1]),
             "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(strip.radiance)}},
         }
-    return mi.load_dict(described)
+    # The merge step would order shapes by chance, and with them the random numbers of their light.
+    return mi.load_dict(described, optimize=False)
 
 
 def noise(images: list[Images]) -> float:

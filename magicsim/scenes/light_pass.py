@@ -133,9 +133,10 @@ def deposit_tracks(
         transmitted = dr.exp(-infill.sigma_t * si.t)
         length = (1 - transmitted) / infill.sigma_t
         cell = si.prim_index // triangles_per_cell
+        # Most lights have one colour, and adding nothing takes as long as adding something.
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * length * FIXED_POINT)
-            dr.scatter_add(deposits, amount, cell * 3 + channel, active & segment.in_infill)
+            dr.scatter_add(deposits, amount, cell * 3 + channel, active & segment.in_infill & (amount > 0))
         scatter = segment.in_infill & (sampler.next_float32(active) > transmitted)
         way = free_path(sampler.next_float32(active), transmitted, infill.sigma_t)
         weight[scatter] *= infill.albedo
@@ -151,7 +152,7 @@ def deposit_tracks(
             place = voxels.index(ray(body_way))
             for channel in range(3):
                 amount = mi.UInt64(weight[channel] * body_length * FIXED_POINT)
-                dr.scatter_add(clouded, amount, place * 3 + channel, active & crossed)
+                dr.scatter_add(clouded, amount, place * 3 + channel, active & crossed & (amount > 0))
             collide = crossed & (sampler.next_float32(active) > passed)
             clear_mm = dr.select(collide, begin, si.t - stretch)
             way = dr.select(collide, body_way, way)
