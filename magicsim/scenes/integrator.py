@@ -35,6 +35,8 @@ CAMERA_DEPTH = 200
 """Longest camera path [interactions]; four times as long changes the mean radiance by less than 0.01 %."""
 CHUNK = 500_000
 """Particles traced at once: bounds the memory, does not change the result."""
+FLASHLIGHT_PART = 4
+"""A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
 NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
 """Stands for an absent object, so that arrays have a size."""
 SEEDS_PER_RENDER = 64
@@ -107,11 +109,14 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         )
 
     def shares(self, scene: Any, outside: Outside | None = None) -> dict[str, int]:
-        """Particles of each light: all strips together get `particles`, an outside light gets as many again."""
+        """Particles of each light: all strips together get `particles`, the room as many, a flashlight alone fewer."""
         names = _light_names(scene, outside)
         strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in names)
         each = max(1, self.particles // max(1, strips))
-        return {name: self.particles if name in {FLASHLIGHT, ENVIRONMENT} else each for name in names}
+        alone = self.shapes(scene, outside).object is None
+        part = FLASHLIGHT_PART if alone else 1
+        outer = {FLASHLIGHT: max(1, self.particles // part), ENVIRONMENT: self.particles}
+        return {name: outer.get(name, each) for name in names}
 
     def light_fields(
         self, scene: Any, particles: Mapping[str, int], *, seed: int, outside: Outside | None = None
