@@ -1,7 +1,7 @@
 """The deformed faces of all cells, laid out for rays that look for the next wall."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -74,10 +74,11 @@ def cell_faces(vertices: Array, topology: CellTopology) -> CellFaces:
     frames = np.zeros((cells, FRAME))
     frames[:, :9], frames[:, 9:12] = inward.reshape(cells, 9), centres.mean(1)
     dented = dents_mm(corners, normals, topology) > CONVEX_MM
-    frames[:, 12:15] = np.where(dented[:, None], _margins(corners, faces, axes, inward, topology), -np.inf)
+    planes = _Planes.of(faces - frames[:, None, None, 9:12], topology.parts)
+    frames[:, 12:15] = np.where(dented[:, None], _margins(planes, axes, inward), -np.inf)
     neighbours = topology.neighbours()
     facing = (neighbours, np.arange(FACES) ^ 1)
-    free = ~dented[:, None] | _in_front(faces, faces[facing], topology.parts)
+    free = ~dented[:, None] | _in_front(planes, faces[facing] - frames[:, None, None, 9:12])
     neighbours[~(free & free[facing])] = -1
     return CellFaces(
         parts=topology.parts,
@@ -124,49 +125,76 @@ def _triangles(topology: CellTopology) -> npt.NDArray[np.int64]:
     return np.asarray(topology.corners[:, canonical_triangles(topology.parts)].reshape(-1, 3))
 
 
-def _margins(corners: Array, faces: Array, axes: Array, inward: Array, topology: CellTopology) -> Array:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Planes:
+    """Of the triangles of all faces; coordinates first, so that each is one contiguous array."""
+
+    points: Array
+    """Vertices of each face from its cell's centre, shape (3, cells, 6, vertices of a face) [mm]."""
+    normals: Array
+    """Outward, of any length, shape (3, cells, 6, triangles of a face)."""
+    heights: Array
+    """Of the planes along their normals, shape (cells, 6, triangles of a face)."""
+
+    @classmethod
+    def of(cls, faces: Array, parts: int) -> Self:
+        """Planes of faces, shape (cells, 6, vertices of a face, 3) [mm]."""
+        points = _coordinates_first(faces)
+        a, b, c = (points[..., index] for index in canonical_triangles(parts).T)
+        u, v = b - a, c - a
+        normals = np.stack([u[k - 2] * v[k - 1] - u[k - 1] * v[k - 2] for k in range(3)])
+        return cls(points=points, normals=normals, heights=_dot(normals, a))
+
+
+def _margins(planes: _Planes, axes: Array, inward: Array) -> Array:
     """Distance from the faces of each axis, in the cell's frame, beyond which a place is behind all planes of them.
 
     Args:
-        corners: Vertices of each cell, shape (cells, vertices of a cell, 3) [mm].
-        faces: Vertices of each face, shape (cells, 6, vertices of a face, 3) [mm].
+        planes: Of the triangles.
         axes: Axes of each cell's frame as rows, shape (cells, 3, 3) [mm].
         inward: Matrix into the frame, shape (cells, 3, 3).
-        topology: How a cell is put together.
 
     Returns:
         Shape (cells, 3), in units of half a cell; `NEVER` in all of a cell where one of them leaves no room.
     """
-    centre = faces.mean(2).mean(1)
-    a, b, c = (corners[:, index] for index in _triangles(topology).T)
-    normals = np.cross(b - a, c - a)
-    heights = np.einsum("cti,cti->ct", normals, a - centre[:, None]).reshape(len(faces), 3, -1)
     # Transformed as planes are, so that a place x in the frame is behind one where slopes @ x < height.
-    slopes = np.einsum("cti,cai->cta", normals, axes).reshape(len(faces), 3, -1, 3)
-    reach = np.abs(np.einsum("cai,cfvi->cfva", inward, faces - centre[:, None, None])).max((1, 2, 3))
-    margins = np.empty((len(faces), 3))
+    slopes = [_dot(planes.normals, axes[:, axis].T[:, :, None, None]) for axis in range(3)]
+    reach = np.stack(
+        [np.abs(_dot(planes.points, row.T[:, :, None, None])).max((1, 2)) for row in np.moveaxis(inward, 1, 0)]
+    )
+    margins = np.empty((len(axes), 3))
     for axis in range(3):
-        along = slopes[:, axis, :, axis].copy()
-        along[:, : along.shape[1] // 2] *= -1
-        beside = np.abs(np.delete(slopes[:, axis], axis, 2)).sum(2) * reach[:, None]
+        pair = slice(2 * axis, 2 * axis + 2)
+        along = slopes[axis][:, pair] * np.array([-1, 1])[:, None]
+        beside = (
+            sum(np.abs(slopes[other][:, pair]) for other in range(3) if other != axis) * reach.max(0)[:, None, None]
+        )
         steep = along <= 0
-        lowest = (heights[:, axis] - beside) / np.where(steep, 1.0, along)
-        margins[:, axis] = np.where(steep, NEVER, 1 - lowest).max(1)
+        lowest = (planes.heights[:, pair] - beside) / np.where(steep, 1.0, along)
+        margins[:, axis] = np.where(steep, NEVER, 1 - lowest).max((1, 2))
     return np.where((margins >= 1).any(1, keepdims=True), NEVER, margins)
 
 
-def _in_front(faces: Array, others: Array, parts: int) -> npt.NDArray[np.bool_]:
+def _in_front(planes: _Planes, others: Array) -> npt.NDArray[np.bool_]:
     """Whether all of another face lies outside all planes of a face's triangles, so that no ray to it meets them.
 
     Args:
-        faces: Vertices of each face, shape (cells, 6, vertices of a face, 3) [mm].
-        others: Vertices of the other face of each, of the same shape [mm].
-        parts: Quads along an edge of a face.
+        planes: Of the triangles of each face.
+        others: Vertices of the other face from the same centre, shape (cells, 6, vertices of a face, 3) [mm].
     """
-    a, b, c = (faces[:, :, index] for index in canonical_triangles(parts).T)
-    normals = np.cross(b - a, c - a)
-    heights = np.einsum("cfti,cfti->cft", normals, a)
-    return np.asarray(((normals @ others.swapaxes(2, 3)).min(3) > heights).all(2))
+    places = _coordinates_first(others)
+    lowest = np.full_like(planes.heights, np.inf)
+    for vertex in range(places.shape[3]):
+        np.minimum(lowest, _dot(planes.normals, places[..., vertex, None]), out=lowest)
+    return np.asarray((lowest > planes.heights).all(2))
+
+
+def _coordinates_first(places: Array) -> Array:
+    return np.ascontiguousarray(np.moveaxis(places, -1, 0))
+
+
+def _dot(one: Array, other: Array) -> Array:
+    return np.asarray(one[0] * other[0] + one[1] * other[1] + one[2] * other[2])
 
 
 def _beside(triangles: npt.NDArray[np.int64]) -> tuple[list[int], list[int]]:
