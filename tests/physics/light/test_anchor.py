@@ -1,6 +1,7 @@
 """Anchored frames: unbiased, and still where nothing changed."""
 
 import numpy as np
+import pytest
 
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.scenes.exposure import expose, meter
@@ -17,12 +18,38 @@ def test_untouched_sensor_looks_the_same_with_any_seed(small_scene):
     np.testing.assert_allclose(images[0], images[1], atol=1e-6)
 
 
-def test_anchor_changes_no_mean(small_scene):
-    scene = small_scene("near", *ANCHOR, "render.particles=200000", "render.samples=32")
+@pytest.mark.parametrize("name", ["near", "flashlight"])
+def test_anchor_changes_no_mean(small_scene, name):
+    scene = small_scene(name, *ANCHOR, "render.particles=200000", "render.samples=32")
     sensor = Sensor(scene)
     view = sensor.view(timeline(scene)[0], sensor.rest)
     anchored, plain = sensor.renderer.radiance(view), sensor.renderer.plain_radiance(view)
     np.testing.assert_allclose(anchored.mean((0, 1)), plain.mean((0, 1)), rtol=0.02)
+
+
+def test_preparations_change_no_frame(small_scene):
+    scene = small_scene("near", "render.anchor_samples=4", "render.anchor_particles=20000", "render.particles=2000")
+    bare, prepared = Sensor(scene), Sensor(scene)
+    view = prepared.view(timeline(scene)[0], prepared.rest)
+    prepared.renderer.warm_up(view)
+    prepared.renderer.prepare(view)
+    np.testing.assert_array_equal(prepared.renderer.radiance(view), bare.renderer.radiance(view))
+
+
+def test_frames_with_an_object_and_a_flashlight_add_what_each_brings(small_scene):
+    # A small ball far in front of the face: it hides little of the flashlight, and adds its own light.
+    scene = small_scene("near", *ANCHOR, "object.radius_mm=1")
+    sensor = Sensor(scene)
+    alone = sensor.view(timeline(scene)[0], sensor.rest)
+    both = View(indenter=alone.indenter, flashlight_x_mm=0.0)
+    rest, near, lamp, together = (
+        sensor.renderer.radiance(view) for view in (View(), alone, View(flashlight_x_mm=0.0), both)
+    )
+    added = (near - rest) + (lamp - rest)
+    assert (together - rest).mean() == pytest.approx(added.mean(), rel=0.1)
+    # Behind the ball no lamp is seen: the middle of the image is darker than the sum.
+    middle = (slice(28, 36), slice(20, 28))
+    assert (together - rest)[middle].mean() < 0.8 * added[middle].mean()
 
 
 def test_empty_scene_stays_normal_against_references_of_another_seed(small_scene):
