@@ -13,7 +13,9 @@ from typing import Literal
 
 import numpy as np
 
+from magicsim.deform.central import central_lattice
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice import Lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
 from magicsim.deform.resolved import resolved_lattice
@@ -90,6 +92,8 @@ def durometer(
     hole_radius_mm: float | None = HOLE_RADIUS_MM,
     place: Place = "cell",
     walls: Literal["resolved", "homogenised"] = "resolved",
+    step_mm: float = STEP_MM,
+    force_tolerance_n: float = FORCE_TOLERANCE_N,
 ) -> DurometerResult:
     """Shore A hardness of a block.
 
@@ -103,7 +107,10 @@ def durometer(
         hole_radius_mm: Of the presser foot's hole [mm]; None leaves the foot out.
         place: Where the cone presses on a block with a grid; near its middle.
         walls: Whether walls and infill below the cone are cells of their own, where that has an equilibrium, or one
-            effective solid from the start, which is several times quicker.
+            effective solid from the start, on planes that do not follow the walls and in the middle of the face, which
+            is several times quicker.
+        step_mm: Motion of the cone in one load step [mm].
+        force_tolerance_n: Accuracy of the force at equilibrium [N].
 
     Raises:
         GeometryError: The design cannot be built.
@@ -111,15 +118,22 @@ def durometer(
     """
     compile_kernels()
     start = time.perf_counter()
-    setting = _Setting(spacing_mm=spacing_mm, friction=friction, hole_radius_mm=hole_radius_mm, place=place)
+    setting = _Setting(
+        spacing_mm=spacing_mm,
+        friction=friction,
+        hole_radius_mm=hole_radius_mm,
+        place=place,
+        step_mm=step_mm,
+        force_tolerance_n=force_tolerance_n,
+    )
     try:
-        test = _Test(design, setting, homogenised=walls == "homogenised")
-        depth, state = _equilibrium(test)
+        test = _Test(design, setting, "even" if walls == "homogenised" else "resolved")
+        depth, state = _equilibrium(test, setting)
     except ConvergenceError:
         if not design.has_grid or walls == "homogenised":
             raise
-        test = _Test(design, setting, homogenised=True)
-        depth, state = _equilibrium(test)
+        test = _Test(design, setting, "homogenised")
+        depth, state = _equilibrium(test, setting)
     return DurometerResult(
         shore_a=100 * (1 - depth / EXTENSION_MM),
         force_n=test.cone_force_n(state),
@@ -148,22 +162,38 @@ class _Setting:
     friction: float
     hole_radius_mm: float | None
     place: Place
+    step_mm: float
+    force_tolerance_n: float
+
+
+Core = Literal["resolved", "homogenised", "even"]
+"""Walls and infill as cells of their own, one effective solid on the same planes, or on planes of even spacing."""
+
+
+def _lattice(design: ElastomerDesign, place_mm: tuple[float, float], spacing_mm: float, core: Core) -> Lattice:
+    """A quarter of the sample, fine below the cone."""
+    spot = Zone(low_mm=place_mm, high_mm=place_mm).grown(SHAFT_RADIUS_MM)
+    if core == "even":
+        return central_lattice(design, spot, spacing_mm=spacing_mm, is_quarter=True)
+    return resolved_lattice(
+        design, spot, margin_mm=MARGINS_MM[not design.has_grid], spacing_mm=spacing_mm, growth=GROWTH, mirrored=True,
+        homogenised=core == "homogenised",
+    )  # fmt: skip
 
 
 class _Test:
     """A sample on the table, ready to be pressed to any depth."""
 
-    def __init__(self, design: ElastomerDesign, setting: _Setting, *, homogenised: bool) -> None:
+    def __init__(self, design: ElastomerDesign, setting: _Setting, core: Core) -> None:
         fine = min(setting.spacing_mm, design.lattice.spacing_mm or setting.spacing_mm)
-        self._hole_radius_mm, self._place_mm = setting.hole_radius_mm, symmetric_place(design, setting.place)
-        self.walls: Walls = "none" if not design.has_grid else "homogenised" if homogenised else "resolved"
-        spot = Zone(low_mm=self._place_mm, high_mm=self._place_mm).grown(SHAFT_RADIUS_MM)
-        lattice = resolved_lattice(
-            design, spot, margin_mm=MARGINS_MM[not design.has_grid], spacing_mm=fine, growth=GROWTH, mirrored=True,
-            homogenised=homogenised,
-        )  # fmt: skip
+        self._hole_radius_mm = setting.hole_radius_mm
+        self._place_mm = (0.0, 0.0) if core == "even" else symmetric_place(design, setting.place)
+        self.walls: Walls = "none" if not design.has_grid else "resolved" if core == "resolved" else "homogenised"
         self._solver = ContactSolver(
-            lattice, friction=setting.friction, tolerance_mm=PENETRATION_MM, point_spacing_mm=fine / 3
+            _lattice(design, self._place_mm, fine, core),
+            friction=setting.friction,
+            tolerance_mm=PENETRATION_MM,
+            point_spacing_mm=fine / 3,
         )
         self.rest = Deformation.rest(self._solver.lattice)
         self.iterations = 0
@@ -182,27 +212,27 @@ class _Test:
         return 4 * float(quarter[2])
 
 
-def _equilibrium(test: _Test) -> tuple[float, Deformation]:
+def _equilibrium(test: _Test, setting: _Setting) -> tuple[float, Deformation]:
     """Depth at which sample and spring push alike [mm], and the state there."""
 
     def excess(depth: float, state: Deformation) -> float:
         return test.cone_force_n(state) - spring_force_n(depth)
 
     low, below, state = 0.0, -spring_force_n(0.0), test.rest
-    high = STEP_MM
+    high = setting.step_mm
     pressed = test.pressed(high, state)
     while excess(high, pressed) < 0:
         if high >= EXTENSION_MM:  # softer than the scale
             return high, pressed
         low, below, state = high, excess(high, pressed), pressed
-        high = min(high + STEP_MM, EXTENSION_MM)
+        high = min(high + setting.step_mm, EXTENSION_MM)
         pressed = test.pressed(high, state)
     above = excess(high, pressed)
     while high - low > DEPTH_TOLERANCE_MM:
         middle = float(np.clip(high - above * (high - low) / (above - below), low + 1e-6, high - 1e-6))
         trial = test.pressed(middle, state)
         rest = excess(middle, trial)
-        if abs(rest) < FORCE_TOLERANCE_N:
+        if abs(rest) < setting.force_tolerance_n:
             return middle, trial
         if rest < 0:
             low, below, state = middle, rest, trial

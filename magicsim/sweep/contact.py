@@ -1,5 +1,10 @@
-"""How well touches are told from everything else, at places that the detector was not calibrated on."""
+"""How well the lightest touches are told from everything else, at places that the detector was not calibrated on.
 
+Everything else is an object close by, outside light and nothing at all. With the camera's noise alone every touch would
+be told from them; lights that are not as strong as when the detector was calibrated are what makes it hard.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,46 +14,61 @@ from magicsim.detectors.roc import roc_curve
 from magicsim.detectors.verdict import Contact
 from magicsim.sweep.bootstrap import Statistic, interval
 from magicsim.sweep.detector import TEST, FittedDetector
-from magicsim.sweep.film import Film
+from magicsim.sweep.film import Film, Shown
 from magicsim.sweep.measures import Measured
 
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 TEST_FIRST = 100
 """First noise stream of the test, beyond those of the training."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactScores:
-    """What a detector says at the test's places."""
+    """What a detector says at the test's places: similarities, and whether its combined verdict is Touched."""
 
-    touched: npt.NDArray[np.float64]
-    """Similarity, shape (places, draws)."""
-    near: npt.NDArray[np.float64]
+    touched: Array
+    """Similarity of the lightest touches, shape (places, draws)."""
+    near: Array
     """The same in front of each place."""
-    clear: npt.NDArray[np.float64]
+    clear: Array
     """Of untouched frames, shape (frames,)."""
-    hit: npt.NDArray[np.bool_]
-    """Whether the combined verdict of each touched frame is Touched, shape (places, draws)."""
-    near_alarm: npt.NDArray[np.bool_]
-    clear_alarm: npt.NDArray[np.bool_]
+    hit: Mask
+    """Verdict of the touches, shape (places, draws)."""
+    near_alarm: Mask
+    light_alarm: Mask
+    clear_alarm: Mask
 
 
-def contact_scores(film: Film, detector: FittedDetector, draws: int) -> ContactScores:
-    """Similarity and verdict of every test frame."""
-    touched = [detector.verdicts(film.frames(each, draws, first=TEST_FIRST)) for each in film.touches[TEST::2]]
-    near = [detector.verdicts(film.frames(each, draws, first=TEST_FIRST)) for each in film.near[TEST::2]]
-    clear = detector.verdicts(film.frames(film.untouched, draws * len(touched), first=TEST_FIRST))
+def contact_scores(film: Film, detector: FittedDetector, draws: int, *, drift: float) -> ContactScores:
+    """Similarity and verdict of every test frame, under lights that have drifted (see `Film.frames`)."""
+
+    def seen(states: Sequence[Shown]) -> tuple[Array, Mask]:
+        rows = [detector.verdicts(film.frames(each, draws, first=TEST_FIRST, drift=drift)) for each in states]
+        called = [[each.combined is Contact.TOUCHED for each in row] for row in rows]
+        return np.array([[each.similarity for each in row] for row in rows]), np.array(called)
+
+    touched, hit = seen(film.light_touches[TEST::2])
+    near, near_alarm = seen(film.near[TEST::2])
+    _, light_alarm = seen(film.light[TEST::2])
+    clear = detector.verdicts(film.frames(film.untouched, draws * len(touched), first=TEST_FIRST, drift=drift))
     return ContactScores(
-        touched=np.array([[each.similarity for each in row] for row in touched]),
-        near=np.array([[each.similarity for each in row] for row in near]),
+        touched=touched,
+        near=near,
         clear=np.array([each.similarity for each in clear]),
-        hit=np.array([[each.combined is Contact.TOUCHED for each in row] for row in touched]),
-        near_alarm=np.array([[each.combined is Contact.TOUCHED for each in row] for row in near]),
+        hit=hit,
+        near_alarm=near_alarm,
+        light_alarm=light_alarm,
         clear_alarm=np.array([each.combined is Contact.TOUCHED for each in clear]),
     )
 
 
 def contact_auc(scores: ContactScores, *, seed: int) -> Measured:
-    """Area under the ROC curve of the similarity, bootstrapped over places."""
+    """Area under the ROC curve of the similarity, touched against near and untouched, bootstrapped over places.
+
+    Outside light is none of it: it lowers the similarity more than any touch does, and only both algorithms together
+    tell it from one.
+    """
 
     def area(places: npt.NDArray[np.int64]) -> float:
         positive = scores.touched[places].ravel()
@@ -60,11 +80,11 @@ def contact_auc(scores: ContactScores, *, seed: int) -> Measured:
 
 
 def contact_accuracy(scores: ContactScores, *, seed: int) -> Measured:
-    """Balanced accuracy of the combined verdict, bootstrapped over places."""
+    """Balanced accuracy of the combined verdict, alarms mean over what is no touch, bootstrapped over places."""
 
     def accuracy(places: npt.NDArray[np.int64]) -> float:
-        alarms = np.concatenate([scores.near_alarm[places].ravel(), scores.clear_alarm])
-        return float(scores.hit[places].mean() + 1 - alarms.mean()) / 2
+        alarms = [each.mean() for each in (scores.near_alarm[places], scores.light_alarm, scores.clear_alarm)]
+        return float(scores.hit[places].mean() + 1 - np.mean(alarms)) / 2
 
     return _over_places(accuracy, len(scores.touched), seed)
 

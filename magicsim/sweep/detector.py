@@ -24,7 +24,7 @@ CLEAR_DRAWS = 12
 FULL_ROWS = 320
 """Rows of the image that the published kernels are for."""
 TRAINING, TEST = 0, 1
-"""Every second place trains; the others test."""
+"""Every second place, and every second place of the outside light, trains; the others test."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,8 +67,8 @@ def training_episode(film: Film, references: Sequence[Frame]) -> Episode:
     clear = film.frames(film.untouched, CLEAR_DRAWS)
     groups: list[tuple[FrameClass, Sequence[Shown]]] = [
         (FrameClass.NEAR, [*film.near[TRAINING::2], *(each for each in film.approach if is_near(each))]),
-        (FrameClass.CONTACT, film.touches[TRAINING::2]),
-        (FrameClass.LIGHT, film.light),
+        (FrameClass.CONTACT, [*film.light_touches[TRAINING::2], *film.touches[TRAINING::2]]),
+        (FrameClass.LIGHT, film.light[TRAINING::2]),
     ]
     frames, classes = list(clear), [FrameClass.CLEAR] * len(clear)
     for kind, states in groups:

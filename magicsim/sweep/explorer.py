@@ -51,6 +51,7 @@ def render_explorer(
         trends=trends,
         failed=failed,
         measures=MEASURES,
+        signed=signed,
         table=table_csv(rows_of(results, front)).decode(),
         has_results=bool(results),
     )
@@ -86,6 +87,11 @@ def script_json(value: object) -> str:
     """JSON that may stand inside a script element, whatever text it holds."""
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def signed(value: float, digits: int) -> str:
+    """A change with its sign, such as `+1.20`."""
+    return f"{value:+.{digits}f}".replace("-", "\u2212")
 
 
 def field_label(name: str) -> str:

@@ -65,7 +65,7 @@ function curveCards(chosen) {
   const distance = { label: "distance [mm], logarithmic", log: true };
   const cards = [
     curveCard(chosen, { title: "Force against depth", x: { label: "depth [mm]", zero: true }, y: { label: "force [N]", zero: true }, parts: [{ curve: "force", x: "depth_mm", y: "force_n" }] }),
-    curveCard(chosen, { title: "Grid similarity against depth", x: { label: "depth [mm]", zero: true }, y: { label: "similarity S" }, parts: [{ curve: "similarity", x: "depth_mm", y: "similarity", sd: "sd" }], note: "The same options for every design; band: two standard deviations of camera noise." }),
+    curveCard(chosen, { title: "Grid similarity against depth", x: { label: "depth [mm]", zero: true }, y: { label: "similarity S" }, parts: [{ curve: "similarity", x: "depth_mm", y: "similarity" }], note: "On the axis, with the same options for every design." }),
     curveCard(chosen, { title: "Entropy against distance", x: { ...distance, ticks: inside(DISTANCES, chosen, "approach", "gap_mm") }, y: { label: "entropy E [bit]", zero: true }, parts: [{ curve: "approach", x: "gap_mm", y: "entropy" }] }),
     curveCard(chosen, { title: "Correlation and detection against distance", x: { ...distance, ticks: inside(DISTANCES, chosen, "approach", "gap_mm") }, y: { label: "C, share of frames", low: -0.1, high: 1.05, marks: [0.5] }, parts: [{ curve: "approach", x: "gap_mm", y: "rate" }, { curve: "approach", x: "gap_mm", y: "correlation", dashed: true, dots: false }], note: "Solid: share of frames called Approaching at 5 % false alarms. Dashed: correlation C." }),
   ];

@@ -1,35 +1,43 @@
 """One design filmed: an approach, a press, touches all over the face and outside light, on one set of references.
 
 All frames share the sensor's untouched state and its Monte Carlo seed; the camera's noise is drawn afterwards, so
-that every state can be seen many times for the price of one rendering.
+that every state can be seen many times for the price of one rendering. Every depth is solved once, in the middle of the
+face, and moved to each touched place (see `deform.central`).
 """
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.dataset.points import unit_points
+from magicsim.deform.press import press
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.plan import plan_scene
 from magicsim.scenes.exposure import Exposure, FloatImage, Frame, expose
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import OutputSettings, SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.scenes.untouched import UntouchedStates
-from magicsim.simulation import Sensor, sensor_exposure, stream_states
+from magicsim.simulation import Sensor, sensor_exposure
+from magicsim.sweep.central_press import CentralPress, followed_finely, moved, press_centrally
 from magicsim.sweep.quality import Quality
 from magicsim.sweep.sensors import SweptSensor, camera_of, render_of
 
 PLACES = 3
 """Stream of the touched places."""
+DRIFT = 5
+"""Stream of the lights' strength."""
 FACE_SHARE = 0.5
 """Part of the face, along x and along y, that is touched."""
 NEAR_MM = 1.0
 """Gap in front of each touched place [mm]."""
-LIGHTS_MM = (-6.0, 0.0, 6.0)
+LIGHTS_MM = (-6.0, -2.0, 2.0, 6.0)
 """Places of the outside light along x [mm]."""
 REFERENCES = 30
 """Frames of the untouched sensor that make the references, as published."""
@@ -52,7 +60,7 @@ class Shown:
     force_n: float
     """Along z."""
     seconds: float
-    """Time of its solve and rendering [s]."""
+    """Time of its rendering [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,24 +78,34 @@ class Film:
     """On the axis, depths rising."""
     near: tuple[Shown, ...]
     """In front of each touched place."""
+    light_touches: tuple[Shown, ...]
+    """The lightest touches that count, in the same order."""
     touches: tuple[Shown, ...]
-    """The touches themselves, in the same order."""
+    """Firmer ones."""
     light: tuple[Shown, ...]
     """Outside light and no object."""
+    solve_seconds: float
+    """Time of solving one of the firmer touches on the design's own lattice, as `magicsim press` does [s]."""
     unknowns: int
+    """Displacement unknowns of that."""
 
-    def frames(self, shown: Shown, draws: int, *, first: int = 0) -> list[Frame]:
+    def frames(self, shown: Shown, draws: int, *, first: int = 0, drift: float = 0.0) -> list[Frame]:
         """A state seen several times, each with noise of its own.
 
         Args:
             shown: The state.
             draws: How often.
             first: Number of the first draw; the same number is the same frame.
+            drift: Standard deviation of the strength of all lights, as a share of what it was at calibration.
         """
         start = shown.number * SPAN + first
+        random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([self.seed, DRIFT, start])))
+        strengths = 1 + drift * random.standard_normal(draws)
         return [
-            expose(shown.radiance, self.exposure, self.camera, seed=self.seed, frame=start + draw)
-            for draw in range(draws)
+            expose(
+                (strength * shown.radiance).astype(np.float32), self.exposure, self.camera, seed=self.seed, frame=frame
+            )
+            for frame, strength in enumerate(strengths, start)
         ]
 
     def references(self) -> list[Frame]:
@@ -109,7 +127,7 @@ def film_design(
     scene = SceneConfig.model_validate(
         {
             "schema_version": 1,
-            "design": sensor.design,
+            "design": followed_finely(sensor.design),
             "rig": sensor.rig.model_copy(update={"camera": camera}),
             "seed": seed,
             "references": 0,
@@ -119,27 +137,13 @@ def film_design(
             "keyframes": keyframes,
         }
     )
-    simulated, plan = Sensor(scene, untouched=untouched), plan_scene(scene)
-    simulated.warm_up(plan)
+    own = press(sensor.design, thing, depth_mm=quality.touch_depth_mm)
+    simulated = Sensor(scene, untouched=untouched)
+    simulated.warm_up(plan_scene(scene))
     rest = simulated.radiance(UNTOUCHED, simulated.rest)
-    shown = []
-    before = time.perf_counter()
-    for each in stream_states(simulated, plan, rest):
-        now = time.perf_counter()
-        shown.append(
-            Shown(
-                number=1 + each.index,
-                gap_mm=each.state.gap_mm,
-                x_mm=each.state.x_mm,
-                y_mm=each.state.y_mm,
-                radiance=each.radiance,
-                force_n=float(each.deformation.force_n[2]),
-                seconds=now - before,
-            )
-        )
-        before = now
-    near, press, pairs = len(quality.gaps_mm), len(quality.depths_mm), 2 * len(places)
-    parts = [shown[a:b] for a, b in _runs([near, press, pairs, len(LIGHTS_MM)])]
+    shown = list(_shown(simulated, sensor.design, thing, quality))
+    near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * len(places)
+    parts = [shown[a:b] for a, b in _runs([near, depths, touches, len(LIGHTS_MM)])]
     nothing = Shown(number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest, force_n=0.0, seconds=0.0)
     return Film(
         camera=camera,
@@ -148,11 +152,34 @@ def film_design(
         untouched=nothing,
         approach=tuple(parts[0]),
         press=tuple(parts[1]),
-        near=tuple(parts[2][::2]),
-        touches=tuple(parts[2][1::2]),
+        near=tuple(parts[2][::3]),
+        light_touches=tuple(parts[2][1::3]),
+        touches=tuple(parts[2][2::3]),
         light=tuple(parts[3]),
-        unknowns=3 * simulated.lattice.free_nodes,
+        solve_seconds=own.seconds,
+        unknowns=own.unknowns,
     )
+
+
+def _shown(simulated: Sensor, design: ElastomerDesign, thing: ObjectConfig, quality: Quality) -> Iterator[Shown]:
+    @cache
+    def pressed(depth_mm: float) -> CentralPress:
+        return press_centrally(design, thing, depth_mm, cells_across=quality.cells_across)
+
+    for number, state in enumerate(timeline(simulated.scene), 1):
+        depth = -(state.gap_mm or 0.0)
+        deformation = moved(simulated, state, pressed(depth)) if depth > 0 else simulated.rest
+        before = time.perf_counter()
+        radiance = simulated.radiance(state, deformation)
+        yield Shown(
+            number=number,
+            gap_mm=state.gap_mm,
+            x_mm=state.x_mm,
+            y_mm=state.y_mm,
+            radiance=radiance,
+            force_n=float(deformation.force_n[2]),
+            seconds=time.perf_counter() - before,
+        )
 
 
 def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.NDArray[np.float64]:
@@ -165,7 +192,8 @@ def _keyframes(places: npt.NDArray[np.float64], quality: Quality) -> list[dict[s
     states: list[dict[str, object]] = [{"gap_mm": gap} for gap in quality.gaps_mm]
     states += [{"gap_mm": -depth} for depth in quality.depths_mm]
     for x, y in places.tolist():
-        states += [{"x_mm": x, "y_mm": y, "gap_mm": gap} for gap in (NEAR_MM, -quality.touch_depth_mm)]
+        gaps = (NEAR_MM, -quality.light_depth_mm, -quality.touch_depth_mm)
+        states += [{"x_mm": x, "y_mm": y, "gap_mm": gap} for gap in gaps]
     states += [{"flashlight": True, "light_x_mm": x} for x in LIGHTS_MM]
     return [{"frame": number, **state} for number, state in enumerate(states)]
 

@@ -36,11 +36,12 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "sensitivity_per_mm": MeasureKind(
         title="Sensitivity to depth", unit="1/mm", digits=2, better="higher",
-        meaning="Loss of grid similarity for each mm of a light touch, 0 to 0.3 mm; interval: bootstrap over noise.",
+        meaning="Loss of grid similarity for each mm of a light touch, from 0.1 to 0.3 mm, mean over places; interval: "
+        "bootstrap over places.",
     ),
     "sensitivity_per_n": MeasureKind(
         title="Sensitivity to force", unit="1/N", digits=2, better="higher",
-        meaning="Loss of grid similarity for each newton of the same light touch; interval: bootstrap over noise.",
+        meaning="Loss of grid similarity for each newton between the same touches; interval: bootstrap over places.",
     ),
     "proximity_range_mm": MeasureKind(
         title="Proximity range", unit="mm", digits=1, better="higher",
@@ -49,23 +50,24 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "contact_auc": MeasureKind(
         title="Contact AUC", unit="", digits=3, better="higher",
-        meaning="Chance that a touched frame has a lower similarity than an untouched or near one, at places that the "
-        "detector was not calibrated on; interval: bootstrap over places.",
+        meaning="Chance that a frame of a touch 0.1 mm deep has a lower similarity than an untouched or near one, at "
+        "places that the detector was not calibrated on, lights 1 % stronger or weaker than then; interval: bootstrap "
+        "over places.",
     ),
     "contact_accuracy": MeasureKind(
         title="Contact accuracy", unit="", digits=3, better="higher",
-        meaning="Balanced accuracy of the combined verdict at the same places, with the thresholds of this design; "
-        "interval: bootstrap over places.",
+        meaning="Balanced accuracy of the combined verdict on the same frames and under outside light, with the "
+        "thresholds of this design; interval: bootstrap over places.",
     ),
     "dot_spacing_mm": MeasureKind(
         title="Smallest dot spacing", unit="mm", digits=2, better="lower",
-        meaning="Spacing of dots at which their pattern stands out of noise and clutter by d' = 2; interval: "
-        "bootstrap over the clutter, open where no tested spacing is on the other side.",
+        meaning="Smallest spacing of dots at which their pattern stands out of noise and clutter by d' = 2, not below "
+        "1 mm; interval: bootstrap over the clutter, open where no tested spacing is on the other side.",
     ),
     "line_spacing_mm": MeasureKind(
         title="Smallest line spacing", unit="mm", digits=2, better="lower",
-        meaning="Spacing of lines at which their pattern stands out of noise and clutter by d' = 2; interval: "
-        "bootstrap over the clutter, open where no tested spacing is on the other side.",
+        meaning="Smallest spacing of lines at which their pattern stands out of noise and clutter by d' = 2, not below "
+        "1 mm; interval: bootstrap over the clutter, open where no tested spacing is on the other side.",
     ),
     "localisation_mm": MeasureKind(
         title="Localisation error", unit="mm", digits=2, better="lower",
@@ -78,7 +80,8 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "frame_seconds": MeasureKind(
         title="Cost of a contact frame", unit="s", digits=2, better="lower",
-        meaning="Median time of solving and rendering one contact frame; interval: quartiles. Depends on the machine.",
+        meaning="Time of solving a touch of 0.3 mm on the design's own lattice and median time of rendering one; "
+        "interval: quartiles of the rendering. Depends on the machine.",
     ),
     "unknowns": MeasureKind(
         title="Unknowns", unit="", digits=0, better="lower",

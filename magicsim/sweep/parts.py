@@ -1,7 +1,8 @@
 """The parts of a judgement: each takes a sensor and gives measures, curves and pictures."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cache, partial
 from typing import Any, Self
 
 import numpy as np
@@ -17,12 +18,14 @@ from magicsim.sweep.film import Film, film_design
 from magicsim.sweep.localisation import localisation_error
 from magicsim.sweep.measures import Measured
 from magicsim.sweep.mechanics import hardness, press_curve, spacing_error
+from magicsim.sweep.plates import Pattern, PlateFrames, press_plate
 from magicsim.sweep.printability import printability
+from magicsim.sweep.quality import Quality
 from magicsim.sweep.result import Block, Curve
-from magicsim.sweep.sensitivity import approach_curve, contact_sensitivity, proximity_range, similarity_by_depth
+from magicsim.sweep.sensitivity import approach_curve, contact_sensitivity, mean_similarity, proximity_range
 from magicsim.sweep.sensors import SweptSensor
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.sweep.texture import Pattern, PlateFrames, observe, plate, press_plate, smallest_spacing
+from magicsim.sweep.texture import TOLD_APART, Observation, observe, smallest_spacing, try_finest_first
 
 SHOWN_GAPS = 3
 """Nearest states of the approach that have a picture."""
@@ -99,7 +102,7 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
             parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_similarity}
     if wanted & set(by_detector):
         try:
-            parts.add(_detected(film, fit_detector(film), draws, seed))
+            parts.add(_detected(film, fit_detector(film), sweep.quality, seed))
         except ConfigError as error:  # no option of the detector sees a grid
             parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_detector}
     return parts
@@ -112,39 +115,48 @@ def wanted_patterns(measures: frozenset[str]) -> list[Pattern]:
 
 
 def textured(sensor: SweptSensor, sweep: SweepConfig, patterns: Sequence[Pattern], untouched: UntouchedStates) -> Parts:
-    """The smallest spacing of each pattern, all compared with the same plain plate."""
+    """The smallest spacing of each pattern, each spacing compared with a plain plate of the same size."""
+
+    def pressed(pattern: Pattern | None, spacing_mm: float) -> PlateFrames:
+        return press_plate(
+            sensor, pattern, spacing_mm, sweep.quality, like=sweep.object, seed=sweep.seed, untouched=untouched
+        )
+
+    plain = cache(partial(pressed, None))
     parts = Parts()
-    try:
-        plain = press_plate(sensor, plate(None, 1.0), sweep.quality, seed=sweep.seed, untouched=untouched)
-    except MagicsimError as error:
-        parts.measures = {f"{each[:-1]}_spacing_mm": Measured(value=None, note=str(error)) for each in patterns}
-        return parts
     for pattern in patterns:
-        parts.add(_pattern(sensor, sweep, pattern, plain, untouched))
+        parts.add(_pattern(sweep, pattern, partial(pressed, pattern), plain))
     return parts
 
 
 def _pattern(
-    sensor: SweptSensor, sweep: SweepConfig, pattern: Pattern, plain: PlateFrames, untouched: UntouchedStates
+    sweep: SweepConfig,
+    pattern: Pattern,
+    pressed: Callable[[float], PlateFrames],
+    plain: Callable[[float], PlateFrames],
 ) -> Parts:
-    """One pattern; spacings coarser than the first that cannot be pressed are kept."""
+    """One pattern; a spacing that cannot be pressed counts as missed."""
     quality, name = sweep.quality, f"{pattern[:-1]}_spacing_mm"
-    observed, spacings, pictures, note = [], [], {}, ""
-    tried = quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm
-    for spacing in tried:
+    observed: dict[float, Observation] = {}
+    pictures, notes = {}, []
+
+    def is_told_apart(spacing: float) -> bool:
         try:
-            shown = press_plate(sensor, plate(pattern, spacing), quality, seed=sweep.seed, untouched=untouched)
+            shown = pressed(spacing)
+            observed[spacing] = observe(shown, plain(spacing), pattern, spacing)
         except MagicsimError as error:
-            note = f"nothing finer than this was pressed; at {spacing:g} mm: {error}"
-            break
-        observed.append(observe(shown, plain, pattern, spacing))
-        spacings.append(spacing)
+            notes.append(f"at {spacing:g} mm: {error}")
+            return False
         pictures[f"{pattern} every {spacing:g} mm"] = data_uri(shown.picture)
+        return observed[spacing].d_prime() >= TOLD_APART
+
+    try_finest_first(quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm, is_told_apart)
     if not observed:
-        return Parts(measures={name: Measured(value=None, note=note)})
-    found = smallest_spacing(np.array(spacings), observed, seed=sweep.seed)
-    found = replace(found, note="; ".join(text for text in (found.note, note) if text))
-    curve: Curve = {"spacing_mm": list(spacings), "d_prime": [each.d_prime() for each in observed]}
+        return Parts(measures={name: Measured(value=None, note="; ".join(notes))})
+    spacings = sorted(observed, reverse=True)
+    found = smallest_spacing(np.array(spacings), [observed[each] for each in spacings], seed=sweep.seed)
+    found = replace(found, note="; ".join(text for text in (found.note, *notes) if text))
+    curve: Curve = {"spacing_mm": list(spacings), "d_prime": [observed[each].d_prime() for each in spacings]}
     return Parts(measures={name: found}, curves={f"{pattern}_d_prime": curve}, pictures=pictures)
 
 
@@ -152,11 +164,12 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
     depths = np.array(sweep.quality.depths_mm)
     force = np.array([each.force_n for each in film.press])
     try:
-        error = spacing_error(sensor.design, sweep.object, float(force[depths == 1.0][0]))
+        last = float(force[depths == 1.0][0])
+        error = spacing_error(sensor.design, sweep.object, last, cells_across=sweep.quality.cells_across)
     except ConvergenceError:
         error = float("nan")
     found = press_curve(depths, force, relative_error=error)
-    seconds = np.array([each.seconds for each in (*film.press, *film.touches)])
+    seconds = film.solve_seconds + np.array([each.seconds for each in (*film.press, *film.touches)])
     low, middle, high = np.quantile(seconds, [0.25, 0.5, 0.75]).tolist()
     unknowns = float(film.unknowns)
     return Parts(
@@ -171,28 +184,27 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
 
 
 def _touched(film: Film, detector: FittedDetector, draws: int, seed: int) -> Parts:
-    depths = np.array([-(each.gap_mm or 0.0) for each in film.press])
-    forces = np.array([each.force_n for each in film.press])
-    similarity = similarity_by_depth(film, detector, draws)
+    light, firm = (mean_similarity(each, film, detector, draws) for each in (film.light_touches, film.touches))
+    first, last = film.light_touches[0], film.touches[0]
+    deeper, harder = (first.gap_mm or 0.0) - (last.gap_mm or 0.0), last.force_n - first.force_n
     return Parts(
         measures={
-            "sensitivity_per_mm": contact_sensitivity(depths, depths, similarity, seed=seed),
-            "sensitivity_per_n": contact_sensitivity(depths, forces, similarity, seed=seed),
+            "sensitivity_per_mm": contact_sensitivity(light, firm, step=deeper, seed=seed),
+            "sensitivity_per_n": contact_sensitivity(light, firm, step=harder, seed=seed),
         },
         curves={
             "similarity": {
-                "depth_mm": depths.tolist(),
-                "similarity": similarity.mean(1).tolist(),
-                "sd": similarity.std(1, ddof=1).tolist(),
-            }
+                "depth_mm": [-(each.gap_mm or 0.0) for each in film.press],
+                "similarity": mean_similarity(film.press, film, detector, draws).tolist(),
+            },
         },
     )
 
 
-def _detected(film: Film, detector: FittedDetector, draws: int, seed: int) -> Parts:
-    curve = approach_curve(film, detector, draws)
-    scores = contact_scores(film, detector, draws)
-    rates = curve.rates(np.arange(draws), np.arange(len(curve.clear_entropy)))
+def _detected(film: Film, detector: FittedDetector, quality: Quality, seed: int) -> Parts:
+    curve = approach_curve(film, detector, quality.draws)
+    scores = contact_scores(film, detector, quality.draws, drift=quality.drift)
+    rates = curve.rates(np.arange(quality.draws), np.arange(len(curve.clear_entropy)))
     return Parts(
         measures={
             "proximity_range_mm": proximity_range(curve, seed=seed),
@@ -217,5 +229,5 @@ def _detected(film: Film, detector: FittedDetector, draws: int, seed: int) -> Pa
 def _pictures(film: Film) -> dict[str, str]:
     shown = {"untouched": film.untouched}
     shown |= {f"gap {each.gap_mm:g} mm": each for each in film.approach[-SHOWN_GAPS:]}
-    shown |= {f"depth {-(each.gap_mm or 0):g} mm": each for each in film.press[1:]}
+    shown |= {f"depth {-(each.gap_mm or 0):g} mm": each for each in film.press}
     return {caption: data_uri(film.frames(each, 1)[0]) for caption, each in shown.items()}

@@ -9,7 +9,8 @@ from magicsim.config import Config
 
 Gap = Annotated[float, Field(gt=0, le=100)]
 Depth = Annotated[float, Field(gt=0, le=6)]
-Spacing = Annotated[float, Field(ge=0.2, le=3)]
+Spacing = Annotated[float, Field(ge=1, le=6)]
+"""Finer patterns than twice the triangles of the rendered face are not shown by it [mm]."""
 
 
 class Quality(Config):
@@ -19,9 +20,9 @@ class Quality(Config):
     """Width of the images that the detectors see [px]."""
     rows: Annotated[int, Field(ge=32, le=640)] = 160
     """Their height [px]."""
-    samples: Annotated[int, Field(ge=1, le=256)] = 6
+    samples: Annotated[int, Field(ge=1, le=256)] = 4
     """Camera samples a pixel."""
-    particles: Annotated[int, Field(ge=1000, le=10_000_000)] = 20_000
+    particles: Annotated[int, Field(ge=1000, le=10_000_000)] = 10_000
     """Light particles a frame."""
     anchor_samples: Annotated[int, Field(ge=1, le=4096)] = 24
     """Camera samples of the untouched state, which all frames share."""
@@ -29,23 +30,29 @@ class Quality(Config):
     """Its light particles."""
     draws: Annotated[int, Field(ge=4, le=200)] = 12
     """Frames with camera noise of their own that every state is seen in."""
-    gaps_mm: Annotated[tuple[Gap, ...], Field(min_length=3)] = (60.0, 40.0, 25.0, 16.0, 10.0, 6.0, 3.0, 1.5, 0.5)
+    drift: Annotated[float, Field(ge=0, le=0.5)] = 0.01
+    """Standard deviation of the lights' strength in the test of contact, as a share of that at calibration; assumed."""
+    gaps_mm: Annotated[tuple[Gap, ...], Field(min_length=3)] = (100.0, 70.0, 50.0, 35.0, 25.0, 15.0, 6.0, 2.0)
     """Distances of the approach, falling [mm]."""
-    depths_mm: Annotated[tuple[Depth, ...], Field(min_length=4)] = (0.05, 0.1, 0.2, 0.3, 0.6, 1.0)
-    """Depths of the press, rising; 1 mm is one of them, and three are at most 0.3 mm [mm]."""
+    depths_mm: Annotated[tuple[Depth, ...], Field(min_length=2)] = (0.1, 0.3, 0.6, 1.0)
+    """Depths of the press, rising; 1 mm is one of them, and not the first [mm]."""
     touches: Annotated[int, Field(ge=6, le=200)] = 12
-    """Places that are touched, for localisation and for the detector's calibration and test."""
+    """Places that are touched, for sensitivity, localisation and the detector's calibration and test."""
+    light_depth_mm: Annotated[float, Field(ge=0.02, le=3)] = 0.1
+    """How deep they are touched lightly: what the detector is tested on, and where sensitivity begins [mm]."""
     touch_depth_mm: Annotated[float, Field(ge=0.02, le=3)] = 0.3
-    """How deep they are touched; 0.3 mm is the lightest touch that counts [mm]."""
+    """How deep they are touched firmly: what is localised, and where sensitivity ends [mm]."""
+    cells_across: Annotated[int, Field(ge=2, le=20)] = 8
+    """Least number of lattice cells across the contact of a blunt object, whatever its depth."""
     texture_depth_mm: Depth = 0.3
     """How deep dots, lines and the plain plate are pressed from first contact [mm]."""
-    line_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (1.0, 0.5)
-    """Spacings of the lines that are pressed, falling [mm]."""
-    dot_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=2)] = (2.0, 1.2)
-    """Spacings of the dots, falling [mm]; fine ones take minutes to solve."""
-    texture_scale: Annotated[int, Field(ge=1, le=8)] = 2
+    line_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=1)] = (2.0, 1.4, 1.0)
+    """Spacings of lines, falling; the finest is pressed first, and coarser ones until one is told apart [mm]."""
+    dot_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=1)] = (2.0, 1.4, 1.0)
+    """The same of dots [mm]."""
+    texture_scale: Annotated[int, Field(ge=1, le=8)] = 1
     """Pixels of their images for each pixel of the others, along columns and along rows."""
-    durometer_spacing_mm: Annotated[float, Field(ge=0.1, le=1)] = 0.5
+    durometer_spacing_mm: Annotated[float, Field(ge=0.1, le=1)] = 0.35
     """Node spacing under the durometer's cone [mm]."""
     durometer_walls: Literal["resolved", "homogenised"] = "homogenised"
     """Whether walls below the cone are cells of their own, or part of one effective solid, which is quicker."""
@@ -57,16 +64,10 @@ class Quality(Config):
             if any(sign * (after - before) <= 0 for before, after in pairwise(values)):
                 msg = f"{name} = {list(values)} is not allowed: must {'rise' if sign > 0 else 'fall'}"
                 raise ValueError(msg)
-        if 1.0 not in self.depths_mm or sum(depth <= LIGHT_TOUCH_MM for depth in self.depths_mm) < FEWEST_LIGHT:
-            msg = (
-                f"depths_mm = {list(self.depths_mm)} is not allowed: must hold 1.0 and at least {FEWEST_LIGHT} values "
-                f"up to {LIGHT_TOUCH_MM:g}"
-            )
+        if 1.0 not in self.depths_mm[1:]:
+            msg = f"depths_mm = {list(self.depths_mm)} is not allowed: must hold 1.0 and a smaller value"
+            raise ValueError(msg)
+        if self.light_depth_mm >= self.touch_depth_mm:
+            msg = f"light_depth_mm = {self.light_depth_mm:g} is not allowed: must be below {self.touch_depth_mm:g}"
             raise ValueError(msg)
         return self
-
-
-LIGHT_TOUCH_MM = 0.3
-"""Depth up to which a touch is light [mm]."""
-FEWEST_LIGHT = 3
-"""Depths that a slope needs."""

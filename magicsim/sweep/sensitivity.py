@@ -1,5 +1,6 @@
 """How fast the grid's look changes under a light touch, and how far away an object is noticed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,9 +8,8 @@ import numpy.typing as npt
 
 from magicsim.sweep.bootstrap import interval
 from magicsim.sweep.detector import FittedDetector
-from magicsim.sweep.film import Film
+from magicsim.sweep.film import Film, Shown
 from magicsim.sweep.measures import Measured
-from magicsim.sweep.quality import LIGHT_TOUCH_MM
 
 Array = npt.NDArray[np.float64]
 FALSE_ALARMS = 0.05
@@ -41,30 +41,29 @@ class ApproachCurve:
         return np.asarray(seen.mean(1))
 
 
-def similarity_by_depth(film: Film, detector: FittedDetector, draws: int) -> Array:
-    """Similarity of the press, shape (depths, draws)."""
-    return np.stack([detector.features(film.frames(shown, draws))[:, 2] for shown in film.press])
+def mean_similarity(shown: Sequence[Shown], film: Film, detector: FittedDetector, draws: int) -> Array:
+    """Similarity of some states, mean over the camera's noise, shape (states,)."""
+    return np.array([detector.features(film.frames(each, draws))[:, 2].mean() for each in shown])
 
 
-def contact_sensitivity(depths_mm: Array, along: Array, similarity: Array, *, seed: int) -> Measured:
-    """Loss of similarity in a light touch: minus the slope of a straight line through its states.
+def contact_sensitivity(light: Array, firm: Array, *, step: float, seed: int) -> Measured:
+    """Loss of similarity between two light touches, mean over places.
+
+    Places differ by how the contact lies on the grid, which is more than the camera's noise.
 
     Args:
-        depths_mm: Shape (depths,) [mm]; those up to 0.3 mm are a light touch.
-        along: What the slope is against, the depths themselves or the forces, shape (depths,).
-        similarity: Shape (depths, draws).
-        seed: Of the bootstrap over draws.
+        light: Similarity of the lighter touch of each place, shape (places,).
+        firm: Of the firmer one, shape (places,).
+        step: What they differ by, in depth [mm] or force [N].
+        seed: Of the bootstrap over places.
     """
-    light = depths_mm <= LIGHT_TOUCH_MM
-    centred = along[light] - along[light].mean()
+    slopes = (light - firm) / step
 
-    def slope(draws: npt.NDArray[np.int64]) -> float:
-        mean = similarity[light][:, draws].mean(1)
-        return -float(centred @ mean / (centred @ centred))
+    def slope(places: npt.NDArray[np.int64]) -> float:
+        return float(slopes[places].mean())
 
-    count = similarity.shape[1]
-    low, high = interval(slope, count, seed=seed)
-    return Measured(value=slope(np.arange(count)), low=low, high=high)
+    low, high = interval(slope, len(slopes), seed=seed)
+    return Measured(value=slope(np.arange(len(slopes))), low=low, high=high)
 
 
 def approach_curve(film: Film, detector: FittedDetector, draws: int) -> ApproachCurve:

@@ -12,32 +12,17 @@ frequency and phase in Gaussian clutter
 reaches in about exp(-3) = 5 % of cases.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.detectors.frame import Frame
-from magicsim.geometry.objects import BoxObject, DotsObject, LinesObject, ObjectConfig
-from magicsim.scenes.exposure import FloatImage, expose
-from magicsim.scenes.film import pixel_landing_mm
-from magicsim.scenes.scene import OutputSettings, SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.scenes.untouched import UntouchedStates
-from magicsim.simulation import Sensor, sensor_exposure
 from magicsim.sweep.bootstrap import interval
 from magicsim.sweep.measures import Measured
-from magicsim.sweep.quality import Quality
-from magicsim.sweep.sensors import SweptSensor, camera_of, render_of
+from magicsim.sweep.plates import LOOKED_AT_PERIODS, Pattern, PlateFrames
 
 Array = npt.NDArray[np.float64]
-Pattern = Literal["dots", "lines"]
-PLATE_MM = 6.0
-"""Side of the plates."""
-LOOKED_AT_MM = 5.0
-"""Side of the square of the face on which contrast is measured: less than the plate, whose edges are no pattern."""
 TOLD_APART = 2.0
 """Least d'."""
 ALONG_DEG: dict[Pattern, tuple[float, ...]] = {"lines": (0.0,), "dots": (0.0, 90.0)}
@@ -46,90 +31,13 @@ ACROSS_DEG: dict[Pattern, tuple[float, ...]] = {
     "lines": tuple(float(each) for each in range(40, 141, 10)),
     "dots": (35.0, 40.0, 45.0, 50.0, 55.0, 125.0, 130.0, 135.0, 140.0, 145.0),
 }
-"""Directions in which it does not."""
-MARGIN_PX = 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlateFrames:
-    """Frames of one pressed plate on its place of the face."""
-
-    contrast: Array
-    """Change of grey level in units of the untouched sensor's mean, shape (draws, pixels, 3)."""
-    places_mm: Array
-    """Where the pixels look on the face, shape (pixels, 2) [mm]."""
-    picture: Frame
-    """The first frame, whole."""
-
-
-def plate(pattern: Pattern | None, spacing_mm: float) -> ObjectConfig:
-    """A plate with dots or lines half as wide as their spacing, or without."""
-    if pattern == "dots":
-        return DotsObject(kind="dots", radius_mm=spacing_mm / 4, spacing_mm=spacing_mm, size_mm=PLATE_MM)
-    if pattern == "lines":
-        return LinesObject(kind="lines", width_mm=spacing_mm / 2, spacing_mm=spacing_mm, size_mm=PLATE_MM)
-    return BoxObject(kind="box", size_mm=(PLATE_MM, PLATE_MM, 2.0))
-
-
-def press_plate(
-    sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int, untouched: UntouchedStates
-) -> PlateFrames:
-    """Presses a plate on the axis and looks at its place.
-
-    Raises:
-        MagicsimError: The design, the deformation or an image is not valid.
-    """
-    scene = plate_scene(sensor, thing, quality, seed=seed)
-    simulated = Sensor(scene, untouched=untouched)
-    state = timeline(scene)[0]
-    deformation = simulated.deform(state, simulated.rest)
-    rest, pressed = simulated.radiance(UNTOUCHED, simulated.rest), simulated.radiance(state, deformation)
-    camera, exposure = scene.rig.camera, sensor_exposure(simulated, rest)
-
-    def frames(image: FloatImage, first: int) -> npt.NDArray[np.float64]:
-        return np.stack(
-            [expose(image, exposure, camera, seed=seed, frame=first + draw) for draw in range(quality.draws)]
-        ).astype(float)
-
-    shown, reference = frames(pressed, 0), frames(rest, quality.draws).mean(0)
-    landing = pixel_landing_mm(scene.design, scene.rig)
-    inside = np.abs(landing).max(2) <= LOOKED_AT_MM / 2
-    contrast = ((shown - reference) / reference[inside].mean(0))[:, inside]
-    return PlateFrames(
-        contrast=contrast,
-        places_mm=landing[inside],
-        picture=shown[0].astype(np.uint8),
-    )
-
-
-def plate_scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int) -> SceneConfig:
-    """A scene of one pressed plate, its camera reading out what lies around the plate."""
-    camera = camera_of(sensor, quality, scale=quality.texture_scale)
-    whole = sensor.rig.model_copy(update={"camera": camera})
-    near = np.abs(pixel_landing_mm(sensor.design, whole)).max(2) <= PLATE_MM / 2
-    rows, columns = np.flatnonzero(near.any(1)), np.flatnonzero(near.any(0))
-    top, left = max(0, rows[0] - MARGIN_PX), max(0, columns[0] - MARGIN_PX)
-    bottom, right = min(camera.rows, rows[-1] + 1 + MARGIN_PX), min(camera.columns, columns[-1] + 1 + MARGIN_PX)
-    region = (int(left), int(top), int(right - left), int(bottom - top))
-    return SceneConfig.model_validate(
-        {
-            "schema_version": 1,
-            "design": sensor.design,
-            "rig": sensor.rig.model_copy(update={"camera": camera.model_copy(update={"region_px": region})}),
-            "seed": seed,
-            "references": 0,
-            "object": thing,
-            "render": render_of(sensor, quality),
-            "output": OutputSettings(**dict.fromkeys(OutputSettings.model_fields, False)),
-            "keyframes": [{"frame": 0, "gap_mm": -quality.texture_depth_mm}],
-        }
-    )
+"""Directions in which it does not, beyond the width of its peak."""
 
 
 def powers(difference: Array, places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float) -> Array:
     """Power of a difference at one frequency in several directions, mean over frames and channels.
 
-    A Hann window keeps the square's edges from leaking into other frequencies.
+    A Hann window over `LOOKED_AT_PERIODS` keeps the square's edges from leaking into other frequencies.
 
     Args:
         difference: Shape (draws, pixels, 3).
@@ -140,7 +48,7 @@ def powers(difference: Array, places_mm: Array, directions_deg: Sequence[float],
     Returns:
         Shape (directions,): the square of a plane wave's amplitude.
     """
-    window = np.prod(np.cos(np.pi * places_mm / LOOKED_AT_MM) ** 2, axis=1)
+    window = np.prod(np.cos(np.pi * places_mm * frequency_per_mm / LOOKED_AT_PERIODS) ** 2, axis=1)
     turn = np.radians(directions_deg)
     along = places_mm @ np.stack([np.cos(turn), np.sin(turn)])
     waves = np.exp(2j * np.pi * frequency_per_mm * along) * window[:, None]
@@ -172,11 +80,20 @@ class Observation:
         return float(np.sqrt(2 * max(0.0, self.pattern - clutter) / clutter))
 
 
+def try_finest_first(spacings_mm: Sequence[float], is_told_apart: Callable[[float], bool]) -> None:
+    """Tries spacings from the last and finest on until one is told apart.
+
+    Coarser ones say nothing of the smallest: a pattern near the pitch of the printed grid may be masked by it, and both
+    finer and coarser ones may not.
+    """
+    next((spacing for spacing in reversed(spacings_mm) if is_told_apart(spacing)), None)
+
+
 def smallest_spacing(spacings_mm: Array, observed: Sequence[Observation], *, seed: int) -> Measured:
     """The spacing at which d' falls to 2, between tested ones by their logarithm.
 
     Args:
-        spacings_mm: Falling, shape (spacings,) [mm].
+        spacings_mm: Tried ones, falling, shape (spacings,) [mm].
         observed: One for each.
         seed: Of the bootstrap over the clutter's directions.
     """
@@ -196,15 +113,15 @@ def smallest_spacing(spacings_mm: Array, observed: Sequence[Observation], *, see
 
 
 def told_apart_to(spacings_mm: Array, d_prime: Array) -> float:
-    """Smallest spacing down to which d' stays at 2 or more [mm]; infinite where the largest is not told apart."""
-    missed = np.flatnonzero(d_prime < TOLD_APART)
-    if not len(missed):
-        return float(spacings_mm[-1])
-    first = int(missed[0])
-    if first == 0:
+    """Smallest spacing with a d' of 2, between the finest told apart and the next finer one [mm]; infinite without."""
+    told = np.flatnonzero(d_prime >= TOLD_APART)
+    if not len(told):
         return float("inf")
-    share = (d_prime[first - 1] - TOLD_APART) / (d_prime[first - 1] - d_prime[first])
-    return float(spacings_mm[first - 1] * (spacings_mm[first] / spacings_mm[first - 1]) ** share)
+    last = int(told[-1])
+    if last == len(d_prime) - 1:
+        return float(spacings_mm[-1])
+    share = (d_prime[last] - TOLD_APART) / (d_prime[last] - d_prime[last + 1])
+    return float(spacings_mm[last] * (spacings_mm[last + 1] / spacings_mm[last]) ** share)
 
 
 def _finite(value: float) -> float | None:

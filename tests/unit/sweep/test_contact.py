@@ -3,11 +3,12 @@ import numpy as np
 from magicsim.sweep.contact import ContactScores, contact_accuracy, contact_auc
 
 
-def scores(touched: np.ndarray) -> ContactScores:
+def scores(touched: np.ndarray, *, alarm_under_light: bool = False) -> ContactScores:
     near, clear = np.full((6, 4), 0.95), np.full(24, 0.97)
     return ContactScores(
-        touched=touched, near=near, clear=clear, hit=touched < 0.9, near_alarm=near < 0.9, clear_alarm=clear < 0.9
-    )
+        touched=touched, near=near, clear=clear, hit=touched < 0.9, near_alarm=near < 0.9, clear_alarm=clear < 0.9,
+        light_alarm=np.full((2, 4), alarm_under_light),
+    )  # fmt: skip
 
 
 def test_touches_that_all_lower_the_similarity_are_told_apart():
@@ -23,3 +24,8 @@ def test_place_that_is_missed_widens_the_interval():
     assert abs(area.value - 5 / 6) < 1e-9
     assert abs(accuracy.value - (5 / 6 + 1) / 2) < 1e-9
     assert area.low < area.value < area.high <= 1
+
+
+def test_outside_light_that_is_taken_for_a_touch_costs_a_third_of_the_alarms():
+    found = contact_accuracy(scores(np.full((6, 4), 0.8), alarm_under_light=True), seed=1)
+    assert abs(found.value - (1 + 2 / 3) / 2) < 1e-9

@@ -3,8 +3,10 @@ import pytest
 
 from magicsim.config import load_preset
 from magicsim.deform.press import press
+from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import parse_object
+from magicsim.sweep.central_press import press_centrally
 from magicsim.sweep.mechanics import press_curve, spacing_error
 from magicsim.sweep.printability import printability
 
@@ -22,28 +24,34 @@ def test_force_and_stiffness_are_read_off_the_press():
     assert (stiffness.value, stiffness.low, stiffness.high) == pytest.approx((4.0, 3.6, 4.4))
 
 
+def pressed_n(block: ElastomerDesign, cells_across: int) -> float:
+    return float(press_centrally(block, BALL, 1.0, cells_across=cells_across).force_n[2])
+
+
 @pytest.mark.slow
 def test_error_of_a_force_covers_what_a_finer_lattice_changes():
-    block = design("footprint_mm=[12,12]", "lattice.growth=1")
-    force, finer = (
-        press(block.model_copy(update={"lattice": block.lattice.model_copy(update={"spacing_mm": spacing})}), BALL,
-              depth_mm=1.0).force_n[2]
-        for spacing in (1.0, 0.5)
-    )  # fmt: skip
-    error = spacing_error(block, BALL, force)
-    assert 0 < error < 0.2
-    assert 0.3 * error < abs(finer - force) / force < error
+    block = design("footprint_mm=[12,12]")
+    force, finer = (pressed_n(block, cells) for cells in (6, 12))
+    error = spacing_error(block, BALL, force, cells_across=6)
+    assert 0 < error < 0.1
+    assert abs(finer - force) / force < error
 
 
 def test_error_of_a_force_shrinks_with_the_spacing():
-    errors = []
-    for spacing in (2.0, 1.0):
-        block = load_preset(
-            ElastomerDesign, "design", "uniform-block",
-            ("footprint_mm=[12,12]", f"lattice.spacing_mm={spacing}", "lattice.cells_across=0", "lattice.growth=1"),
-        )  # fmt: skip
-        errors.append(spacing_error(block, BALL, press(block, BALL, depth_mm=1.0).force_n[2]))
+    block = load_preset(ElastomerDesign, "design", "uniform-block", ("footprint_mm=[12,12]", "lattice.spacing_mm=3"))
+    errors = [spacing_error(block, BALL, pressed_n(block, cells), cells_across=cells) for cells in (4, 12)]
     assert 0 < errors[1] < errors[0] < 1
+
+
+def test_press_is_the_same_as_that_of_the_whole_block():
+    block = load_preset(ElastomerDesign, "design", "uniform-block", ("footprint_mm=[12,12]", "lattice.growth=1"))
+    whole = press(block, BALL, depth_mm=1.0).force_n[2]
+    assert pressed_n(block, 8) == pytest.approx(whole, rel=0.05)
+
+
+def test_object_that_does_not_touch_is_refused():
+    with pytest.raises(ConfigError, match="does not reach the face"):
+        press_centrally(design(), BALL, -1.0, cells_across=4)
 
 
 def test_base_design_keeps_every_limit():

@@ -3,8 +3,6 @@ import pytest
 
 from magicsim.sweep.sensitivity import ApproachCurve, contact_sensitivity, noticed_from, proximity_range
 
-DEPTHS = np.array([0.1, 0.2, 0.3, 1.0])
-
 
 def curve(entropy: np.ndarray, correlation: float = 0.1) -> ApproachCurve:
     random = np.random.default_rng(0)
@@ -14,15 +12,15 @@ def curve(entropy: np.ndarray, correlation: float = 0.1) -> ApproachCurve:
     )  # fmt: skip
 
 
-def test_sensitivity_is_the_slope_of_a_light_touch_alone():
+def test_sensitivity_is_the_mean_loss_over_places_and_its_interval_is_theirs():
     random = np.random.default_rng(1)
-    similarity = (1 - 0.4 * DEPTHS)[:, None] + random.normal(0, 0.002, (4, 24))
-    similarity[3] = 0.0  # deeper than a light touch: must not count
-    found = contact_sensitivity(DEPTHS, DEPTHS, similarity, seed=1)
-    assert found.value == pytest.approx(0.4, abs=0.01)
-    assert found.low < 0.4 < found.high
-    assert found.high - found.low < 0.03
-    against_force = contact_sensitivity(DEPTHS, 2 * DEPTHS, similarity, seed=1)
+    light = 0.97 + random.normal(0, 0.001, 12)
+    firm = light - 0.2 * (0.4 + random.normal(0, 0.05, 12))
+    found = contact_sensitivity(light, firm, step=0.2, seed=1)
+    assert found.value == pytest.approx(0.4, abs=0.03)
+    assert found.low < found.value < found.high
+    assert 0.02 < found.high - found.low < 0.12
+    against_force = contact_sensitivity(light, firm, step=0.4, seed=1)
     assert against_force.value == pytest.approx(found.value / 2)
 
 

@@ -27,7 +27,9 @@ from .fakes import small_sweep
         ("measures=['shore_a']", "unknown objective 'sensitivity_per_n'"),
         ("quality.gaps_mm=[1.0,2.0,3.0]", "must fall"),
         ("quality.depths_mm=[0.1,0.2,0.3,0.9]", "must hold 1.0"),
-        ("quality.depths_mm=[0.1,0.2,0.4,1.0]", "at least 3 values up to 0.3"),
+        ("quality.depths_mm=[1.0,2.0]", "must hold 1.0 and a smaller value"),
+        ("quality.light_depth_mm=0.3", "light_depth_mm = 0.3 is not allowed: must be below 0.3"),
+        ("quality.line_spacings_mm=[0.5]", "must be greater than or equal to 1"),
         ("quality.columms=10", "did you mean 'columns'"),
     ],
 )

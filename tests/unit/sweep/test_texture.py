@@ -1,22 +1,19 @@
 import numpy as np
 import pytest
 
-from magicsim.sweep.texture import (
-    LOOKED_AT_MM,
-    Observation,
-    PlateFrames,
-    observe,
-    plate,
-    plate_scene,
-    powers,
-    smallest_spacing,
-    told_apart_to,
-)  # fmt: skip
+from magicsim.sweep.designs import list_designs
+from magicsim.sweep.plates import LOOKED_AT_PERIODS, PlateFrames, plate, plate_scene
+from magicsim.sweep.texture import Observation, observe, powers, smallest_spacing, told_apart_to, try_finest_first
 
 from .fakes import small_sweep
 
-SIDE = np.linspace(-LOOKED_AT_MM / 2, LOOKED_AT_MM / 2, 60)
-PLACES = np.stack(np.meshgrid(SIDE, SIDE), -1).reshape(-1, 2)
+
+def places(spacing_mm: float) -> np.ndarray:
+    side = np.linspace(-0.5, 0.5, 60) * LOOKED_AT_PERIODS * spacing_mm
+    return np.stack(np.meshgrid(side, side), -1).reshape(-1, 2)
+
+
+PLACES = places(1.0)
 
 
 def frames(pattern: np.ndarray, noise: float, seed: int) -> PlateFrames:
@@ -33,10 +30,19 @@ def test_power_of_a_wave_is_the_square_of_its_amplitude_in_its_direction_alone()
 
 
 def test_lines_stand_out_of_noise_and_a_plate_without_them_does_not():
-    lines = 0.05 * np.cos(2 * np.pi * PLACES[:, 0] / 0.5)
+    lines = 0.05 * np.cos(2 * np.pi * PLACES[:, 0])
     plain = frames(np.zeros(len(PLACES)), 0.1, 1)
-    assert observe(frames(lines, 0.1, 2), plain, "lines", 0.5).d_prime() > 4
-    assert observe(frames(0 * lines, 0.1, 3), plain, "lines", 0.5).d_prime() < 2
+    assert observe(frames(lines, 0.1, 2), plain, "lines", 1.0).d_prime() > 4
+    assert observe(frames(0 * lines, 0.1, 3), plain, "lines", 1.0).d_prime() < 2
+
+
+def test_own_pattern_is_no_clutter():
+    lines = 0.05 * np.cos(2 * np.pi * PLACES[:, 0])
+    dots = lines + 0.05 * np.cos(2 * np.pi * PLACES[:, 1])
+    plain = frames(np.zeros(len(PLACES)), 0.0, 1)
+    for pattern, image in (("lines", lines), ("dots", dots)):
+        found = observe(frames(image, 0.0, 2), plain, pattern, 1.0)
+        assert found.around.max() < 0.01 * found.pattern
 
 
 def test_what_the_plain_plate_shows_too_is_no_pattern():
@@ -54,10 +60,21 @@ def test_clutter_alone_reaches_the_threshold_in_about_one_case_of_twenty():
 
 @pytest.mark.parametrize(
     ("d_prime", "expected"),
-    [((4, 3, 2.5), 0.25), ((4, 3, 1), 0.5 * 0.5**0.5), ((1, 5, 5), np.inf), ((4, 1, 5), 0.5 ** (2 / 3))],
+    [((4, 3, 2.5), 0.25), ((4, 3, 1), 0.5 * 0.5**0.5), ((1, 5, 5), 0.25), ((3, 1, 1), 0.5**0.5), ((1, 1, 1), np.inf)],
 )
-def test_smallest_spacing_lies_where_d_prime_first_falls_to_two(d_prime: tuple[float, ...], expected: float):
+def test_smallest_spacing_lies_between_the_finest_told_apart_and_the_next(d_prime: tuple[float, ...], expected: float):
     assert told_apart_to(np.array([1.0, 0.5, 0.25]), np.array(d_prime, float)) == pytest.approx(expected)
+
+
+def test_no_coarser_spacing_is_tried_than_needed():
+    tried = []
+
+    def is_told_apart(spacing: float) -> bool:
+        tried.append(spacing)
+        return spacing >= 1.4
+
+    try_finest_first((2.0, 1.4, 1.0), is_told_apart)
+    assert tried == [1.0, 1.4]
 
 
 def test_bounds_say_that_they_are_bounds():
@@ -72,17 +89,17 @@ def test_bounds_say_that_they_are_bounds():
     assert 0.5 < between.low <= between.value <= between.high < 1.0
 
 
-def test_patterns_are_half_as_wide_as_their_spacing():
+def test_patterns_are_half_as_wide_as_their_spacing_and_look_like_the_object():
+    sweep = small_sweep("object.color=[0.1,0.2,0.3]")
     assert plate("lines", 0.6).width_mm == pytest.approx(0.3)
     assert plate("dots", 0.6).radius_mm == pytest.approx(0.15)
+    assert plate("dots", 0.6, sweep.object).color == (0.1, 0.2, 0.3)
 
 
 def test_camera_reads_out_the_plate_and_little_more():
     sweep = small_sweep("design.footprint_mm=[12,16]", "rig.camera.field_mm=10")
-    from magicsim.sweep.designs import list_designs
-
-    scene = plate_scene(list_designs(sweep)[0].sensor, plate(None, 1.0), sweep.quality, seed=1)
-    assert (scene.rig.camera.columns, scene.rig.camera.rows) == (96, 128)
-    width = scene.rig.camera.region_px[2] * 10 / 96
-    assert 6.0 < width < 7.0
+    scene = plate_scene(list_designs(sweep)[0].sensor, plate(None, 1.4), 1.4, sweep.quality, seed=1)
+    assert (scene.rig.camera.columns, scene.rig.camera.rows) == (48, 64)
+    width = scene.rig.camera.region_px[2] * 10 / 48
+    assert 7.0 < width < 8.5
     assert scene.keyframes[0].gap_mm == -sweep.quality.texture_depth_mm
