@@ -43,7 +43,7 @@ class CentralPress:
         """Force of the object on the sensor, shape (3,) [N]; across the face it is zero for a mirror image."""
         if not self.lattice.is_mirrored:
             return self.deformation.force_n
-        return self.deformation.force_n * np.array([0.0, 0.0, QUARTERS])
+        return np.asarray(self.deformation.force_n * [0.0, 0.0, QUARTERS])
 
     def displacements_mm(self, points_mm: Array, place_mm: tuple[float, float] = (0.0, 0.0)) -> Array:
         """What the same press at a place does to points, shape (points, 3) [mm]."""

@@ -36,12 +36,12 @@ function cell(design, scale, kind, extra = "") {
   const found = measureOf(design, kind.name), share = found.value === null ? null : scale.at(found.value);
   const marks = ["a", "b"].filter(slot => state[slot] === design.index);
   const where = Object.entries(design.values).map(([field, value]) => `${DATA.fields.find(each => each.name === field).label} ${value}`).join(", ");
-  const text = found.value === null ? "no value" : `${shown(found.value, kind.digits)} ${kind.unit} ${spread(found, kind.digits)}`;
+  const text = found.value === null ? "no value" : `${shown(found.value, kind.digits)} ${kind.unit} ${spread(found, kind)}`;
   return element("button", {
     class: ["cell", ...marks, ...(share === null ? ["none"] : [])].join(" "), "data-design": design.index,
     style: share === null ? null : `background:${colorAt(share)};color:${inkOn(share)}`,
     title: `${where}: ${text}${found.note ? ` (${found.note})` : ""}`, "aria-label": `${where}: ${kind.title} ${text}`, onclick: () => choose(design),
-  }, [`${extra}${shown(found.value, kind.digits)}`, element("small", {}, spread(found, kind.digits)), ...(design.front ? [element("span", { class: "star" }, "\u25cf")] : [])]);
+  }, [`${extra}${shown(found.value, kind.digits)}`, element("small", {}, spread(found, kind)), ...(design.front ? [element("span", { class: "star" }, "\u25cf")] : [])]);
 }
 
 function drawMap() {
@@ -109,7 +109,7 @@ function drawPair() {
     return element("div", {}, [element("h3", { class: `is-${slot}` }, `${slot.toUpperCase()}: ${titleOf(design)}`), section(design.block, slot.toUpperCase()), element("p", { class: "soft" }, resolved)]);
   })));
   const rows = DATA.measures.map(kind => element("tr", {}, [element("th", { scope: "row" }, labelOf(kind)), ...chosen.map(([, design]) => {
-    const found = measureOf(design, kind.name), note = [spread(found, kind.digits), found.note.length > 90 ? `${found.note.slice(0, 88)}\u2026` : found.note].filter(text => text).join("; ");
+    const found = measureOf(design, kind.name), note = [spread(found, kind), found.note.length > 90 ? `${found.note.slice(0, 88)}\u2026` : found.note].filter(text => text).join("; ");
     return element("td", { title: found.note }, [shown(found.value, kind.digits), element("small", {}, note)]);
   })]));
   const head = element("tr", {}, [element("th", { scope: "col" }, "measure"), ...chosen.map(([slot]) => element("th", { scope: "col", class: `is-${slot}` }, slot.toUpperCase()))]);

@@ -23,13 +23,13 @@ function shown(value, digits) {
 }
 
 /* How a value and its interval read: half the width behind a plus-minus sign, or the open side. */
-function spread(found, digits) {
+function spread(found, { digits, is_exact }) {
   if (!found || found.value === null) return "";
   const { value, low, high } = found;
   if (low === null && high === null) return "";
   if (low === null) return `\u2264 ${shown(high, digits)}`;
   if (high === null) return `\u2265 ${shown(low, digits)}`;
-  if (low === high) return "exact";
+  if (low === high) return is_exact ? "exact" : "all alike";
   const halves = [value - low, high - value], mean = (halves[0] + halves[1]) / 2;
   if (Math.abs(halves[0] - halves[1]) <= 0.5 * mean) return `\u00b1 ${shown(mean, mean < 0.5 * 10 ** -digits ? digits + 1 : digits)}`;
   return `${shown(low, digits)} \u2013 ${shown(high, digits)}`;

@@ -17,6 +17,8 @@ class MeasureKind:
     """Decimals that are shown."""
     better: Better | None
     """Which way is better; None where that depends on the job."""
+    is_exact: bool = False
+    """Whether it follows from the design alone; equal ends of another's interval say that all resamples were alike."""
     meaning: str
     """One sentence on what is measured and what its interval stands for."""
 
@@ -28,19 +30,19 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "force_1mm_n": MeasureKind(
         title="Force at 1 mm", unit="N", digits=2, better=None,
-        meaning="Force of the sweep's object pressed 1 mm; interval: change by a lattice twice as coarse.",
+        meaning="Force of the sweep's object pressed 1 mm; interval: largest change by coarser lattices.",
     ),
     "stiffness_n_per_mm": MeasureKind(
         title="Stiffness near 1 mm", unit="N/mm", digits=2, better=None,
         meaning="Slope of force against depth from the depth before 1 mm to 1 mm; interval as of the force.",
     ),
     "sensitivity_per_mm": MeasureKind(
-        title="Sensitivity to depth", unit="1/mm", digits=2, better="higher",
+        title="Sensitivity to depth", unit="1/mm", digits=3, better="higher",
         meaning="Loss of grid similarity for each mm of a light touch, from 0.1 to 0.3 mm, mean over places; interval: "
         "bootstrap over places.",
     ),
     "sensitivity_per_n": MeasureKind(
-        title="Sensitivity to force", unit="1/N", digits=2, better="higher",
+        title="Sensitivity to force", unit="1/N", digits=3, better="higher",
         meaning="Loss of grid similarity for each newton between the same touches; interval: bootstrap over places.",
     ),
     "proximity_range_mm": MeasureKind(
@@ -75,7 +77,7 @@ MEASURES: dict[str, MeasureKind] = {
         "what changes in each channel says, each place left out in turn; interval: bootstrap over places.",
     ),
     "printability": MeasureKind(
-        title="Printability", unit="", digits=2, better="higher",
+        title="Printability", unit="", digits=2, better="higher", is_exact=True,
         meaning="Share of the published printing limits that the design keeps; exact.",
     ),
     "frame_seconds": MeasureKind(
@@ -84,7 +86,7 @@ MEASURES: dict[str, MeasureKind] = {
         "interval: quartiles of the rendering. Depends on the machine.",
     ),
     "unknowns": MeasureKind(
-        title="Unknowns", unit="", digits=0, better="lower",
+        title="Unknowns", unit="", digits=0, better="lower", is_exact=True,
         meaning="Displacement unknowns of the lattice that is solved; exact.",
     ),
 }  # fmt: skip

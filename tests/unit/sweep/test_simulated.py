@@ -14,7 +14,7 @@ import pytest
 pytestmark = pytest.mark.slow
 FOLDER = Path(__file__).parent
 SETTINGS = (
-    "design.footprint_mm=[12,16]", "rig.camera.field_mm=10", "quality.durometer_spacing_mm=1.0",
+    "design.footprint_mm=[12,16]", "rig.camera.field_mm=10", "quality.durometer_spacing_mm=0.5",
 )  # fmt: skip
 
 
