@@ -53,7 +53,7 @@ MEASURES: dict[str, MeasureKind] = {
     "contact_auc": MeasureKind(
         title="Contact AUC", unit="", digits=3, better="higher",
         meaning="Chance that a frame of a touch 0.1 mm deep has a lower similarity than an untouched or near one, at "
-        "places that the detector was not calibrated on, lights 1 % stronger or weaker than then; interval: bootstrap "
+        "places that the detector was not calibrated on, lights 2 % stronger or weaker than then; interval: bootstrap "
         "over places.",
     ),
     "contact_accuracy": MeasureKind(

@@ -30,7 +30,7 @@ class Quality(Config):
     """Its light particles."""
     draws: Annotated[int, Field(ge=4, le=200)] = 12
     """Frames with camera noise of their own that every state is seen in."""
-    drift: Annotated[float, Field(ge=0, le=0.5)] = 0.01
+    drift: Annotated[float, Field(ge=0, le=0.5)] = 0.02
     """Standard deviation of the lights' strength in the test of contact, as a share of that at calibration; assumed."""
     gaps_mm: Annotated[tuple[Gap, ...], Field(min_length=3)] = (100.0, 70.0, 50.0, 35.0, 25.0, 15.0, 6.0, 2.0)
     """Distances of the approach, falling [mm]."""
