@@ -20,9 +20,9 @@ class Quality(Config):
     """Width of the images that the detectors see [px]."""
     rows: Annotated[int, Field(ge=32, le=640)] = 160
     """Their height [px]."""
-    samples: Annotated[int, Field(ge=1, le=256)] = 4
+    samples: Annotated[int, Field(ge=1, le=256)] = 8
     """Camera samples a pixel."""
-    particles: Annotated[int, Field(ge=1000, le=10_000_000)] = 10_000
+    particles: Annotated[int, Field(ge=1000, le=10_000_000)] = 30_000
     """Light particles a frame."""
     anchor_samples: Annotated[int, Field(ge=1, le=4096)] = 24
     """Camera samples of the untouched state, which all frames share."""
