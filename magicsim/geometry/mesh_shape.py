@@ -19,7 +19,8 @@ Array = npt.NDArray[np.float64]
 FAR_MM = 0.5
 """Points farther from the bounding box than this get the distance to the box, which is never too long [mm]."""
 ON_SURFACE_MM = 1e-7
-"""Points nearer to the surface than this get the pseudonormal instead of the direction to the nearest point [mm]."""
+"""Points nearest to an edge or a vertex, and nearer to it than this, get its pseudonormal [mm]; others the direction to
+it. Above the middle of a face that direction is the face's normal, without the rounding of a short difference."""
 ON_EDGE = 1e-9
 """Barycentric coordinates below this put a nearest point on an edge or a vertex."""
 
@@ -70,13 +71,15 @@ class MeshShape:
             return distance, normal
         place = np.ascontiguousarray(points[near])
         _, face, foot = self.tree.squared_distance(self.surface.vertices, self.faces, place)
-        outward = self.normals[_kind_of_foot(self.surface.vertices[self.faces[face]], foot), face]
+        kind = _kind_of_foot(self.surface.vertices[self.faces[face]], foot)
+        outward = self.normals[kind, face]
         offset = place - foot
         length = np.linalg.norm(offset, axis=1)
         sign = np.where(np.einsum("pi,pi->p", offset, outward) < 0, -1.0, 1.0)
         away = (sign / np.maximum(length, TINY))[:, None] * offset
         distance[near] = sign * length
-        normal[near] = np.where((length > ON_SURFACE_MM)[:, None], away, outward)
+        is_beside_face = (kind > 0) & (length > ON_SURFACE_MM)
+        normal[near] = np.where(is_beside_face[:, None], away, outward)
         return distance, normal
 
     def support_mm(self, direction: Array) -> float:
