@@ -66,6 +66,16 @@ def test_normal_on_the_surface_is_the_pseudonormal():
     assert normal[2] == pytest.approx(np.ones(3) / np.sqrt(3))
 
 
+@pytest.mark.parametrize("height_mm", [1e-12, 1e-9, 1e-6, -1e-6, 1e-3])
+def test_above_a_face_the_normal_is_the_faces_without_rounding(height_mm: float):
+    """A contact force turns with it: directions to a foot a nanometre away are noise."""
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=3.0)
+    mesh.apply_translation([11.0, -7.0, 5.0])
+    places = mesh.triangles_center + height_mm * mesh.face_normals
+    _, normal = shape_of(mesh).distance(places)
+    np.testing.assert_allclose(normal, mesh.face_normals, atol=1e-12)
+
+
 def test_far_from_the_mesh_the_distance_is_a_lower_bound():
     ball = shape_of(trimesh.creation.icosphere(subdivisions=3, radius=1.0))
     points = np.random.default_rng(3).uniform(-5, 5, (500, 3))
