@@ -78,6 +78,16 @@ class Condensation:
         return cls(facets=facets, points=points, nodes=nodes, face=part, solver=solver)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FirstStep:
+    """What helps the first step of a load step."""
+
+    predictor: Surface
+    """A surface that the face follows roughly before the object's own decides."""
+    pressed: Index
+    """Points of the face that were pressed at the end of the last load step; they may still be in a retreat."""
+
+
 class Condenser:
     """Keeps the condensation of the last step: within a load step the facets that may touch only grow.
 
@@ -89,7 +99,7 @@ class Condenser:
         self._last: Condensation | None = None
 
     def step(
-        self, problem: Problem, surface: Surface, iterate: Iterate, *, predictor: Surface | None = None
+        self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
     ) -> Iterate | None:
         """One step of the body with the contact that belongs to it; None where this way does not lead on.
 
@@ -97,20 +107,22 @@ class Condenser:
             problem: The lattice and its tolerances.
             surface: The object in the pose of this load step.
             iterate: Where the step begins.
-            predictor: A surface that the face follows roughly before the object's own decides.
+            first: What helps the first step of a load step.
         """
         if not has_pardiso():
             return None
         if iterate.iteration >= problem.options.max_iterations // PATIENCE:
             return replace(iterate, stuck=True)
         facets = near_facets(problem.face, iterate)
-        if iterate.iteration > 0 and self._last is not None:
+        if first is not None:
+            facets = np.union1d(facets, problem.face.facet[first.pressed])
+        elif self._last is not None:
             facets = np.union1d(facets, self._last.facets)
         while True:
             condensation = self._condensation(problem, facets)
             if condensation is None:
                 return None
-            found = _step(problem, condensation, surface, iterate, predictor)
+            found = _step(problem, condensation, surface, iterate, first.predictor if first else None)
             if found is None:
                 return None
             reached = np.unique(problem.face.facet[found.contact.acting])

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform import newton
-from magicsim.deform.condensed import Condenser
+from magicsim.deform.condensed import Condenser, FirstStep
 from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.energy import Elasticity
@@ -212,7 +212,8 @@ class ContactSolver:
             memory = replace(memory, anchors_mm=start.contact_points_mm)
         positions, surface = self.lattice.nodes_mm + start.displacements_mm, moved_surface(indenter, before)
         iterate = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
-        found = self._condenser.step(problem, indenter.distance, iterate, predictor=surface)
+        first = FirstStep(predictor=surface, pressed=np.flatnonzero(start.contact_pressure_mpa > 0))
+        found = self._condenser.step(problem, indenter.distance, iterate, first=first)
         if found is None:
             iterate = evaluated(problem, surface, positions, start.pressure_mpa, memory)
             found = newton.step(problem, surface, iterate)
