@@ -49,7 +49,10 @@ def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json
     from magicsim.plan import plan_scene
     from magicsim.scenes.scene import load_scene
 
-    planned = plan_scene(load_scene(scene, settings or [], seed=seed))
+    loaded = load_scene(scene, settings or [], seed=seed)
+    if loaded.object is not None:
+        loaded.object.shape()  # a missing file is an error here, not after the sensor has been rendered
+    planned = plan_scene(loaded)
     print_result(
         {
             "kept": [fields_of(decision) for decision in planned.kept],

@@ -37,6 +37,11 @@ MAX_UNKNOWNS = 1500
 
 PATIENCE = 3
 """A load step is given up after this part of `NewtonOptions.max_iterations`: most take four to eight."""
+ON_ITS_WAY = 1e-3
+"""Residual below which it is not: where the body is close to folding, the last digits come slowly."""
+FIRST_SHIFT = 1 / 64
+"""Least multiple of the spring Laplacian added where the condensed part is not positive definite: as little as will do,
+since convergence is linear with it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +116,7 @@ class Condenser:
         """
         if not has_pardiso():
             return None
-        if iterate.iteration >= problem.options.max_iterations // PATIENCE:
+        if iterate.iteration >= problem.options.max_iterations // PATIENCE and iterate.residual > ON_ITS_WAY:
             return replace(iterate, stuck=True)
         facets = near_facets(problem.face, iterate)
         if first is not None:
@@ -148,7 +153,7 @@ def _step(
     problem: Problem, part: Condensation, surface: Surface, iterate: Iterate, predictor: Surface | None
 ) -> Iterate | None:
     options, pattern = problem.options, problem.pattern
-    shift = iterate.shift / 4 if iterate.shift > options.first_shift / 4 else 0.0
+    shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
     schur: Array | None = None
     while schur is None:
         if shift >= options.last_shift:
@@ -159,7 +164,7 @@ def _step(
         pattern.hold(values)
         schur = part.solver.factorise(values)
         if schur is None:
-            shift = max(options.first_shift, 4 * shift)
+            shift = max(FIRST_SHIFT, 4 * shift)
     right = part.solver.reduce(problem.free_forces(-iterate.elastic.gradient).ravel())
     held = pattern.held[part.solver.kept]
     face_problem = FaceProblem(

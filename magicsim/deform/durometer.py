@@ -7,8 +7,9 @@ from rising above its plane. The cone presses on the centre of a cell or on a cr
 symmetry: a quarter of the sample is solved.
 """
 
+import logging
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -28,6 +29,7 @@ from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
 Walls = Literal["resolved", "homogenised", "none"]
+LOGGER = logging.getLogger(__name__)
 EXTENSION_MM = 2.5
 """How far the cone sticks out at S = 0 [mm]."""
 SPRING_N = (0.55, 0.075)
@@ -54,6 +56,8 @@ HOLE_RADIUS_MM = 1.5
 """Of the foot's hole; the standard allows diameters of 2.5 to 3.2 mm."""
 PENETRATION_MM = 0.002
 """Largest penetration at any contact point [mm]."""
+COARSER = 1.5
+"""Factor of the spacing where a block without walls folds on the finer one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +84,8 @@ class DurometerResult:
     """Displacement unknowns."""
     walls: Walls
     """Whether walls and infill below the cone are cells of their own, one effective solid, or not there."""
+    spacing_mm: float
+    """Largest node spacing that was asked for below the cone [mm]."""
     seconds: float
     """Wall time of lattice and solve, compilation excluded [s]."""
 
@@ -98,7 +104,8 @@ def durometer(
     """Shore A hardness of a block.
 
     Where no equilibrium is found with walls of their own below the cone, as on thin samples that are pressed by most of
-    their height, the core is one effective solid, and the result says so.
+    their height, the core is one effective solid; where a soft block without walls folds below the cone's edge, its
+    nodes are `COARSER` times as far apart. The result says so.
 
     Args:
         design: The block; `lattice.spacing_mm` counts where it is finer than `spacing_mm`.
@@ -119,21 +126,14 @@ def durometer(
     compile_kernels()
     start = time.perf_counter()
     setting = _Setting(
-        spacing_mm=spacing_mm,
+        spacing_mm=min(spacing_mm, design.lattice.spacing_mm or spacing_mm),
         friction=friction,
         hole_radius_mm=hole_radius_mm,
         place=place,
         step_mm=step_mm,
         force_tolerance_n=force_tolerance_n,
     )
-    try:
-        test = _Test(design, setting, "even" if walls == "homogenised" else "resolved")
-        depth, state = _equilibrium(test, setting)
-    except ConvergenceError:
-        if not design.has_grid or walls == "homogenised":
-            raise
-        test = _Test(design, setting, "homogenised")
-        depth, state = _equilibrium(test, setting)
+    test, depth, state = _first_equilibrium(design, _attempts(design, setting, walls))
     return DurometerResult(
         shore_a=100 * (1 - depth / EXTENSION_MM),
         force_n=test.cone_force_n(state),
@@ -145,6 +145,7 @@ def durometer(
         iterations=test.iterations,
         unknowns=state.unknowns,
         walls=test.walls,
+        spacing_mm=test.spacing_mm,
         seconds=time.perf_counter() - start,
     )
 
@@ -181,19 +182,28 @@ def _lattice(design: ElastomerDesign, place_mm: tuple[float, float], spacing_mm:
     )  # fmt: skip
 
 
+def _attempts(design: ElastomerDesign, setting: _Setting, walls: Walls) -> list[tuple[_Setting, Core]]:
+    """What to solve, and what to solve instead where that has no equilibrium."""
+    if walls == "homogenised":
+        return [(setting, "even")]
+    if design.has_grid:
+        return [(setting, "resolved"), (setting, "homogenised")]
+    return [(setting, "resolved"), (replace(setting, spacing_mm=COARSER * setting.spacing_mm), "resolved")]
+
+
 class _Test:
     """A sample on the table, ready to be pressed to any depth."""
 
     def __init__(self, design: ElastomerDesign, setting: _Setting, core: Core) -> None:
-        fine = min(setting.spacing_mm, design.lattice.spacing_mm or setting.spacing_mm)
         self._hole_radius_mm = setting.hole_radius_mm
         self._place_mm = (0.0, 0.0) if core == "even" else symmetric_place(design, setting.place)
+        self.spacing_mm = setting.spacing_mm
         self.walls: Walls = "none" if not design.has_grid else "resolved" if core == "resolved" else "homogenised"
         self._solver = ContactSolver(
-            _lattice(design, self._place_mm, fine, core),
+            _lattice(design, self._place_mm, setting.spacing_mm, core),
             friction=setting.friction,
             tolerance_mm=PENETRATION_MM,
-            point_spacing_mm=fine / 3,
+            point_spacing_mm=setting.spacing_mm / 3,
         )
         self.rest = Deformation.rest(self._solver.lattice)
         self.iterations = 0
@@ -210,6 +220,21 @@ class _Test:
         """Force on the cone, without that on the foot [N]."""
         quarter = self._solver.force_within_n(state, self._place_mm, FOOT_STARTS_MM)
         return 4 * float(quarter[2])
+
+
+def _first_equilibrium(
+    design: ElastomerDesign, attempts: list[tuple[_Setting, Core]]
+) -> tuple[_Test, float, Deformation]:
+    """The first attempt that has one: its test, depth [mm] and state."""
+    for setting, core in attempts[:-1]:
+        try:
+            test = _Test(design, setting, core)
+            return test, *_equilibrium(test, setting)
+        except ConvergenceError as error:
+            LOGGER.info("no equilibrium with %s at %g mm: %s", core, setting.spacing_mm, error)
+    setting, core = attempts[-1]
+    test = _Test(design, setting, core)
+    return test, *_equilibrium(test, setting)
 
 
 def _equilibrium(test: _Test, setting: _Setting) -> tuple[float, Deformation]:

@@ -61,3 +61,13 @@ def test_moduli_of_the_default_design_meet_the_readings_that_they_were_fitted_to
 
 def test_a_block_without_a_grid_has_no_walls() -> None:
     assert durometer(sample(), spacing_mm=0.6).walls == "none"
+
+
+@pytest.mark.slow
+def test_a_soft_block_that_folds_is_read_on_a_coarser_lattice() -> None:
+    soft = sample("materials.body.youngs_modulus_mpa=0.3", "core_mm=5.0", "skin_mm=0.5")
+    found = durometer(soft)
+    assert found.spacing_mm == pytest.approx(0.6)
+    assert found.force_n == pytest.approx(spring_force_n(found.depth_mm), abs=1e-3)
+    assert found.shore_a == pytest.approx(8.2, abs=1.0)
+    assert found.min_jacobian > 0

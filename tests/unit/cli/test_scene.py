@@ -19,6 +19,10 @@ def test_plan_without_json_is_text_for_people(shell: Shell):
     assert "kept:\n  mesh and BVH update: 1 of 1 frames: something moved\n" in done.out
 
 
+def test_plan_notices_a_mesh_file_that_is_not_there(shell: Shell):
+    assert "nowhere.stl" in shell.refusal("plan", "near", "--set", "object={kind='mesh',path='nowhere.stl'}")
+
+
 def test_override_and_seed_reach_the_scene(shell: Shell):
     found = shell.json(
         "plan", "near", "--set", "keyframes=[{frame=0}, {frame=6}]", "--set", "references=9", "--seed", 4
