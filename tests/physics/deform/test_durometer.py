@@ -65,7 +65,7 @@ def test_a_block_without_a_grid_has_no_walls() -> None:
 
 @pytest.mark.slow
 def test_a_soft_block_that_folds_is_read_on_a_coarser_lattice() -> None:
-    soft = sample("materials.body.youngs_modulus_mpa=0.3", "core_mm=5.0", "skin_mm=0.5")
+    soft = sample("materials.body.youngs_modulus_mpa=0.3", "footprint_mm=[16,22]")
     found = durometer(soft)
     assert found.spacing_mm == pytest.approx(0.6)
     assert found.force_n == pytest.approx(spring_force_n(found.depth_mm), abs=1e-3)
