@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from magicsim.deform.deformation import Deformation
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
@@ -25,3 +26,11 @@ def pose_between(first: Pose, last: Pose, share: float) -> Pose:
     turn = Rotation.from_matrix(last.rotation @ first.rotation.T).as_rotvec()
     rotation = Rotation.from_rotvec(share * turn).as_matrix() @ first.rotation
     return Pose(position_mm=(1 - share) * first.position_mm + share * last.position_mm, rotation=rotation)
+
+
+def is_there(indenter: Indenter, state: Deformation) -> bool:
+    """Whether a state is the equilibrium under this very object in this very pose, known by every gap."""
+    if state.pose is None or not np.array_equal(state.pose.position_mm, indenter.pose.position_mm):
+        return False
+    gap = indenter.distance(state.contact_points_mm)[0]
+    return np.array_equal(state.pose.rotation, indenter.pose.rotation) and np.array_equal(gap, state.contact_gap_mm)
