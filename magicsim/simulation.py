@@ -15,6 +15,7 @@ from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
 from magicsim.deform.timed import body_branches
+from magicsim.deform.way import is_there
 from magicsim.deform.zone import Zone, contact_zone
 from magicsim.episode import Episode, SimulatedFrame
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
@@ -91,6 +92,8 @@ class Sensor:
     def deform(self, state: FrameState, previous: Deformation) -> Deformation:
         """Equilibrium for a state in which contact is possible, warm-started from the previous one.
 
+        The previous one itself where the object has not moved since, and nothing relaxes.
+
         Raises:
             ConvergenceError: No valid equilibrium was found.
         """
@@ -104,6 +107,8 @@ class Sensor:
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=body_branches(self.scene.design, self.lattice) if self.scene.contact.rate_dependent else None,
             )
+        if not self.scene.contact.rate_dependent and is_there(indenter, previous):
+            return previous
         start = previous if not previous.is_rest else None
         return self._solver.solve(indenter, start, dt_s=1 / self.scene.frames_per_second)
 

@@ -26,7 +26,7 @@ from magicsim.deform.linear import quiet_openblas, symmetric_solver
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
-from magicsim.deform.way import first_contact, is_there, pose_between, way_length_mm
+from magicsim.deform.way import first_contact, pose_between, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
@@ -116,8 +116,7 @@ class ContactSolver:
 
         Returns:
             A valid deformation; the rest state, without a solve, when no point of the undeformed face lies inside the
-            object or below a part of it (a dent that would still recover there is left out); `previous` itself where
-            the object has not moved since, and nothing relaxes.
+            object or below a part of it (a dent that would still recover there is left out).
 
         Raises:
             ConvergenceError: No valid equilibrium was found; the message has the figures, `history` every iteration.
@@ -125,8 +124,6 @@ class ContactSolver:
         if not self.can_touch(indenter):
             return self._rest
         start = previous if previous is not None and previous.pose is not None else self._rest
-        if self._relaxation is None and is_there(indenter, start):
-            return replace(start, iterations=0, cutbacks=0, restarts=0, shifted=0)
         problem, effort = self._timed(start, dt_s), Effort()
         with quiet_openblas():
             state = self._follow_path(problem, indenter, start, effort, fineness=1)
