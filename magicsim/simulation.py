@@ -100,6 +100,8 @@ class Sensor:
         indenter = self.indenter(state)
         if indenter is None:
             return self.rest
+        if not self.scene.contact.rate_dependent and is_there(indenter, previous):
+            return previous
         if self._solver is None:
             self._solver = ContactSolver(
                 self.lattice,
@@ -107,8 +109,6 @@ class Sensor:
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=body_branches(self.scene.design, self.lattice) if self.scene.contact.rate_dependent else None,
             )
-        if not self.scene.contact.rate_dependent and is_there(indenter, previous):
-            return previous
         start = previous if not previous.is_rest else None
         return self._solver.solve(indenter, start, dt_s=1 / self.scene.frames_per_second)
 

@@ -33,10 +33,8 @@ NEAR_MM = 0.15
 """Facets with a point nearer to the object than this may come into contact [mm]."""
 MAX_UNKNOWNS = 1500
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
-
-
-PATIENCE = 3
-"""A load step is given up after this part of `NewtonOptions.max_iterations`: most take four to eight."""
+GIVEN_UP_SHARE = 1 / 3
+"""A load step is given up after this part of `NewtonOptions.max_iterations`: condensed ones need few."""
 ON_ITS_WAY = 1e-3
 """Residual below which it is not: where the body is close to folding, the last digits come slowly."""
 FIRST_SHIFT = 1 / 64
@@ -116,8 +114,6 @@ class Condenser:
         """
         if not has_pardiso():
             return None
-        if iterate.iteration >= problem.options.max_iterations // PATIENCE and iterate.residual > ON_ITS_WAY:
-            return replace(iterate, stuck=True)
         facets = near_facets(problem.face, iterate)
         if first is not None:
             facets = np.union1d(facets, problem.face.facet[first.pressed])
@@ -127,6 +123,8 @@ class Condenser:
             condensation = self._condensation(problem, facets)
             if condensation is None:
                 return None
+            if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
+                return replace(iterate, stuck=True)
             found = _step(problem, condensation, surface, iterate, first.predictor if first else None)
             if found is None:
                 return None

@@ -226,15 +226,15 @@ def _first_equilibrium(
     design: ElastomerDesign, attempts: list[tuple[_Setting, Core]]
 ) -> tuple[_Test, float, Deformation]:
     """The first attempt that has one: its test, depth [mm] and state."""
-    for setting, core in attempts[:-1]:
-        try:
-            test = _Test(design, setting, core)
-            return test, *_equilibrium(test, setting)
-        except ConvergenceError as error:
-            LOGGER.info("no equilibrium with %s at %g mm: %s", core, setting.spacing_mm, error)
-    setting, core = attempts[-1]
+    (setting, core), *others = attempts
     test = _Test(design, setting, core)
-    return test, *_equilibrium(test, setting)
+    try:
+        return test, *_equilibrium(test, setting)
+    except ConvergenceError as error:
+        if not others:
+            raise
+        LOGGER.info("no equilibrium with a %s core at %g mm: %s", core, setting.spacing_mm, error)
+    return _first_equilibrium(design, others)
 
 
 def _equilibrium(test: _Test, setting: _Setting) -> tuple[float, Deformation]:

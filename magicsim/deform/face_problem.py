@@ -34,10 +34,15 @@ UPDATES, REPRIEVE = 24, 6
 """Of the multipliers in a load step, cheap here, before the penalty is raised; and before it is raised again."""
 ARMIJO = 1e-4
 """Least decrease of the energy in units of the one that the slope promises."""
-SHARE = 0.5
-"""Misfits are brought below this part of their tolerances, so that the whole problem stays within them."""
-LOOSEST, TIGHTEST = 1e-3, 1e-10
-"""Residuals that are asked for: a hundredth of the square of the body's own, within these."""
+MISFIT_SHARES, MISFIT_PACE = (0.5, 3.0), 10.0
+"""Misfits are brought below the body's residual times the pace, within these parts of the tolerance: at the end below
+it, so that the whole problem stays within it, and not so far while the body is not there yet."""
+MISMATCH_SHARES, MISMATCH_PACE = (0.5, 50.0), 100.0
+"""The same for friction limits."""
+GROWTH_SHARE = 0.95
+"""Part of the tolerance below which a misfit does not raise the penalty."""
+RESIDUALS, RESIDUAL_PACE = (1e-10, 1e-3), 1e-2
+"""Residuals that are asked for: the square of the body's own times the pace, within these."""
 ROUGH, ROUGH_ITERATIONS = 1e-2, 10
 """Residual of a predicted motion, and most Newton steps towards it."""
 NOISE = 1e-10
@@ -92,17 +97,17 @@ def solve_face(
         predictor: A surface that the face follows roughly, memory as it is, before the object's own decides.
     """
     options = problem.options
-    target = float(np.clip(accuracy**2 / 100, TIGHTEST, LOOSEST))
+    target = float(np.clip(RESIDUAL_PACE * accuracy**2, *RESIDUALS))
     patience = Patience(
-        misfit_mm=options.tolerance_mm * float(np.clip(10 * accuracy, SHARE, 3.0)),
-        mismatch=options.slip_mismatch * float(np.clip(100 * accuracy, SHARE, 50.0)),
+        misfit_mm=options.tolerance_mm * float(np.clip(MISFIT_PACE * accuracy, *MISFIT_SHARES)),
+        mismatch=options.slip_mismatch * float(np.clip(MISMATCH_PACE * accuracy, *MISMATCH_SHARES)),
         multiplier_residual=options.update_residual,
         limit_residual=options.limit_residual[True],
         is_relaxed=True,
         updates=UPDATES,
         growth=options.penalty_growth,
         reprieve=REPRIEVE,
-        largest_misfit_mm=0.95 * options.tolerance_mm,
+        largest_misfit_mm=GROWTH_SHARE * options.tolerance_mm,
     )
     start = np.zeros(len(problem.load))
     if predictor is not None:

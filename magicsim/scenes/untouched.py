@@ -43,7 +43,6 @@ class UntouchedStates:
     def __init__(self) -> None:
         """Holds nothing."""
         self._states: OrderedDict[str, UntouchedState] = OrderedDict()
-
         self._paths: tuple[str, RecordedPaths] | None = None
 
     def get(self, key: str) -> UntouchedState | None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.config import load_preset
+from magicsim.deform import condensed as condensed_steps
 from magicsim.deform.condensed import Condenser
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import Lattice, build_lattice
@@ -56,4 +57,16 @@ def test_what_was_solved_before_changes_no_bit(lattice: Lattice) -> None:
     fresh, used = (ContactSolver(lattice, friction=0.6) for _ in range(2))
     solved(used, [place_object(parse_object("box:size_mm=5"), gap_mm=-0.4, x_mm=1.0)])
     for one, other in zip(solved(fresh, poses()), solved(used, poses()), strict=True):
+        np.testing.assert_array_equal(one.displacements_mm, other.displacements_mm)
+
+
+def test_contacts_too_large_to_condense_are_plain_steps_with_all_their_iterations(
+    lattice: Lattice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(condensed_steps, "MAX_UNKNOWNS", 0)
+    monkeypatch.setattr(condensed_steps, "GIVEN_UP_SHARE", 0.0)
+    large = solved(ContactSolver(lattice), poses()[:2])
+    monkeypatch.setattr(Condenser, "step", lambda *_, **__: None)
+    plain = solved(ContactSolver(lattice), poses()[:2])
+    for one, other in zip(large, plain, strict=True):
         np.testing.assert_array_equal(one.displacements_mm, other.displacements_mm)
