@@ -33,7 +33,7 @@ def judge(suite: SuiteConfig, cache: Path, make: MakeDetector) -> list[JudgedEpi
 def alarms(baseline: Path, episodes: Sequence[JudgedEpisode], *, seed: int) -> list[dict[str, Any]]:
     """What fell significantly, as `magicsim evaluate` would say."""
     pairs = paired(load_baseline(baseline), episodes)
-    changes = compare(pairs, [condition_of(now) for _, now in pairs], seed=seed)
+    changes = compare(pairs, [condition_of(now) for _, now in pairs], seed=seed, same_scale=True)
     return [
         {
             "condition": each.condition,

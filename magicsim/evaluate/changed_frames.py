@@ -1,4 +1,4 @@
-"""The frames behind a change: where two runs of the same episode say different things."""
+"""The frames behind a change: where two runs of the same episode say different things, or the same less clearly."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,6 +11,14 @@ from magicsim.detectors.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluate.judged import JudgedEpisode
 
+SCORED_FRAMES: dict[str, tuple[str, set[FrameClass], bool]] = {
+    "clear_score": ("approach", {FrameClass.CLEAR}, False),
+    "near_score": ("approach", {FrameClass.NEAR}, True),
+    "light_score": ("approach", {FrameClass.LIGHT}, False),
+    "untouched_score": ("touch", set(FrameClass) - {FrameClass.CONTACT}, False),
+    "contact_score": ("touch", {FrameClass.CONTACT}, True),
+}
+"""Score and classes of each measure of a mean score, and whether high is good."""
 CONTACT_MEASURES = {"contact_balanced_accuracy", "onset_mm", "touch_auc"}
 
 
@@ -48,6 +56,37 @@ def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, wor
         for place in range(len(old))
     ]
     return list(_runs(now.tag.name, told))
+
+
+def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse: bool, least: float) -> list[FrameRun]:
+    """Frames whose score changed in the direction of a change, with the mean scores of neighbouring ones.
+
+    Args:
+        before: As the baseline's detector judged the episode.
+        now: As it is judged now.
+        measure: A key of `SCORED_FRAMES`.
+        worse: Whether to list what became worse; otherwise what became better.
+        least: Smallest change of a frame's score that is listed.
+    """
+    score, classes, high_is_good = SCORED_FRAMES[measure]
+    old, new = getattr(before, score), getattr(now, score)
+    change = (new - old) * (1 if high_is_good is not worse else -1)
+    told = [
+        str(truth) if truth in classes and by >= least else None
+        for truth, by in zip(now.labels.classes, change, strict=True)
+    ]
+    runs = []
+    for truth, group in groupby(enumerate(told), key=lambda pair: pair[1]):
+        places = [place for place, _ in group]
+        if truth is not None:
+            means = [f"{score} {values[places].mean():.3g}" for values in (old, new)]
+            runs.append(
+                FrameRun(
+                    episode=now.tag.name, first=places[0], last=places[-1], truth=truth, baseline=means[0],
+                    current=means[1],
+                )
+            )  # fmt: skip
+    return runs
 
 
 def _outside_contact(episode: JudgedEpisode) -> set[int]:

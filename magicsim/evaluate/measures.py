@@ -78,6 +78,17 @@ def _area(score: str, positives: tuple[str, ...], negatives: tuple[str, ...]) ->
     return compute
 
 
+def _score(score: str, classes: tuple[str, ...]) -> Measure:
+    """Mean score of the frames of some classes."""
+
+    def compute(table: Tally, weights: Array) -> Array:
+        total = sum((table.count[f"{each} {score}"] for each in classes), np.zeros(table.episodes))
+        frames = sum((table.count[each] for each in classes), np.zeros(table.episodes))
+        return _ratio(total, frames, weights)
+
+    return compute
+
+
 def _mean(name: str) -> Measure:
     def compute(table: Tally, weights: Array) -> Array:
         known = ~np.isnan(table.value[name])
@@ -103,6 +114,11 @@ MEASURES: Mapping[str, MeasureKind] = {
     "touch_precision": _kind("Touched that is Contact (precision)", _touch_precision),
     "approach_auc": _kind("Approach, area under the ROC curve", _area("approach", ("Near",), ("Clear", "Light"))),
     "touch_auc": _kind("Touch, area under the ROC curve", _area("touch", ("Contact",), UNTOUCHED)),
+    "clear_score": _kind("Clear, mean score of an approach", _score("approach", ("Clear",)), better="lower"),
+    "near_score": _kind("Near, mean score of an approach", _score("approach", ("Near",))),
+    "light_score": _kind("Light, mean score of an approach", _score("approach", ("Light",)), better="lower"),
+    "untouched_score": _kind("No contact, mean score of a touch", _score("touch", UNTOUCHED), better="lower"),
+    "contact_score": _kind("Contact, mean score of a touch", _score("touch", ("Contact",))),
     "light_false_alarms": _kind(
         "Light alone called Approaching or Touched",
         lambda table, weights: _ratio(table.count["Light alarmed"], table.count["Light"], weights),

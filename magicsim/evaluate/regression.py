@@ -2,9 +2,15 @@
 
 If nothing had changed, it would not matter which of the two runs of a take is called the baseline's. So both runs of
 each take, with all its noises, are exchanged (all 2^n ways where that is feasible), and the observed fall of a measure
-is compared with the falls that this gives, corrected for all measures together (`magicsim.evaluate.exchange`). Scores
-enter as ranks within their run, because two detectors need not share a scale. A fall counts as a regression where it is
-significant and large enough to matter. With n takes that all fall p is 2^-n: fewer than five can never raise an alarm.
+is compared with the falls that this gives, corrected for all measures together (`magicsim.evaluate.exchange`). A fall
+counts as a regression where it is significant and large enough to matter. With n takes that all fall p is 2^-n: fewer
+than five can never raise an alarm.
+
+Areas under the curve take scores as ranks within their run, because two detectors need not share a scale. A detector
+that is compared with its own former self does, and then the mean scores of each class are compared as well: where
+margins are wide, a threshold that moved changes no verdict and no rank, but it takes from the margin on one of its
+sides. The frames are the same and a mean over them has no sampling error but camera noise, which is far below what
+matters; so no take has to agree with the others, and no p-value is asked for.
 """
 
 from collections.abc import Sequence
@@ -14,11 +20,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import rankdata
 
-from magicsim.evaluate.changed_frames import FrameRun, changed_runs
+from magicsim.evaluate.changed_frames import FrameRun, changed_runs, score_runs
 from magicsim.evaluate.exchange import corrected, exchanges, p_values
 from magicsim.evaluate.judged import JudgedEpisode
-from magicsim.evaluate.measures import MEASURES
-from magicsim.evaluate.tally import Tally, tally
+from magicsim.evaluate.measures import MEASURES, measure
+from magicsim.evaluate.tally import Tally, score_pairs, tally
 
 SIGNIFICANCE = 0.05
 """Of all measures together, after correction."""
@@ -32,6 +38,17 @@ STANDARD = {
     "onset_mm": 0.02,
 }
 """Measures that are compared in the standard condition, and the smallest fall that matters."""
+SCORES = {
+    "clear_score": ("near_score", "clear_score"),
+    "near_score": ("near_score", "clear_score"),
+    "light_score": ("near_score", "clear_score"),
+    "untouched_score": ("contact_score", "untouched_score"),
+    "contact_score": ("contact_score", "untouched_score"),
+}
+"""Mean scores that are compared in the standard condition, and the two measures whose distance is their scale."""
+SCORE_SHARE = 0.01
+"""Smallest fall of a mean score that matters, in units of the baseline's distance. Ten reruns under other camera noise
+move those of the built-in detectors by at most 0.0015 (`benchmarks/injected_regressions.py`)."""
 OTHERS = {"proximity_balanced_accuracy": 0.02, "contact_balanced_accuracy": 0.02}
 """The same in every other condition of light and noise."""
 Pair = tuple[JudgedEpisode, JudgedEpisode]
@@ -51,33 +68,47 @@ class Change:
     matters: float
     """Smallest fall that matters."""
     episodes: int
-    p_fall: float = 1.0
-    """Probability of such a fall if nothing had changed."""
-    p_rise: float = 1.0
-    p_fall_corrected: float = 1.0
-    p_rise_corrected: float = 1.0
+    p_fall: float | None = None
+    """Probability of such a fall if nothing had changed; None for mean scores, which are compared as they are."""
+    p_rise: float | None = None
+    p_fall_corrected: float | None = None
+    p_rise_corrected: float | None = None
     frames: list[FrameRun] = field(default_factory=list)
     """Frames that tell the two apart, for a change that is reported."""
 
     @property
     def is_regression(self) -> bool:
         """Whether it is significantly and noticeably worse."""
-        return self.fall >= self.matters and self.p_fall_corrected < SIGNIFICANCE
+        return self.fall >= self.matters and (self.p_fall_corrected is None or self.p_fall_corrected < SIGNIFICANCE)
 
     @property
     def is_improvement(self) -> bool:
         """Whether it is significantly and noticeably better."""
-        return -self.fall >= self.matters and self.p_rise_corrected < SIGNIFICANCE
+        return -self.fall >= self.matters and (self.p_rise_corrected is None or self.p_rise_corrected < SIGNIFICANCE)
 
 
-def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> list[Change]:
+def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int, same_scale: bool = False) -> list[Change]:
     """All compared measures of all conditions, with corrected p-values.
 
     Args:
         pairs: The same episodes judged before and now.
         conditions: Condition of each pair; that of the first pair is the standard one.
         seed: Of random exchanges.
+        same_scale: Whether scores before and now mean the same, as those of one detector do.
     """
+    changes = _tested(pairs, conditions, seed=seed)
+    if same_scale:
+        changes += _scores(
+            [pair for pair, one in zip(pairs, conditions, strict=True) if one == conditions[0]], conditions[0]
+        )
+    return [
+        replace(each, frames=_frames(each, pairs, conditions)) if each.is_regression or each.is_improvement else each
+        for each in changes
+    ]
+
+
+def _tested(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> list[Change]:
+    """Measures whose change is tested over takes."""
     takes = list(dict.fromkeys(now.tag.take for _, now in pairs))
     tried = exchanges(len(takes), seed=seed)
     changes: list[Change] = []
@@ -90,7 +121,7 @@ def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> l
             old, new = _values(table, name, mixed), _values(table, name, ~mixed)
             if np.isnan(old).any() or np.isnan(new).any():
                 continue
-            falls.append((old - new) * (1.0 if MEASURES[name].better == "higher" else -1.0))
+            falls.append((old - new) * _sign(name))
             changes.append(
                 Change(
                     condition=condition, measure=name, baseline=float(old[0]), current=float(new[0]),
@@ -101,19 +132,38 @@ def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> l
         return []
     statistics = np.stack(falls, axis=1)
     fell, rose = p_values(statistics), p_values(-statistics)
-    changes = [
+    return [
         replace(each, p_fall=float(a), p_rise=float(b), p_fall_corrected=float(c), p_rise_corrected=float(d))
         for each, a, b, c, d in zip(changes, fell[0], rose[0], corrected(fell), corrected(rose), strict=True)
     ]
-    return [
-        replace(each, frames=_frames(each, pairs, conditions)) if each.is_regression or each.is_improvement else each
-        for each in changes
-    ]
+
+
+def _scores(pairs: Sequence[Pair], condition: str) -> list[Change]:
+    """Mean scores by class; none where the baseline's do not tell the classes apart."""
+    before, now = tally([one for one, _ in pairs]), tally([one for _, one in pairs])
+    changes = []
+    for name, (high, low) in SCORES.items():
+        old, new, top, bottom = measure(name, before), measure(name, now), measure(high, before), measure(low, before)
+        if old is None or new is None or top is None or bottom is None or top <= bottom:
+            continue
+        changes.append(
+            Change(
+                condition=condition, measure=name, baseline=old, current=new, fall=(old - new) * _sign(name),
+                matters=SCORE_SHARE * (top - bottom), episodes=len(pairs),
+            )
+        )  # fmt: skip
+    return changes
+
+
+def _sign(name: str) -> float:
+    """1 for measures that are good when high, else -1."""
+    return 1.0 if MEASURES[name].better == "higher" else -1.0
 
 
 def _both(pairs: Sequence[Pair]) -> Tally:
-    """Tally of all episodes before, then of all episodes now, scores as ranks within each run."""
-    return tally([*_ranked([before for before, _ in pairs]), *_ranked([now for _, now in pairs])])
+    """Tally of all episodes before, then of all episodes now; pairs of scores as ranks within each run."""
+    before, now = [one for one, _ in pairs], [one for _, one in pairs]
+    return replace(tally([*before, *now]), pairs=score_pairs([*_ranked(before), *_ranked(now)]))
 
 
 def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
@@ -141,4 +191,7 @@ def _values(table: Tally, name: str, from_now: npt.NDArray[np.bool_]) -> Array:
 
 def _frames(change: Change, pairs: Sequence[Pair], conditions: Sequence[str]) -> list[FrameRun]:
     chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == change.condition]
+    if change.measure in SCORES:
+        least = change.matters
+        return [run for pair in chosen for run in score_runs(*pair, change.measure, worse=change.fall > 0, least=least)]
     return [run for pair in chosen for run in changed_runs(*pair, change.measure, worse=change.fall > 0)]

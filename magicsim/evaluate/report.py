@@ -22,7 +22,7 @@ from magicsim.report.text import MISSING, number, percent, span
 
 RESULTS = "evaluation.json"
 REPORT = "report.html"
-SHARES = {name for name, kind in MEASURES.items() if not kind.unit and not name.endswith("_auc")}
+SHARES = {name for name, kind in MEASURES.items() if not kind.unit and not name.endswith(("_auc", "_score"))}
 COLUMNS = {
     "proximity_balanced_accuracy": "proximity",
     "contact_balanced_accuracy": "contact",
@@ -44,6 +44,7 @@ class ChangeRow:
     baseline: str
     current: str
     p: str
+    is_tested: bool
     verdict: str
     frames: list[FrameRun]
 
@@ -112,7 +113,8 @@ def describe(found: Evaluation) -> list[str]:
         lines.append(f"  {group}: {', '.join(parts)}")
     for each in (*found.regressions, *found.improvements):
         told = change_row(each)
-        lines.append(f"{told.verdict}: {told.title} ({told.condition}) {told.baseline} -> {told.current}, p = {told.p}")
+        chance = f", p = {told.p}" if told.is_tested else ""
+        lines.append(f"{told.verdict}: {told.title} ({told.condition}) {told.baseline} -> {told.current}{chance}")
         lines += [
             f"  {run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
             for run in each.frames
@@ -145,13 +147,15 @@ def change_row(each: Change) -> ChangeRow:
     """A compared measure as text."""
     regressed, improved = each.is_regression, each.is_improvement
     kind = MEASURES[each.measure]
+    p = each.p_fall_corrected if each.fall > 0 else each.p_rise_corrected
     show = percent if each.measure in SHARES else (lambda value: number(value, 3))
     return ChangeRow(
         title=kind.title,
         condition=each.condition,
         baseline=show(each.baseline),
         current=show(each.current),
-        p=f"{each.p_fall_corrected if each.fall > 0 else each.p_rise_corrected:.3g}",
+        p=MISSING if p is None else f"{p:.3g}",
+        is_tested=p is not None,
         verdict="regression" if regressed else ("improvement" if improved else "no change"),
         frames=each.frames,
     )

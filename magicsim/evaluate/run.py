@@ -129,7 +129,8 @@ def evaluate_suite(
     changes = []
     if baseline is not None:
         pairs = paired(baseline, episodes)
-        changes = compare(pairs, [condition_of(now) for _, now in pairs], seed=suite.seed)
+        conditions_now = [condition_of(now) for _, now in pairs]
+        changes = compare(pairs, conditions_now, seed=suite.seed, same_scale=baseline.detector == detector)
     return Evaluation(
         suite=name,
         detector=detector,

@@ -18,6 +18,8 @@ from magicsim.evaluate.judged import JudgedEpisode
 from magicsim.evaluate.onset import approach_lead, touch_onset
 
 Array = npt.NDArray[np.float64]
+SCORES = ("approach", "touch")
+"""The two scores of a judged frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +27,8 @@ class Tally:
     """Counts and pairings of episodes."""
 
     count: dict[str, Array]
-    """Frames of a kind, shape (episodes,): `Near`, `Near said Approaching`, `Near said Touched`, ..."""
+    """Frames of a kind, shape (episodes,): `Near`, `Near said Approaching`, `Near said Touched`, ...; and the sums of
+    their scores, `Near approach` and `Near touch`."""
     value: dict[str, Array]
     """One number an episode, NaN where it has none, shape (episodes,): lead, onset."""
     pairs: dict[str, Array]
@@ -53,6 +56,8 @@ def tally(episodes: Sequence[JudgedEpisode]) -> Tally:
             near = [np.array(episode.proximity) == Proximity.APPROACHING for episode in episodes]
             either = [one | other for one, other in zip(near, touched, strict=True)]
             count[f"{each} alarmed"] = _both(held, either)
+        for score in SCORES:
+            count[f"{each} {score}"] = np.array([class_scores(one, score, {each}).sum() for one in episodes])
     leads, onsets = [approach_lead(each) for each in episodes], [touch_onset(each) for each in episodes]
     value = {
         "lead_mm": np.array([np.nan if each is None else each.gap_mm for each in leads]),
@@ -61,11 +66,15 @@ def tally(episodes: Sequence[JudgedEpisode]) -> Tally:
         "onset_mm": np.array([np.nan if each is None else each.depth_mm for each in onsets]),
         "latency_frames": np.array([np.nan if each is None else each.frames for each in onsets]),
     }
-    pairs = {
+    return Tally(count=count, value=value, pairs=score_pairs(episodes))
+
+
+def score_pairs(episodes: Sequence[JudgedEpisode]) -> dict[str, Array]:
+    """`Tally.pairs` of judged episodes."""
+    return {
         "approach": _pairs(episodes, "approach", {FrameClass.NEAR}, {FrameClass.CLEAR, FrameClass.LIGHT}),
         "touch": _pairs(episodes, "touch", {FrameClass.CONTACT}, set(FrameClass) - {FrameClass.CONTACT}),
     }
-    return Tally(count=count, value=value, pairs=pairs)
 
 
 def class_scores(episode: JudgedEpisode, score: str, classes: set[FrameClass]) -> Array:

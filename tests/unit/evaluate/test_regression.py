@@ -12,7 +12,7 @@ from magicsim.errors import ConfigError
 from magicsim.evaluate.baseline import Baseline, load_baseline, paired, save_baseline
 from magicsim.evaluate.detector import Detection, ProfileDetector
 from magicsim.evaluate.judged import JudgedEpisode
-from magicsim.evaluate.regression import Change, compare
+from magicsim.evaluate.regression import SCORES, Change, compare
 from magicsim.evaluate.run import condition_of
 
 from .synthetic import PROFILE, judged
@@ -40,7 +40,7 @@ class SwappedChannels(ProfileDetector):
 
 def changes(baseline: Baseline, episodes: list[JudgedEpisode]) -> list[Change]:
     pairs = paired(baseline, episodes)
-    return compare(pairs, [condition_of(now) for _, now in pairs], seed=0)
+    return compare(pairs, [condition_of(now) for _, now in pairs], seed=0, same_scale=True)
 
 
 def fallen(baseline: Baseline, episodes: list[JudgedEpisode]) -> set[str]:
@@ -70,6 +70,9 @@ def test_ten_reruns_with_other_seeds_raise_no_alarm(judge: Judge, baseline: Base
         ({"tau_g": 0.8 * PROFILE.tau_g}, "contact_balanced_accuracy"),
         ({"tau_g": 0.8 * PROFILE.tau_g}, "onset_mm"),
         ({"tau_e": 1.2 * PROFILE.tau_e}, "lead_mm"),
+        ({"tau_e": 0.8 * PROFILE.tau_e}, "clear_score"),
+        ({"tau_b": 48}, "contact_score"),
+        ({"tau_b": 72}, "contact_score"),
         ({"tau_c": 0.3}, "contact_balanced_accuracy"),
     ],
 )
@@ -83,7 +86,8 @@ def test_swapped_channel_is_caught(judge: Judge, baseline: Baseline):
 
 def test_improvement_is_told_and_is_no_regression(judge: Judge, tmp_path: Path):
     save_baseline(tmp_path / "worse.json", judge(tau_g=0.64), suite="tiny", detector="worse")
-    found = changes(load_baseline(tmp_path / "worse.json"), judge())
+    pairs = paired(load_baseline(tmp_path / "worse.json"), judge())
+    found = compare(pairs, [condition_of(now) for _, now in pairs], seed=0)
     assert not any(each.is_regression for each in found)
     assert "contact_balanced_accuracy" in {each.measure for each in found if each.is_improvement}
 
@@ -107,6 +111,34 @@ def test_fall_of_one_episode_among_ten_is_not_significant():
     assert fallen.fall > fallen.matters
     assert fallen.p_fall == 0.5
     assert not fallen.is_regression
+
+
+def shifted(name: str, *, near: float = 0.0, clear: float = 0.0) -> JudgedEpisode:
+    """The episode with other scores of an approach and the same verdicts."""
+    episode = judged(name)
+    return replace(episode, approach=episode.approach + np.repeat([clear, near, 0.0], [4, 6, 8]))
+
+
+def test_scores_that_lose_margin_without_any_other_verdict_are_a_regression_of_a_detector_and_its_former_self():
+    pairs = [(judged(name), shifted(name, near=-0.1, clear=-0.1)) for name in NAMES]
+    assert not any(each.is_regression for each in compare(pairs, ["one"] * 10, seed=0))
+    found = {each.measure: each for each in compare(pairs, ["one"] * 10, seed=0, same_scale=True)}
+    near = found["near_score"]
+    assert near.is_regression
+    assert near.p_fall is None
+    assert near.fall == pytest.approx(0.1)
+    means = [np.mean([judged(name).approach[part] for name in NAMES]) for part in (slice(4, 10), slice(0, 4))]
+    assert near.matters == pytest.approx(0.01 * (means[0] - means[1]))
+    assert {(run.first, run.last, run.truth) for run in near.frames} == {(4, 9, "Near")}
+    told = near.frames[0]
+    assert float(told.baseline.split()[1]) - float(told.current.split()[1]) == pytest.approx(0.1, abs=0.02)
+    assert found["clear_score"].is_improvement
+
+
+def test_scores_of_a_detector_that_tells_nothing_apart_are_not_compared():
+    blind = [replace(judged(name), approach=np.zeros(18), touch=np.zeros(18)) for name in NAMES]
+    found = compare([(each, each) for each in blind], ["one"] * 10, seed=0, same_scale=True)
+    assert not {each.measure for each in found} & set(SCORES)
 
 
 def test_p_value_is_that_of_the_exact_sign_flip_test():
