@@ -10,11 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.scenes.anchor import Anchor
+from magicsim.scenes.backend import mi
 from magicsim.scenes.cached_light import cell_slopes
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.names import FLASHLIGHT
 from magicsim.scenes.outside import Outside
+from magicsim.scenes.path_starts import MirroredStarts
 from magicsim.scenes.recorded_paths import RecordedPaths, record_paths
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.view import View
@@ -31,7 +33,7 @@ def stands_free(view: View, rig: Rig, finish: Finish, integrator: Any, object_ve
     Args:
         view: What to see.
         rig: What surrounds the block; light of the room reaches the camera past what stands outside.
-        finish: Surface of the object; what mirrors sends paths back into the block.
+        finish: Surface of the object.
         integrator: The estimator; followed collisions and a scattering body are not recorded.
         object_vertices: Of the object where it is, shape (vertices, 3) [mm]; None where there is none.
     """
@@ -39,7 +41,7 @@ def stands_free(view: View, rig: Rig, finish: Finish, integrator: Any, object_ve
         return False
     if object_vertices is None:
         return True
-    return not finish.is_ghost and finish.specular == 0 and bool(object_vertices[:, 2].max() < -CLEAR_MM)
+    return not finish.is_ghost and bool(object_vertices[:, 2].max() < -CLEAR_MM)
 
 
 def recorded(scene: Any, *, seed: int, samples: int) -> RecordedPaths:
@@ -74,7 +76,11 @@ def try_out(scene: Any, outside: Outside, finish: Finish, *, seed: int) -> None:
     names = [FLASHLIGHT] if outside.object is None else list(integrator.shares(scene, outside))
     field = total(list(integrator.light_fields(scene, dict.fromkeys(names, 64), seed=seed, outside=outside).values()))
     paths = recorded(scene, seed=seed, samples=1)
-    paths.seen_outside(outside, field.irradiance, finish, np.zeros(1, np.uint32))
+    pixel = np.zeros(1, np.uint32)
+    paths.seen_outside(outside, field.irradiance, finish, pixel)
+    if outside.object is not None and finish.specular > 0:
+        up = mi.Ray3f(mi.Point3f(0, 0, 0), mi.Vector3f(0, 0, 1))
+        integrator.follow(scene, outside, MirroredStarts.of(mi.UInt32(0), up, mi.Float(1)), field, finish, seed=seed)
 
 
 def light_outside(scene: Any, outside: Outside, anchor: Anchor, *, seed: int) -> LightField:
@@ -98,8 +104,9 @@ def light_outside(scene: Any, outside: Outside, anchor: Anchor, *, seed: int) ->
 
 
 def seen_beside_anchor(
-    scene: Any, outside: Outside, paths: RecordedPaths, anchor: Anchor, finish: Finish, window: Window, *, seed: int
-) -> Array:
+    scene: Any, outside: Outside, paths: RecordedPaths, anchor: Anchor, finish: Finish, window: Window, *, samples: int,
+    seed: int,
+) -> Array:  # fmt: skip
     """Radiance of the ideal image's window less that of the untouched sensor, shape (rows, columns, 3).
 
     Args:
@@ -109,6 +116,7 @@ def seen_beside_anchor(
         anchor: The untouched sensor.
         finish: Surface of the object.
         window: Part of the ideal image.
+        samples: Paths of each pixel that a mirror sends on, about.
         seed: Of the frame.
     """
     integrator = scene.integrator()
@@ -118,4 +126,8 @@ def seen_beside_anchor(
     columns, rows = (int(size) for size in scene.sensors()[0].film().size())
     pixels = window.of(np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)).ravel()
     seen = paths.glow(change, slopes, pixels) + paths.seen_outside(outside, field.irradiance, finish, pixels)
+    seen += paths.mirrored(
+        outside, finish, pixels, lambda starts: integrator.follow(scene, outside, starts, field, finish, seed=seed),
+        samples=samples, seed=seed,
+    )  # fmt: skip
     return np.asarray(seen.reshape(window.rows, window.columns, 3))

@@ -27,26 +27,23 @@ from magicsim.scenes.medium import (
     scattering_stretch,
 )
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
+from magicsim.scenes.outside import nearer_hit
 from magicsim.scenes.path_record import PathRecord
-from magicsim.scenes.sequence import sequence
+from magicsim.scenes.path_starts import PathStarts
 from magicsim.scenes.shapes import Shapes
-from magicsim.scenes.window import Window
 
 ROULETTE_WEIGHT = 1 / 32
 """Rays lighter than this survive in proportion to their weight: efficiency is flat from 1/32 to 1/64, lower above."""
 FIRST_STREAM = 0xDA3E39CB94B95BDB
 """PCG32's own first stream."""
-PATTERN_SEED = 1
-"""Of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def gather_radiance(
-    scene: Any, shapes: Shapes, media: Media, light: CachedLight, finish: Finish, *, samples: int, seed: int,
-    max_depth: int, window: Window, pattern: int, forward: Medium | None, followed: int,
-    part: range, record: PathRecord | None,
+    scene: Any, shapes: Shapes, media: Media, light: CachedLight, finish: Finish, starts: PathStarts, *, seed: int,
+    max_depth: int, forward: Medium | None, followed: int, record: PathRecord | None,
 ) -> Any:  # fmt: skip
-    """Radiance of every pixel of the scene's first sensor.
+    """Sum of the radiance of every lane's paths.
 
     Args:
         scene: The loaded scene.
@@ -54,33 +51,23 @@ def gather_radiance(
         media: Optical constants, all scattering reduced to isotropic.
         light: The cached light field.
         finish: Surface of the object.
-        samples: Camera samples a pixel.
+        starts: Where paths start.
         seed: Random stream of the choices at interfaces.
         max_depth: Longest path.
-        window: Part of the film.
-        pattern: Another number shifts every pixel's pattern at random, so that the errors of images are independent.
         forward: The infill with its true phase function, for the first collisions.
         followed: Number of those collisions.
-        part: Numbers of the samples of each pixel that are traced; the others count as dark.
         record: Takes down what the paths pass, or None.
 
     Returns:
-        mi.Float of size rows * columns * 3 of the window; its pixels are those of the whole film.
+        mi.Color3f, one a lane.
     """
-    sensor = scene.sensors()[0]
-    columns, rows = sensor.film().size()
-    # Opaque: the compiled kernel then serves any number of samples and any seed.
-    per_pixel, state = dr.opaque(mi.UInt32, samples), dr.opaque(mi.UInt64, seed)
-    place = dr.arange(mi.UInt32, window.columns * window.rows)
-    pixel = (window.row + place // window.columns) * columns + window.column + place % window.columns
-    corner = mi.Point2f(mi.Float(pixel % columns), mi.Float(pixel // columns))
-    shifts = mi.PCG32(size=columns * rows, initstate=dr.opaque(mi.UInt64, PATTERN_SEED + pattern))
-    shift = [dr.gather(mi.UInt32, shifts.next_uint32(), pixel) for _ in range(2)]
-    dr.eval(shift, corner)
-    sampler = mi.PCG32(size=1, initstate=mi.UInt64(pixel))
-    start, end = dr.opaque(mi.UInt32, part.start), dr.opaque(mi.UInt32, part.stop)
+    # Opaque: the compiled kernel then serves any seed.
+    state = dr.opaque(mi.UInt64, seed)
+    sampler = mi.PCG32(size=1, initstate=mi.UInt64(starts.pixel))
+    start, end = mi.UInt32(starts.begin), mi.UInt32(starts.end)
     index, fresh = mi.UInt32(start), mi.Bool(True)
-    ray = dr.zeros(mi.Ray3f, dr.width(pixel))
+    place = dr.arange(mi.UInt32, dr.width(starts.pixel))
+    ray = dr.zeros(mi.Ray3f, dr.width(starts.pixel))
     weight, radiance = mi.Color3f(1.0), mi.Color3f(0.0)
     waiting, waiting_ray, waiting_weight = mi.Bool(False), mi.Ray3f(ray), mi.Color3f(0.0)
     in_body, depth, active = mi.Bool(False), mi.UInt32(0), mi.Bool(True)
@@ -93,17 +80,18 @@ def gather_radiance(
     at = Whereabouts.unknown()
     while active:
         if dr.hint(fresh, mode="symbolic"):
-            stream = mi.UInt64(pixel) * mi.UInt64(per_pixel) + mi.UInt64(index)
+            stream = starts.stream(index)
             sampler.seed(state + stream, FIRST_STREAM + stream)
-            jitter = mi.Point2f(*sequence(index, shift))
-            position = mi.Point2f((corner.x + jitter.x) / columns, (corner.y + jitter.y) / rows)
-            ray = mi.Ray3f(sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))[0])
-            weight, in_body, depth = mi.Color3f(1.0), mi.Bool(False), mi.UInt32(0)
+            ray = starts.ray(index)
+            weight, in_body, depth = starts.weight(), mi.Bool(False), mi.UInt32(starts.depth)
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
         si = next_hit(scene, ray, infill_pointer, shapes.faces, at, active)
-        valid = si.is_valid()
         segment = classify(si, body_pointer, infill_pointer, in_body)
+        if shapes.outside is not None:
+            si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
+            segment = classify(si, body_pointer, infill_pointer, in_body)
+        valid = si.is_valid()
         cell = si.prim_index // triangles_per_cell
         inside = active & segment.in_infill
         scatter, way = mi.Bool(False), mi.Float(0)
@@ -204,4 +192,4 @@ def gather_radiance(
         fresh = active & ~(alive | resume)
         index[fresh] += 1
         active &= ~fresh | (index < end)
-    return dr.ravel(radiance / samples)
+    return radiance

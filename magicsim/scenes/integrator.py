@@ -21,6 +21,7 @@ from magicsim.scenes.medium import Media
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
+from magicsim.scenes.path_starts import CameraStarts, MirroredStarts
 from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
@@ -40,7 +41,9 @@ FLASHLIGHT_PART = 4
 NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
 """Stands for an absent object, so that arrays have a size."""
 SEEDS_PER_RENDER = 64
-"""Random streams that one seed owns: the camera's, and one a light."""
+"""Random streams that one seed owns: the camera's, one a light, and that of mirrored paths."""
+MIRRORED = SEEDS_PER_RENDER - 1
+"""Number of that last one."""
 
 
 class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
@@ -203,12 +206,15 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         columns, rows = (int(size) for size in scene.sensors()[0].film().size())
         window = window or Window.whole(columns, rows)
         shapes = self.shapes(scene)
-        image = gather_radiance(
-            scene, shapes, self.media, self._cached(scene, shapes, field), self.finish,
-            samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, window=window, pattern=pattern,
-            forward=self.followed_media.infill if self.followed else None, followed=self.followed,
-            part=range(samples), record=None,
+        starts = CameraStarts.of(
+            scene.sensors()[0], samples=samples, window=window, pattern=pattern, part=range(samples)
+        )
+        seen = gather_radiance(
+            scene, shapes, self.media, self._cached(scene, shapes, field), self.finish, starts,
+            seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH,
+            forward=self.followed_media.infill if self.followed else None, followed=self.followed, record=None,
         )  # fmt: skip
+        image = dr.ravel(seen / samples)
         return mi.TensorXf(image, shape=(window.rows, window.columns, 3))
 
     def record(self, scene: Any, part: range, *, samples: int, seed: int, capacity: int) -> PathRecord:
@@ -218,13 +224,35 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         """
         columns, rows = (int(size) for size in scene.sensors()[0].film().size())
         record, shapes = PathRecord.empty(capacity, len(part)), self.shapes(scene)
-        image = gather_radiance(
-            scene, shapes, self.media, self._cached(scene, shapes, self.darkness(scene)), self.finish,
-            samples=samples, seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, part=part, record=record,
-            window=Window.whole(columns, rows), pattern=0, forward=None, followed=0,
+        starts = CameraStarts.of(
+            scene.sensors()[0], samples=samples, window=Window.whole(columns, rows), pattern=0, part=part
+        )
+        seen = gather_radiance(
+            scene, shapes, self.media, self._cached(scene, shapes, self.darkness(scene)), self.finish, starts,
+            seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, forward=None, followed=0, record=record,
         )  # fmt: skip
-        dr.eval(image, record)
+        dr.eval(seen, record)
         return record
+
+    def follow(
+        self, scene: Any, outside: Outside, starts: MirroredStarts, field: LightField, finish: Finish, *, seed: int
+    ) -> FloatArray:
+        """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3).
+
+        Args:
+            scene: The loaded scene, with nothing before the block.
+            outside: What stands there.
+            starts: Of the paths.
+            field: Light in the block and on the object.
+            finish: Surface of the object.
+            seed: Of the frame.
+        """
+        shapes = self.shapes(scene, outside)
+        seen = gather_radiance(
+            scene, shapes, self.media, self._cached(scene, shapes, field), finish, starts,
+            seed=SEEDS_PER_RENDER * seed + MIRRORED, max_depth=CAMERA_DEPTH, forward=None, followed=0, record=None,
+        )  # fmt: skip
+        return np.array(seen, np.float64).T
 
     def centres_mm(self, scene: Any) -> FloatArray:
         """Centres of the cells, shape (cells, 3) [mm]; none without a grid."""

@@ -136,7 +136,7 @@ class Renderer:
 
         change = seen_beside_anchor(
             self.world(View()).scene, self._outside(view), self._paths(), anchor, self.object_finish,
-            self._film.window, seed=self.seed,
+            self._film.window, samples=self.settings.samples, seed=self.seed,
         )  # fmt: skip
         image = self._film.seen(_checked(change.astype(np.float32)))
         return np.asarray(np.maximum(image + self.rig.camera.window.of(anchor.image), 0))

@@ -58,6 +58,52 @@ def test_recorded_paths_give_the_gathered_image(name):
     assert np.mean(difference > 1e-3) < 0.02
 
 
+def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
+    from magicsim.scenes.approach import recorded
+
+    many, few, seeds = 32, 16, 8
+    renderer, view = small("near", "object.specular=0.6", "object.roughness=0.3", "object.color=[0,0,0]")
+    seen, outside = renderer.world(view).scene, renderer._outside(view)
+    scene, finish = renderer.world(View()).scene, renderer.object_finish
+    integrator = scene.integrator()
+    field, pixels = smooth_field(integrator, scene, outside), np.arange(24 * 28, dtype=np.uint32)
+    wanted, found = [], []
+    for seed in range(seeds):
+        with_it, without = (
+            np.array(one.integrator().gather(one, field, samples=many, seed=seed), np.float64) for one in (seen, scene)
+        )
+        wanted.append(blocks(with_it - without))
+        paths = recorded(scene, seed=seed, samples=many)
+        mirrored = paths.mirrored(
+            outside, finish, pixels, lambda starts, seed=seed: integrator.follow(
+                scene, outside, starts, field, finish, seed=seed
+            ), samples=few, seed=seed,
+        )  # fmt: skip
+        found.append(blocks(mirrored))
+    assert np.mean(wanted) > 0.01
+    assert np.mean(found) == pytest.approx(np.mean(wanted), rel=0.05)
+    difference = np.array(found) - wanted
+    in_errors = difference.mean(0) / np.maximum(difference.std(0, ddof=1) / np.sqrt(seeds), 1e-4)
+    assert np.sqrt(np.mean(in_errors**2)) < 1.5
+
+
+def blocks(image):
+    return image.reshape(4, 7, 4, 6, 3).mean((1, 3))
+
+
+def test_mirrored_paths_are_none_without_a_mirror():
+    from magicsim.scenes.approach import recorded
+
+    renderer, view = small("near", "object.specular=0.0")
+    paths = recorded(renderer.world(View()).scene, seed=SEED, samples=1)
+    pixels = np.arange(5, dtype=np.uint32)
+    found = paths.mirrored(
+        renderer._outside(view), renderer.object_finish, pixels, lambda _: pytest.fail("nothing to follow"), samples=1,
+        seed=SEED,
+    )  # fmt: skip
+    assert not found.any()
+
+
 def test_light_on_a_thing_in_its_own_scene_is_that_in_one_scene():
     renderer, view = small("near")
     together, scene = renderer.world(view).scene, renderer.world(View()).scene
@@ -99,7 +145,7 @@ def test_paths_do_not_depend_on_how_many_are_traced_at_once(monkeypatch):
     ("overrides", "finish", "gap_mm", "expected"),
     [
         ((), Finish(), 0.5, True),
-        ((), Finish(specular=0.2), 0.5, False),
+        ((), Finish(specular=0.2), 0.5, True),
         ((), Finish(is_ghost=True), 0.5, False),
         ((), Finish(), 0.0, False),
         (("rig.ambient=[0.1,0.1,0.1]",), Finish(), 0.5, False),

@@ -1,0 +1,109 @@
+"""Where camera paths start: at the pinhole, or outside the block where a recorded path was mirrored back towards it."""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+from magicsim.scenes.backend import dr, mi
+from magicsim.scenes.sequence import sequence
+from magicsim.scenes.window import Window
+
+PATTERN_SEED = 1
+"""Of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""
+
+
+@dataclass(slots=True, kw_only=True)
+class CameraStarts:
+    """Rays from the pinhole, one lane a pixel of a window, which takes its samples one after the other."""
+
+    sensor: Any
+    columns: Any
+    rows: Any
+    pixel: Any
+    """Number of each lane's pixel in the whole film, mi.UInt32."""
+    corner: Any
+    shift: list[Any]
+    """Of each pixel's pattern."""
+    samples: Any
+    """Of a pixel in all, mi.UInt32 of size 1."""
+    begin: Any
+    end: Any
+    """Numbers of the samples that are traced, mi.UInt32 of size 1."""
+    depth: int = 0
+    """Interactions before the start."""
+
+    @classmethod
+    def of(cls, sensor: Any, *, samples: int, window: Window, pattern: int, part: range) -> Self:
+        """Of a part of the film.
+
+        Args:
+            sensor: Of the scene.
+            samples: Camera samples a pixel.
+            window: Part of the film.
+            pattern: Another number shifts every pixel's pattern at random: errors of images are then independent.
+            part: Numbers of the samples of each pixel that are traced; the others count as dark.
+        """
+        columns, rows = sensor.film().size()
+        place = dr.arange(mi.UInt32, window.columns * window.rows)
+        pixel = (window.row + place // window.columns) * columns + window.column + place % window.columns
+        corner = mi.Point2f(mi.Float(pixel % columns), mi.Float(pixel // columns))
+        shifts = mi.PCG32(size=columns * rows, initstate=dr.opaque(mi.UInt64, PATTERN_SEED + pattern))
+        shift = [dr.gather(mi.UInt32, shifts.next_uint32(), pixel) for _ in range(2)]
+        dr.eval(shift, corner)
+        # Opaque: the compiled kernel then serves any number of samples.
+        per_pixel, begin, end = (dr.opaque(mi.UInt32, number) for number in (samples, part.start, part.stop))
+        return cls(
+            sensor=sensor, columns=columns, rows=rows, pixel=pixel, corner=corner, shift=shift, samples=per_pixel,
+            begin=begin, end=end,
+        )  # fmt: skip
+
+    def stream(self, index: Any) -> Any:
+        """Number of each lane's path among all, mi.UInt64."""
+        return mi.UInt64(self.pixel) * mi.UInt64(self.samples) + mi.UInt64(index)
+
+    def ray(self, index: Any) -> Any:
+        """The first ray of each lane's path."""
+        jitter = mi.Point2f(*sequence(index, self.shift))
+        position = mi.Point2f((self.corner.x + jitter.x) / self.columns, (self.corner.y + jitter.y) / self.rows)
+        sampled = self.sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))
+        return mi.Ray3f(sampled[0])
+
+    def weight(self) -> Any:
+        """Of each path at its start."""
+        return mi.Color3f(1.0)
+
+
+@dataclass(slots=True, kw_only=True)
+class MirroredStarts:
+    """Rays that a glossy object sends back, one lane each; they start in the air."""
+
+    pixel: Any
+    """A number of each path, no two alike, mi.UInt32."""
+    rays: Any
+    weights: Any
+    samples: Any
+    """Paths of a lane, one, mi.UInt32 of size 1."""
+    begin: Any
+    end: Any
+    depth: int = 1
+    """Interactions before the start."""
+
+    @classmethod
+    def of(cls, numbers: Any, rays: Any, weights: Any) -> Self:
+        """Of rays with weights, each with a number of its own."""
+        one = dr.opaque(mi.UInt32, 1)
+        return cls(pixel=numbers, rays=rays, weights=weights, samples=one, begin=dr.opaque(mi.UInt32, 0), end=one)
+
+    def stream(self, index: Any) -> Any:
+        """Number of each lane's path among all, mi.UInt64."""
+        return mi.UInt64(self.pixel) + mi.UInt64(index)
+
+    def ray(self, _index: Any) -> Any:
+        """The first ray of each lane's path."""
+        return mi.Ray3f(self.rays)
+
+    def weight(self) -> Any:
+        """Of each path at its start."""
+        return mi.Color3f(self.weights)
+
+
+PathStarts = CameraStarts | MirroredStarts
