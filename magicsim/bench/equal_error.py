@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from magicsim.bench.methods import FELUPE, GRADED
+from magicsim.bench.methods import FELUPE, GRADED, QUARTER
 from magicsim.bench.rows import SOLVED, BenchRow
 
 
@@ -28,6 +28,8 @@ class EqualError:
 def equal_errors(rows: Iterable[BenchRow]) -> list[EqualError]:
     """For every solved result of felupe, the fastest graded lattice whose force is at least as accurate there.
 
+    A quarter by symmetry is compared with a quarter, and a whole block with a whole one.
+
     An error that happens to vanish at one depth is no accuracy: a lattice counts with its largest error over all depths
     up to that one.
     """
@@ -37,7 +39,9 @@ def equal_errors(rows: Iterable[BenchRow]) -> list[EqualError]:
     for other in (row for row in solved if row.method.startswith(FELUPE)):
         error = _largest_error(solved, other)
         able = [
-            row for row in lattices if row.depth_mm == other.depth_mm and _largest_error(solved, row) <= error
+            row for row in lattices
+            if row.depth_mm == other.depth_mm and (QUARTER in row.method) == (QUARTER in other.method)
+            and _largest_error(solved, row) <= error
         ]  # fmt: skip
         best = min(able, key=_seconds, default=None)
         found.append(

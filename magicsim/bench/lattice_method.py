@@ -10,12 +10,13 @@ import numpy.typing as npt
 from magicsim.bench.problem import Failure, Observation, Outcome, SphereOnBlock, repeats_left
 from magicsim.bench.surface import displacement_at
 from magicsim.config import validate
+from magicsim.deform.central import central_lattice
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
 from magicsim.deform.zone import contact_zone
-from magicsim.errors import ConvergenceError
+from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects import SphereObject
@@ -34,6 +35,15 @@ def graded(problem: SphereOnBlock, design: ElastomerDesign) -> Lattice:
     """The design's spacing where the sphere can touch, coarser away from there."""
     deepest = sphere_at(problem, problem.depths_mm[-1])
     return build_lattice(design, zone=contact_zone([deepest], design))
+
+
+def graded_quarter(problem: SphereOnBlock, design: ElastomerDesign) -> Lattice:
+    """A quarter of the block by symmetry, the design's spacing where the sphere can touch."""
+    zone = contact_zone([sphere_at(problem, problem.depths_mm[-1])], design)
+    if zone is None:
+        msg = "the sphere does not reach the block"
+        raise ConfigError(msg)
+    return central_lattice(design, zone, spacing_mm=design.lattice.spacing_mm or 1.0, is_quarter=True)
 
 
 def sphere_at(problem: SphereOnBlock, depth_mm: float) -> Indenter:
@@ -58,7 +68,7 @@ def solve_lattice(
     data = problem.design.model_dump()
     data["lattice"] |= {"spacing_mm": spacing_mm}
     lattice = build(problem, validate(ElastomerDesign, data, source="benchmark"))
-    solver = ContactSolver(lattice, tolerance_mm=tolerance_mm)
+    solver, copies = ContactSolver(lattice, tolerance_mm=tolerance_mm), 4 if lattice.is_mirrored else 1
     total = time.perf_counter() - start
     state: Deformation | None = None
     for step in count(1):
@@ -85,8 +95,8 @@ def solve_lattice(
                 seconds.append(time.perf_counter() - start)
             yield Observation(
                 depth_mm=depth,
-                force_n=float(state.force_n[2]),
-                contact_area_mm2=state.contact_area_mm2,
+                force_n=copies * float(state.force_n[2]),
+                contact_area_mm2=copies * state.contact_area_mm2,
                 surface_mm=_surface(lattice, state, problem.sample_points_mm),
                 seconds=tuple(seconds),
                 seconds_total=total,

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from magicsim.bench.lattice_method import Build, graded, solve_lattice, uniform
+from magicsim.bench.lattice_method import Build, graded, graded_quarter, solve_lattice, uniform
 from magicsim.bench.problem import Failure, Outcome, Solve, SphereOnBlock
 from magicsim.bench.rows import NOT_INSTALLED
 
-GRADED, FELUPE = "graded lattice", "felupe"
+GRADED, FELUPE, QUARTER = "graded lattice", "felupe", "quarter"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,12 +75,13 @@ VARIANTS: tuple[Variant, ...] = (
     *_lattices("lattice", uniform, (1.0, 0.75, 0.5)),
     *_lattices(GRADED, graded, (1.5, 1.25, 1.0, 0.75, 0.5, 0.375)),
     *_lattices(GRADED, graded, (1.0, 0.5), tolerance_mm=0.01),
+    *_lattices(f"{GRADED}, {QUARTER}", graded_quarter, (1.5, 1.0, 0.75, 0.5, 0.375)),
     *_felupes("whole block", (1.0, 0.75), whole=True),
     *_felupes("graded whole block", (1.0, 0.75, 0.5), growth=1.5, whole=True),
-    *_felupes("graded quarter", (1.0, 0.75, 0.5, 0.375), quick=1.0, growth=1.5),
+    *_felupes(f"graded {QUARTER}", (1.0, 0.75, 0.5, 0.375), quick=1.0, growth=1.5),
     *(
         Variant(
-            method="NGSolve, quarter, degree 2", setting=f"{count} elements",
+            method=f"NGSolve, {QUARTER}, degree 2", setting=f"{count} elements",
             solve=partial(_ngsolve, elements=count, order=2),
         )
         for count in (4, 6)

@@ -47,10 +47,15 @@ def fields_of(result: object) -> dict[str, Any]:
     return asdict(result)  # type: ignore[call-overload, no-any-return]
 
 
+def print_object(values: dict[str, Any], *, on_one_line: bool) -> None:
+    """Writes a JSON object."""
+    sys.stdout.write(json.dumps(values, allow_nan=False, indent=None if on_one_line else 2) + "\n")
+
+
 def print_result(values: dict[str, Any], *, as_json: bool) -> None:
     """Writes a result as one JSON object, or as lines for people."""
     if as_json:
-        sys.stdout.write(json.dumps(values, allow_nan=False) + "\n")
+        print_object(values, on_one_line=True)
         return
     for key, value in values.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):

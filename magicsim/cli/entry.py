@@ -4,6 +4,7 @@ The command modules are imported for their registration alone.
 """
 
 import logging
+import signal
 import sys
 
 from cyclopts import CycloptsError
@@ -12,9 +13,13 @@ from magicsim.cli import benchmark, calibrate, dataset, design, detect, fit, lig
 from magicsim.cli.app import app
 from magicsim.errors import MagicsimError
 
+STOPPED, TERMINATED = 130, 143
+"""Exit codes after SIGINT and SIGTERM, as a shell gives them."""
+
 
 def main() -> None:
-    """Entry point: errors are one line on stderr and exit code 2."""
+    """Entry point: errors are one line on stderr and exit code 2; who ends it finds no half-written results."""
+    signal.signal(signal.SIGTERM, _terminate)
     logging.basicConfig(level=logging.WARNING, format="magicsim: %(message)s", stream=sys.stderr)
     try:
         app(sys.argv[1:], exit_on_error=False, print_error=False)
@@ -24,7 +29,12 @@ def main() -> None:
         _fail(" ".join(str(error).split()))
     except KeyboardInterrupt:
         sys.stderr.write("magicsim: stopped\n")
-        sys.exit(130)
+        sys.exit(STOPPED)
+
+
+def _terminate(*_: object) -> None:
+    """Ends as any other error would: what is being written is cleared away."""
+    sys.exit(TERMINATED)
 
 
 def _fail(message: str) -> None:

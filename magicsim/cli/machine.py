@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
+from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_object, print_result
 from magicsim.errors import ConfigError
 
 Kind = Literal["deform", "stress", "cost", "render", "light-cost", "verdicts", "lattice", "blur", "visibility", "all"]
@@ -47,5 +47,5 @@ def schema(
     """Print the JSON Schema of a kind of configuration file."""
     from magicsim.schema import schema_of
 
-    del settings, seed, json
-    print_result(schema_of(kind), as_json=True)
+    del settings, seed
+    print_object(schema_of(kind), on_one_line=json)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from magicsim import load_scene, simulate
+from magicsim.dataset.draw import draw_episodes
+from magicsim.dataset.recipe import load_recipe
 from magicsim.detectors import Contact
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation import Sensor
@@ -86,6 +88,14 @@ def test_own_sensor_is_what_the_tutorial_says(own_sensor: SceneConfig):
     assert not own_sensor.design.has_grid
     assert [strip.side for strip in own_sensor.rig.strips] == ["-x", "+x", "+y"]
     assert Sensor(own_sensor).renderer.estimator == "fluence"
+
+
+def test_own_recipe_draws_the_same_sensor(own_sensor: SceneConfig):
+    recipe = load_recipe(EXAMPLES / "own-sensor" / "touches.toml")
+    assert (recipe.design, recipe.rig) == (own_sensor.design, own_sensor.rig)
+    drawn = draw_episodes(recipe)
+    assert {each.path_kind for each in drawn} == {"touch", "hover"}
+    assert {each.scene.object.kind for each in drawn} == {"cylinder", "sphere"}
 
 
 def test_own_sensor_ends_in_frames_and_forces():

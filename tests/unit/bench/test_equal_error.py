@@ -42,3 +42,13 @@ def test_where_no_lattice_is_as_accurate_there_is_no_ratio() -> None:
     found = {(one.other, one.depth_mm): one for one in equal_errors(ROWS)}
     assert found[f"{FELUPE}, finest", 0.5].ratio is None
     assert (f"{FELUPE}, finest", 1.0) not in found
+
+
+def test_quarters_are_compared_with_quarters_and_whole_blocks_with_whole_ones() -> None:
+    quarter = [
+        row("graded lattice, quarter, tolerance 0.002 mm", "coarse", 0.5, 0.030, 0.02),
+        row("felupe, graded quarter", "coarse", 0.5, 0.040, 0.1),
+    ]
+    found = {one.other: one for one in equal_errors([*ROWS, *quarter]) if one.depth_mm == 0.5}
+    assert found["felupe, graded quarter, coarse"].ratio == pytest.approx(5)
+    assert found[f"{FELUPE}, coarse"].setting == f"{LATTICE}, coarse"

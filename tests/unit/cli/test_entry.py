@@ -1,3 +1,4 @@
+import signal
 import subprocess
 import sysconfig
 from pathlib import Path
@@ -5,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import magicsim
+from magicsim.folder import result_folder
 
 from .conftest import Shell
 
@@ -118,6 +120,17 @@ def test_interruption_ends_quietly(shell: Shell, monkeypatch: pytest.MonkeyPatch
     done = shell("plan", "near")
     assert done.code == 130
     assert done.err == "magicsim: stopped\n"
+
+
+def test_termination_leaves_nothing_half_written(shell: Shell, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    def terminate(*_: object) -> None:
+        with result_folder(tmp_path / "out") as folder:
+            (folder / "half").write_text("")
+            signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("magicsim.plan.plan_scene", terminate)
+    assert shell("plan", "near").code == 143
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_installed_command_reports_bad_input_with_exit_code_2(tmp_path: Path):
