@@ -1,9 +1,10 @@
 """Frames in which nothing touches the block: what changes beside the untouched sensor, from recorded camera paths.
 
-The block's geometry is that of the anchor, so its carefully traced paths serve: only the light pass is done anew, and
-the rays that left the block are followed to what stands outside.
+The block's geometry is that of the anchor, so its carefully traced paths serve, of the camera and of the light: only
+what left the block and meets something outside is traced on.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,17 @@ from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.names import FLASHLIGHT
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_starts import MirroredStarts
+from magicsim.scenes.recorded_light import RECORDED_PER_PARTICLE, RecordedLight
 from magicsim.scenes.recorded_paths import RecordedPaths, record_paths
 from magicsim.scenes.rig import Rig
+from magicsim.scenes.shapes import lights
+from magicsim.scenes.untouched import Recorded
 from magicsim.scenes.view import View
 from magicsim.scenes.window import Window
 
 Array = npt.NDArray[np.float64]
+TRIED = 64
+"""Particles that are enough to compile."""
 CLEAR_MM = 1e-3
 """Least distance of the object from the contact face [mm]."""
 
@@ -44,7 +50,7 @@ def stands_free(view: View, rig: Rig, finish: Finish, integrator: Any, object_ve
     return not finish.is_ghost and bool(object_vertices[:, 2].max() < -CLEAR_MM)
 
 
-def recorded(scene: Any, *, seed: int, samples: int) -> RecordedPaths:
+def recorded_paths(scene: Any, *, seed: int, samples: int) -> RecordedPaths:
     """The camera paths of an untouched sensor.
 
     Args:
@@ -63,6 +69,23 @@ def recorded(scene: Any, *, seed: int, samples: int) -> RecordedPaths:
     )
 
 
+def recorded(scene: Any, *, seed: int, samples: int, particles: int) -> Recorded:
+    """Camera paths and light of an untouched sensor.
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        seed: Random stream of both.
+        samples: Paths of each pixel.
+        particles: That a frame traces.
+    """
+    strips = max(1, len(lights(scene)))
+    each = max(1, RECORDED_PER_PARTICLE * particles // strips)
+    return Recorded(
+        paths=recorded_paths(scene, seed=seed, samples=samples),
+        light=scene.integrator().record_light(scene, each, seed=seed),
+    )
+
+
 def try_out(scene: Any, outside: Outside, finish: Finish, *, seed: int) -> None:
     """Compiles what a frame with such things outside needs, at a negligible number of samples.
 
@@ -72,47 +95,59 @@ def try_out(scene: Any, outside: Outside, finish: Finish, *, seed: int) -> None:
         finish: Surface of the object.
         seed: Of the frame.
     """
-    integrator = scene.integrator()
-    names = [FLASHLIGHT] if outside.object is None else list(integrator.shares(scene, outside))
-    field = total(list(integrator.light_fields(scene, dict.fromkeys(names, 64), seed=seed, outside=outside).values()))
-    paths = recorded(scene, seed=seed, samples=1)
-    pixel = np.zeros(1, np.uint32)
-    paths.seen_outside(outside, field.irradiance, finish, pixel)
+    integrator, pixel = scene.integrator(), np.zeros(1, np.uint32)
+    field = integrator.darkness(scene, outside)
+    known = recorded(scene, seed=seed, samples=1, particles=TRIED)
+    if outside.flashlight is not None:
+        field = total(list(integrator.light_fields(scene, {FLASHLIGHT: TRIED}, seed=seed, outside=outside).values()))
+    known.paths.seen_outside(outside, field.irradiance, finish, pixel)
+    if outside.object is not None:
+        integrator.follow_light(scene, outside, known.light, seed=seed)
     if outside.object is not None and finish.specular > 0:
         up = mi.Ray3f(mi.Point3f(0, 0, 0), mi.Vector3f(0, 0, 1))
         integrator.follow(scene, outside, MirroredStarts.of(mi.UInt32(0), up, mi.Float(1)), field, finish, seed=seed)
 
 
-def light_outside(scene: Any, outside: Outside, anchor: Anchor, *, seed: int) -> LightField:
-    """Light in the block and on the object, anchored.
+def light_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: Anchor, *, seed: int) -> LightField:
+    """Light in the block and on the object: that of the untouched sensor, and what the things outside add.
 
     Args:
         scene: The loaded scene, with nothing before the block.
         outside: What stands there. A flashlight alone reflects nothing: it adds light, and leaves that of the strips.
+        light: Of the strips, that leaves the untouched sensor.
         anchor: The untouched sensor.
         seed: Of the frame.
     """
-    integrator = scene.integrator()
-    particles = integrator.shares(scene, outside)
-    if outside.object is None:
-        added = integrator.light_fields(scene, {FLASHLIGHT: particles[FLASHLIGHT]}, seed=seed, outside=outside)
-        return total([integrator.darkness(scene, outside), *anchor.careful.values(), *added.values()])
-    fields = integrator.light_fields(scene, particles, seed=seed, outside=outside)
-    for name in fields.keys() & anchor.careful.keys():
-        fields[name] = fields[name].anchored(anchor.cheap[name], anchor.careful[name], integrator.counts, None)
-    return total([integrator.darkness(scene, outside), *fields.values()])
+    integrator, dark = scene.integrator(), scene.integrator().darkness(scene, outside)
+    added, careful = [], total(list(anchor.careful.values()))
+    if outside.object is not None:
+        back = integrator.follow_light(scene, outside, light, seed=seed)
+        now = replace(careful, fluence=careful.fluence + back.fluence)
+        careful = now.anchored(careful, careful, integrator.counts, None)
+        added.append(replace(back, fluence=dark.fluence))
+    if outside.flashlight is not None:
+        particles = integrator.shares(scene, outside)[FLASHLIGHT]
+        added += integrator.light_fields(scene, {FLASHLIGHT: particles}, seed=seed, outside=outside).values()
+    return total([replace(careful, irradiance=dark.irradiance), *added])
 
 
 def seen_beside_anchor(
-    scene: Any, outside: Outside, paths: RecordedPaths, anchor: Anchor, finish: Finish, window: Window, *, samples: int,
+    scene: Any,
+    outside: Outside,
+    known: Recorded,
+    anchor: Anchor,
+    finish: Finish,
+    window: Window,
+    *,
+    samples: int,
     seed: int,
-) -> Array:  # fmt: skip
+) -> Array:
     """Radiance of the ideal image's window less that of the untouched sensor, shape (rows, columns, 3).
 
     Args:
         scene: The loaded scene, with nothing before the block.
         outside: What stands there.
-        paths: Of the untouched sensor.
+        known: Camera paths and light of the untouched sensor.
         anchor: The untouched sensor.
         finish: Surface of the object.
         window: Part of the ideal image.
@@ -120,7 +155,7 @@ def seen_beside_anchor(
         seed: Of the frame.
     """
     integrator = scene.integrator()
-    field = light_outside(scene, outside, anchor, seed=seed)
+    paths, field = known.paths, light_outside(scene, outside, known.light, anchor, seed=seed)
     change = field.fluence - np.sum([careful.fluence for careful in anchor.careful.values()], axis=0)
     slopes = cell_slopes(change, integrator.centres_mm(scene), integrator.counts)
     columns, rows = (int(size) for size in scene.sensors()[0].film().size())

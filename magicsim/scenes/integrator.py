@@ -17,11 +17,13 @@ from magicsim.scenes.integrator_settings import read_medium, read_triple
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
+from magicsim.scenes.light_starts import EmitterStarts
 from magicsim.scenes.medium import Media
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
 from magicsim.scenes.path_starts import CameraStarts, MirroredStarts
+from magicsim.scenes.recorded_light import LightRecord, RecordedLight
 from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
@@ -41,9 +43,9 @@ FLASHLIGHT_PART = 4
 NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
 """Stands for an absent object, so that arrays have a size."""
 SEEDS_PER_RENDER = 64
-"""Random streams that one seed owns: the camera's, one a light, and that of mirrored paths."""
-MIRRORED = SEEDS_PER_RENDER - 1
-"""Number of that last one."""
+"""Random streams that one seed owns: the camera's, one a light, and those of paths that something outside sends on."""
+FOLLOWED, MIRRORED = SEEDS_PER_RENDER - 2, SEEDS_PER_RENDER - 1
+"""Numbers of these last ones: of light and of camera paths."""
 
 
 class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
@@ -156,17 +158,73 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         self, scene: Any, shapes: Shapes, name: str, particles: int, seed: int, outside: Outside | None
     ) -> Tracks:
         """What the particles of one light leave behind."""
-        stream = SEEDS_PER_RENDER * seed + 1 + _light_names(scene, outside).index(name)
         media = self.followed_media if self.followed else self.media
         chunks = [
             deposit_tracks(
-                scene, self.emitter(scene, name, outside), shapes, media, self.voxels, first=first,
-                particles=min(CHUNK, particles - first), seed=stream, inside=name in self.inside,
-                is_room=name == ENVIRONMENT, max_depth=self.light_depth(media), balance=False,
+                scene, self._starts(scene, name, first, particles, seed, outside), shapes, media, self.voxels,
+                seed=self._stream(scene, name, seed, outside), is_room=name == ENVIRONMENT,
+                max_depth=self.light_depth(media), balance=False, record=None,
             )
             for first in range(0, particles, CHUNK)
         ]  # fmt: skip
         return sum_tracks(chunks)
+
+    def _stream(self, scene: Any, name: str, seed: int, outside: Outside | None) -> int:
+        """Random stream of a light."""
+        return SEEDS_PER_RENDER * seed + 1 + _light_names(scene, outside).index(name)
+
+    def _starts(
+        self, scene: Any, name: str, first: int, particles: int, seed: int, outside: Outside | None = None
+    ) -> EmitterStarts:
+        """A chunk of a light's particles."""
+        return EmitterStarts.of(
+            self.emitter(scene, name, outside), first=first, particles=min(CHUNK, particles - first),
+            seed=self._stream(scene, name, seed, outside), inside=name in self.inside,
+        )  # fmt: skip
+
+    def record_light(self, scene: Any, particles: int, *, seed: int) -> RecordedLight:
+        """What leaves the untouched block of the light of all strips.
+
+        Args:
+            scene: The loaded scene, with nothing before the block.
+            particles: Of each strip.
+            seed: Of the light.
+        """
+        escapes = []
+        for name in lights(scene):
+            for first in range(0, particles, CHUNK):
+                record = LightRecord.empty(min(CHUNK, particles - first))
+                deposit_tracks(
+                    scene, self._starts(scene, name, first, particles, seed), self.shapes(scene), self.media, None,
+                    seed=self._stream(scene, name, seed, None), is_room=False, max_depth=self.light_depth(self.media),
+                    balance=False, record=record,
+                )  # fmt: skip
+                escapes.append(record.read())
+        return RecordedLight.of(np.concatenate(escapes), particles)
+
+    def follow_light(self, scene: Any, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:
+        """What the object sends back of recorded light: more fluence in the cells, and irradiance on itself.
+
+        Args:
+            scene: The loaded scene, with nothing before the block.
+            outside: What stands there.
+            light: What leaves the block.
+            seed: Of the frame.
+        """
+        starts, shapes, dark = light.met(outside), self.shapes(scene, outside), self.darkness(scene, outside)
+        if starts is None:
+            return dark
+        tracks = deposit_tracks(
+            scene, starts, shapes, self.media, None, seed=SEEDS_PER_RENDER * seed + FOLLOWED, is_room=False,
+            max_depth=self.light_depth(self.media), balance=False, record=None,
+        )  # fmt: skip
+        scale, grid = 1 / (FIXED_POINT * light.particles), self._grid(scene)
+        volumes = grid.volumes_mm3[:, None] if grid is not None else 1.0
+        return LightField(
+            fluence=np.asarray(tracks.cells.reshape(-1, 3) * scale / volumes, np.float64),
+            body=dark.body,
+            irradiance=self._kernel(shapes).irradiance(tracks.landed.reshape(-1, 3) * scale, wetted(scene, shapes)),
+        )
 
     def balance(self, scene: Any, name: str, *, particles: int, seed: int) -> dict[str, float]:
         """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
@@ -179,10 +237,12 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             particles: Number of particles, at most `CHUNK`.
             seed: Random stream.
         """
+        starts = EmitterStarts.of(
+            self.emitter(scene, name), first=0, particles=particles, seed=seed, inside=name in self.inside
+        )
         tracks = deposit_tracks(
-            scene, self.emitter(scene, name), self.shapes(scene), self.media, self.voxels, first=0, particles=particles,
-            seed=seed, inside=name in self.inside, is_room=name == ENVIRONMENT,
-            max_depth=self.light_depth(self.media), balance=True,
+            scene, starts, self.shapes(scene), self.media, self.voxels, seed=seed, is_room=name == ENVIRONMENT,
+            max_depth=self.light_depth(self.media), balance=True, record=None,
         )  # fmt: skip
         account, media = tracks.balance, self.media
         scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()

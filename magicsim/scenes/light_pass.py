@@ -14,10 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.scenes.backend import dr, mi
+from magicsim.scenes.light_starts import LightStarts
 from magicsim.scenes.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.outside import nearer_hit
-from magicsim.scenes.sequence import sequence
+from magicsim.scenes.recorded_light import LightRecord, take_down
 from magicsim.scenes.shapes import Shapes
 from magicsim.scenes.voxels import Voxels
 
@@ -26,8 +27,6 @@ FloatArray = npt.NDArray[np.float64]
 FIXED_POINT = 2.0**24
 """Integer steps per unit of (relative weight x mm)."""
 ROULETTE_DEPTH = 32
-TURNS = 8
-"""Particles that a lane traces one after the other: 8 to 32 take the same time, 1 a third more."""
 SEQUENCE = 2**32
 """Offset that keeps the random streams of particles apart from the camera's."""
 
@@ -72,32 +71,27 @@ def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def deposit_tracks(
-    scene: Any, emitter: Any, shapes: Shapes, media: Media, voxels: Voxels | None, *, first: int, particles: int,
-    seed: int, inside: bool, is_room: bool, max_depth: int, balance: bool,
+    scene: Any, starts: LightStarts, shapes: Shapes, media: Media, voxels: Voxels | None, *, seed: int, is_room: bool,
+    max_depth: int, balance: bool, record: LightRecord | None,
 ) -> Tracks:  # fmt: skip
-    """Traces particles from one light and adds up weight x path length per cell and channel.
+    """Traces particles and adds up weight x path length per cell and channel.
 
     Args:
         scene: The loaded scene.
-        emitter: The light.
+        starts: Where they start.
         shapes: Body, infill and object.
         media: Optical constants, scattering as it is to be followed: reduced, or by the true phase function.
         voxels: Of the body, or None where it does not scatter.
-        first: Index of the first particle, so that a large number can be traced in chunks.
-        particles: Number of particles of this chunk.
-        seed: Random stream of the light.
-        inside: Whether the light shines inside the body.
-        is_room: Whether it comes from all around; what of it meets the object first is left to the camera pass.
+        seed: Random stream.
+        is_room: Whether light comes from all around; what of it meets the object first is left to the camera pass.
         max_depth: Longest path.
         balance: Whether to keep account of where the light goes.
+        record: Takes down what leaves, or None.
     """
-    lanes = -(-particles // TURNS)
+    lanes = starts.lanes
     # Opaque: the compiled kernel then serves any seed and chunk.
-    state, end = dr.opaque(mi.UInt64, seed), dr.opaque(mi.UInt32, particles)
+    state, end = dr.opaque(mi.UInt64, seed), mi.UInt32(starts.count)
     number, stride = dr.arange(mi.UInt32, lanes), dr.opaque(mi.UInt32, lanes)
-    first_particle = dr.opaque(mi.UInt64, first)
-    start = mi.PCG32(size=1, initstate=state)
-    shift = [start.next_uint32() for _ in range(4)]
     sampler = mi.PCG32(size=1, initstate=mi.UInt64(number))
     ray, weight, brightest = dr.zeros(mi.Ray3f, lanes), mi.Color3f(0.0), mi.Float(0)
     deposits = dr.zeros(mi.UInt64, 3 * shapes.cells)
@@ -105,7 +99,7 @@ def deposit_tracks(
     landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles)
     triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
     infill, body = constants.infill, constants.body
-    in_body, fresh = mi.Bool(inside), mi.Bool(True)
+    in_body, fresh = mi.Bool(starts.inside), mi.Bool(True)
     depth, active = mi.UInt32(0), number < end
     context = mi.BSDFContext(mi.TransportMode.Importance)
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
@@ -113,14 +107,13 @@ def deposit_tracks(
     at = Whereabouts.unknown()
     while active:
         if dr.hint(fresh, mode="symbolic"):
-            stream = mi.UInt64(number) + first_particle
+            stream = starts.stream(number)
             sampler.seed(state + mi.UInt64(number), SEQUENCE + stream)
-            u = sequence(mi.UInt32(stream), shift)
-            emitted = emitter.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3]))
-            ray = mi.Ray3f(emitted[0])
-            weight = mi.Color3f(emitted[1])
-            brightest = dr.max(weight)
-            in_body, depth = mi.Bool(inside), mi.UInt32(0)
+            begun = starts.begin(number)
+            ray = mi.Ray3f(begun[0])
+            weight = mi.Color3f(begun[1])
+            brightest = mi.Float(begun[2])
+            in_body, depth = mi.Bool(starts.inside), mi.UInt32(0)
             at.kind = mi.UInt32(NOWHERE)
             if balance:
                 source += weight
@@ -129,6 +122,7 @@ def deposit_tracks(
         if shapes.outside is not None:
             si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
             segment = classify(si, body_pointer, infill_pointer, in_body)
+        take_down(record, number, ray, weight, brightest, active & ~si.is_valid())
         # Expected track length up to the next collision or wall, instead of the sampled one.
         transmitted = dr.exp(-infill.sigma_t * si.t)
         length = (1 - transmitted) / infill.sigma_t

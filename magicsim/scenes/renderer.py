@@ -17,14 +17,13 @@ from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
-from magicsim.scenes.untouched import UntouchedState, UntouchedStates, untouched_key
+from magicsim.scenes.untouched import Recorded, UntouchedState, UntouchedStates, untouched_key
 from magicsim.scenes.view import View
 from magicsim.scenes.world import World
 from magicsim.scenes.worlds import Worlds
 
 if TYPE_CHECKING:
     from magicsim.scenes.outside import Outside, Outsides
-    from magicsim.scenes.recorded_paths import RecordedPaths
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
@@ -119,23 +118,26 @@ class Renderer:
             return None
         return view.indenter.pose.to_sensor(self.object_mesh.vertices)
 
-    def _paths(self) -> "RecordedPaths":
-        """Camera paths of the untouched sensor."""
+    def _recorded(self) -> Recorded:
+        """Camera paths and light of the untouched sensor."""
         from magicsim.scenes.approach import recorded
 
-        key, settings = self._untouched_key(), self.settings
-        paths = self._untouched.paths(key)
-        if paths is None:
-            scene = self.world(View()).scene
-            paths = recorded(scene, seed=settings.anchor_seed, samples=settings.anchor_samples)
-            self._untouched.keep_paths(key, paths)
-        return paths
+        settings = self.settings
+        key = f"{self._untouched_key()} {settings.particles}"
+        known = self._untouched.recorded(key)
+        if known is None:
+            known = recorded(
+                self.world(View()).scene, seed=settings.anchor_seed, samples=settings.anchor_samples,
+                particles=settings.particles,
+            )  # fmt: skip
+            self._untouched.keep_recorded(key, known)
+        return known
 
     def _beside_anchor(self, view: View, anchor: Anchor) -> FloatImage:
         from magicsim.scenes.approach import seen_beside_anchor
 
         change = seen_beside_anchor(
-            self.world(View()).scene, self._outside(view), self._paths(), anchor, self.object_finish,
+            self.world(View()).scene, self._outside(view), self._recorded(), anchor, self.object_finish,
             self._film.window, samples=self.settings.samples, seed=self.seed,
         )  # fmt: skip
         image = self._film.seen(_checked(change.astype(np.float32)))
@@ -223,7 +225,7 @@ class Renderer:
         if self.estimator == "fluence" and self.settings.anchor_samples:
             self.anchor()
             if not view.is_untouched and self._stands_free(view):
-                self._paths()
+                self._recorded()
 
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""

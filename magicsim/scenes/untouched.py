@@ -14,6 +14,7 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 
 if TYPE_CHECKING:
+    from magicsim.scenes.recorded_light import RecordedLight
     from magicsim.scenes.recorded_paths import RecordedPaths
 
 KEPT = 4
@@ -37,13 +38,21 @@ class UntouchedState:
     """Linear radiance, shape (rows, columns, 3)."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recorded:
+    """One sensor, untouched: what its camera paths and its light pass before they leave the block."""
+
+    paths: "RecordedPaths"
+    light: "RecordedLight"
+
+
 class UntouchedStates:
     """The last few sensors of this process; their content depends on their key alone."""
 
     def __init__(self) -> None:
         """Holds nothing."""
         self._states: OrderedDict[str, UntouchedState] = OrderedDict()
-        self._paths: tuple[str, RecordedPaths] | None = None
+        self._recorded: tuple[str, Recorded] | None = None
 
     def get(self, key: str) -> UntouchedState | None:
         """The state of a key, if it is kept."""
@@ -57,13 +66,13 @@ class UntouchedStates:
         while len(self._states) > KEPT:
             self._states.popitem(last=False)
 
-    def paths(self, key: str) -> "RecordedPaths | None":
-        """Camera paths of a key, if they are those that were kept last: they are many."""
-        return self._paths[1] if self._paths is not None and self._paths[0] == key else None
+    def recorded(self, key: str) -> Recorded | None:
+        """What was recorded of a sensor, if that was kept last: it is much."""
+        return self._recorded[1] if self._recorded is not None and self._recorded[0] == key else None
 
-    def keep_paths(self, key: str, paths: "RecordedPaths") -> None:
-        """Keeps the camera paths of one sensor."""
-        self._paths = (key, paths)
+    def keep_recorded(self, key: str, recorded: Recorded) -> None:
+        """Keeps what was recorded of one sensor."""
+        self._recorded = (key, recorded)
 
 
 def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -> str:

@@ -1,5 +1,7 @@
 """Recorded camera paths and things in a scene of their own give what one scene and one estimator give."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from magicsim.scenes.backend import VARIANT
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField
 from magicsim.scenes.scene import load_scene
+from magicsim.scenes.shapes import lights
 from magicsim.scenes.timeline import timeline
 from magicsim.scenes.view import View
 from magicsim.simulation import Sensor
@@ -36,7 +39,7 @@ def gathered(scene, field):
 
 @pytest.mark.parametrize("name", ["near", "flashlight"])
 def test_recorded_paths_give_the_gathered_image(name):
-    from magicsim.scenes.approach import recorded
+    from magicsim.scenes.approach import recorded_paths
     from magicsim.scenes.cached_light import cell_slopes
 
     renderer, view = small(name)
@@ -45,7 +48,7 @@ def test_recorded_paths_give_the_gathered_image(name):
     integrator = scene.integrator()
     field = smooth_field(integrator, scene, outside)
     wanted = gathered(seen, field) - gathered(scene, integrator.darkness(scene))
-    paths = recorded(scene, seed=SEED, samples=SAMPLES)
+    paths = recorded_paths(scene, seed=SEED, samples=SAMPLES)
     pixels = np.arange(24 * 28, dtype=np.uint32)
     slopes = cell_slopes(field.fluence, integrator.centres_mm(scene), integrator.counts)
     glow = paths.glow(field.fluence, slopes, pixels)
@@ -59,7 +62,7 @@ def test_recorded_paths_give_the_gathered_image(name):
 
 
 def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
-    from magicsim.scenes.approach import recorded
+    from magicsim.scenes.approach import recorded_paths
 
     many, few, seeds = 32, 16, 8
     renderer, view = small("near", "object.specular=0.6", "object.roughness=0.3", "object.color=[0,0,0]")
@@ -73,7 +76,7 @@ def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
             np.array(one.integrator().gather(one, field, samples=many, seed=seed), np.float64) for one in (seen, scene)
         )
         wanted.append(blocks(with_it - without))
-        paths = recorded(scene, seed=seed, samples=many)
+        paths = recorded_paths(scene, seed=seed, samples=many)
         mirrored = paths.mirrored(
             outside, finish, pixels, lambda starts, seed=seed: integrator.follow(
                 scene, outside, starts, field, finish, seed=seed
@@ -92,10 +95,10 @@ def blocks(image):
 
 
 def test_mirrored_paths_are_none_without_a_mirror():
-    from magicsim.scenes.approach import recorded
+    from magicsim.scenes.approach import recorded_paths
 
     renderer, view = small("near", "object.specular=0.0")
-    paths = recorded(renderer.world(View()).scene, seed=SEED, samples=1)
+    paths = recorded_paths(renderer.world(View()).scene, seed=SEED, samples=1)
     pixels = np.arange(5, dtype=np.uint32)
     found = paths.mirrored(
         renderer._outside(view), renderer.object_finish, pixels, lambda _: pytest.fail("nothing to follow"), samples=1,
@@ -117,26 +120,54 @@ def test_light_on_a_thing_in_its_own_scene_is_that_in_one_scene():
             assert np.abs(one - other).mean() < 0.01 * other.mean()
 
 
+def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
+    renderer, view = small("near")
+    together, scene = renderer.world(view).scene, renderer.world(View()).scene
+    integrator, outside, particles = scene.integrator(), renderer._outside(view), 100_000
+    names = lights(scene)
+    shares = dict.fromkeys(names, particles)
+    wanted = together.integrator().light_fields(together, shares, seed=SEED)
+    alone = integrator.light_fields(scene, shares, seed=SEED)
+    found = integrator.follow_light(scene, outside, integrator.record_light(scene, particles, seed=SEED), seed=SEED + 1)
+    added = sum(wanted[name].fluence - alone[name].fluence for name in names)
+    landed = sum(wanted[name].irradiance for name in names)
+    assert added.mean() > 0
+    assert found.fluence.mean() == pytest.approx(added.mean(), rel=0.08)
+    assert found.irradiance.mean() == pytest.approx(landed.mean(), rel=0.03)
+    layers = [each.reshape(-1, len(added) // integrator.counts[2], 3).mean(1) for each in (found.fluence, added)]
+    assert layers[0] == pytest.approx(layers[1], rel=0.15)
+
+
+def test_light_that_misses_a_thing_leaves_all_as_it_is():
+    sensor = Sensor(load_scene("near", [*SMALL, "object.radius_mm=3"]))
+    view = sensor.view(replace(timeline(sensor.scene)[0], gap_mm=1e5), sensor.rest)
+    scene = sensor.renderer.world(View()).scene
+    light = scene.integrator().record_light(scene, 1000, seed=SEED)
+    added = scene.integrator().follow_light(scene, sensor.renderer._outside(view), light, seed=SEED)
+    assert not added.fluence.any()
+    assert not added.irradiance.any()
+
+
 def test_room_that_was_too_small_is_enlarged(monkeypatch):
-    from magicsim.scenes import recorded_paths
-    from magicsim.scenes.approach import recorded
+    from magicsim.scenes import recorded_paths as module
+    from magicsim.scenes.approach import recorded_paths
 
     scene = small("near")[0].world(View()).scene
-    enough = recorded(scene, seed=SEED, samples=SAMPLES)
-    monkeypatch.setattr(recorded_paths, "FEW_SEGMENTS", 1)
-    short = recorded(scene, seed=SEED, samples=SAMPLES)
+    enough = recorded_paths(scene, seed=SEED, samples=SAMPLES)
+    monkeypatch.setattr(module, "FEW_SEGMENTS", 1)
+    short = recorded_paths(scene, seed=SEED, samples=SAMPLES)
     np.testing.assert_array_equal(short.response.toarray(), enough.response.toarray())
     np.testing.assert_array_equal(np.array(short.rays), np.array(enough.rays))
 
 
 def test_paths_do_not_depend_on_how_many_are_traced_at_once(monkeypatch):
-    from magicsim.scenes import recorded_paths
-    from magicsim.scenes.approach import recorded
+    from magicsim.scenes import recorded_paths as module
+    from magicsim.scenes.approach import recorded_paths
 
     scene = small("near")[0].world(View()).scene
-    together = recorded(scene, seed=SEED, samples=SAMPLES)
-    monkeypatch.setattr(recorded_paths, "AT_ONCE", 2 * 24 * 28)
-    parts = recorded(scene, seed=SEED, samples=SAMPLES)
+    together = recorded_paths(scene, seed=SEED, samples=SAMPLES)
+    monkeypatch.setattr(module, "AT_ONCE", 2 * 24 * 28)
+    parts = recorded_paths(scene, seed=SEED, samples=SAMPLES)
     np.testing.assert_allclose(parts.response.toarray(), together.response.toarray(), rtol=1e-4, atol=1e-9)
     np.testing.assert_array_equal(np.array(parts.rays), np.array(together.rays))
 
