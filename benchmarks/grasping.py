@@ -1,6 +1,6 @@
 """The grasp state machine over seeded episodes: does it complete, how soon is a slip seen, does light fool it?
 
-    python benchmarks/grasping.py --episodes 50 --out grasping.jsonl     # a few minutes an episode on two cores
+    python benchmarks/grasping.py --episodes 50 --out grasping.jsonl     # half a minute an episode on two cores
     python benchmarks/grasping.py --episodes 3 --set render.particles=40000 --profile my.toml
 
 Each episode of the default sensor is drawn from its seed alone: object, colour, place, depth, speed and light. In it a
@@ -25,7 +25,8 @@ from magicsim.detectors import DetectorProfile, detect_all, fuse, load_profile, 
 from magicsim.detectors.combined import judge
 from magicsim.geometry.objects import parse_object
 from magicsim.scenes.scene import Keyframe, SceneConfig, load_scene
-from magicsim.simulation import simulate
+from magicsim.scenes.untouched import shared_states
+from magicsim.simulation import Sensor, simulate_with
 
 OBJECTS = (
     "sphere:radius_mm={size}", "cylinder:radius_mm={size},length_mm=14,axis=y,edge_radius_mm=0.5",
@@ -150,7 +151,7 @@ def draw_scene(seed: int, overrides: Sequence[str]) -> GraspScene:
 def record_episode(seed: int, name: str, overrides: Sequence[str]) -> GraspRecording:
     """Simulates one episode and measures its frames."""
     drawn, profile = draw_scene(seed, overrides), load_profile(name)
-    episode = simulate(drawn.scene)
+    episode = simulate_with(Sensor(drawn.scene, untouched=shared_states()))
     references = fuse([frame.image for frame in episode.references], profile)
     verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
     return GraspRecording(

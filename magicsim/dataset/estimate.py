@@ -5,11 +5,15 @@ from dataclasses import dataclass
 from magicsim.dataset.draw import DrawnEpisode
 from magicsim.dataset.recipe import Recipe
 from magicsim.plan import plan_scene
-from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.rig import Camera
+from magicsim.scenes.scene import RenderSettings, SceneConfig
+from magicsim.scenes.untouched import RECORDED_PER_PARTICLE
 
 CAMERA_S, PARTICLE_S, SOLVE_S, EPISODE_S, START_S = 2.2e-6, 1.5e-5, 2.0, 1.5, 12.0
 """Core seconds of a camera sample, a light particle, a solved frame, an episode's meshes, a process's start with its
 compilation; of the default design on one x86-64 core."""
+LOOK_S, RECORD_S = 5e-6, 4e-6
+"""Core seconds of a pixel of a frame that is made from recorded paths, and of a camera sample that is recorded."""
 IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES, ROW_BYTES = 2.0, 0.02, 1.0, 6.0, 3000
 """A pixel of a frame, of a mask, of a depth map in contact, a lattice node in contact, the rest of a row."""
 LOOKED_AT = 64
@@ -44,7 +48,11 @@ def estimate(recipe: Recipe, episodes: list[DrawnEpisode], *, processes: int) ->
     costs = [_episode(each.scene) for each in looked_at]
     sensors = len({each.sensor for each in episodes})
     anchors = min(processes * sensors, len(episodes))
-    seconds = scale * sum(cost[0] for cost in costs) + anchors * _anchor_s(recipe) + processes * START_S
+    records = anchors if any(map(_is_recorded, (each.scene for each in looked_at))) else 0
+    shared = anchors * _anchor_s(recipe.render, recipe.rig.camera) + records * _record_s(
+        recipe.render, recipe.rig.camera
+    )
+    seconds = scale * sum(cost[0] for cost in costs) + shared + processes * START_S
     return Estimate(
         frames=sum(recipe.references + each.scene.frame_count for each in episodes),
         core_seconds=seconds,
@@ -52,19 +60,31 @@ def estimate(recipe: Recipe, episodes: list[DrawnEpisode], *, processes: int) ->
     )
 
 
-def _anchor_s(recipe: Recipe) -> float:
-    render, camera = recipe.render, recipe.rig.camera
+def _anchor_s(render: RenderSettings, camera: Camera) -> float:
     return camera.rows * camera.columns * render.anchor_samples * CAMERA_S + render.anchor_particles * PARTICLE_S
+
+
+def _record_s(render: RenderSettings, camera: Camera) -> float:
+    samples = camera.rows * camera.columns * render.anchor_samples
+    return samples * RECORD_S + RECORDED_PER_PARTICLE * render.particles * PARTICLE_S
+
+
+def _is_recorded(scene: SceneConfig) -> bool:
+    """Whether frames in which nothing touches are made from recorded paths, as `scenes.approach` decides it."""
+    body, infill = scene.design.materials.body, scene.design.materials.infill
+    if infill is None or not scene.design.has_grid or not scene.render.anchor_samples:
+        return False
+    return max(scene.rig.ambient) == 0 and body.sigma_s_per_mm == 0 and infill.anisotropy == 0
 
 
 def _episode(scene: SceneConfig) -> tuple[float, float]:
     render, camera, plan = scene.render, scene.rig.camera, plan_scene(scene)
     pixels = camera.rows * camera.columns
-    rendered = 1 + sum(frame.same_as is None for frame in plan.frames)
-    solved = sum(frame.solve for frame in plan.frames)
-    seconds = (
-        EPISODE_S + solved * SOLVE_S + rendered * (pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
-    )
+    rendered = [frame for frame in plan.frames if frame.same_as is None]
+    free = [each for each in rendered if not each.solve] if _is_recorded(scene) else []
+    solved, traced = sum(frame.solve for frame in plan.frames), 1 + len(rendered) - len(free)
+    seconds = EPISODE_S + solved * SOLVE_S + len(free) * pixels * LOOK_S
+    seconds += traced * (pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
     frames = scene.references + scene.frame_count
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)
     size = frames * (ROW_BYTES + pixels * (IMAGE_BYTES + MASK_BYTES * scene.output.contact_mask))

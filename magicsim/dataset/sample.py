@@ -1,7 +1,6 @@
 """The unit of work: one episode, simulated in whatever process, as the bytes of its rows."""
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 from magicsim.dataset.draw import DrawnEpisode
@@ -31,11 +30,12 @@ def simulate_sample(task: SampleTask) -> bytes:
     from magicsim.dataset.shard import rows_as_bytes
     from magicsim.plan import plan_scene
     from magicsim.scenes.calibration import calibrate
+    from magicsim.scenes.untouched import shared_states
     from magicsim.simulation import Sensor, stream_frames
 
     episode = task.episode
     scene = episode.scene
-    frames = list(stream_frames(Sensor(scene, untouched=_untouched()), plan_scene(scene)))
+    frames = list(stream_frames(Sensor(scene, untouched=shared_states()), plan_scene(scene)))
     constants = task.constants | drawn_columns(episode.values)
     constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
     calibration = calibrate(scene.design, scene.rig)
@@ -47,10 +47,3 @@ def bound_threads(threads: int) -> None:
     from magicsim.scenes.backend import dr
 
     dr.set_thread_count(threads)
-
-
-@cache
-def _untouched() -> Any:  # noqa: ANN401 - its module loads the renderer's types
-    from magicsim.scenes.untouched import UntouchedStates
-
-    return UntouchedStates()

@@ -9,9 +9,9 @@ import importlib
 import logging
 import os
 import weakref
-from contextlib import AbstractContextManager
-from functools import lru_cache
-from typing import Any, Protocol
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import Any, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,8 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 from threadpoolctl import ThreadpoolController
 
+P = ParamSpec("P")
+T = TypeVar("T")
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
 THREADS = 2
@@ -33,10 +35,18 @@ LIBRARY_VARIABLE = "PYPARDISO_MKL_RT"
 LOGGER = logging.getLogger(__name__)
 
 
-def quiet_openblas() -> AbstractContextManager[object]:
-    """Keeps NumPy's own BLAS on one thread for a while: its idle threads would spin on the cores that MKL needs."""
-    limit: AbstractContextManager[object] = _controller().select(internal_api="openblas").limit(limits=1)
-    return limit
+def on_one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
+    """Keeps NumPy's own BLAS on one thread while a function runs.
+
+    Its sums would depend on the number of cores, and its idle threads would spin on those that MKL needs.
+    """
+
+    @wraps(function)
+    def calm(*arguments: P.args, **named: P.kwargs) -> T:
+        with _controller().select(internal_api="openblas").limit(limits=1):
+            return function(*arguments, **named)
+
+    return calm
 
 
 @lru_cache(maxsize=1)

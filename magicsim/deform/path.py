@@ -22,7 +22,7 @@ from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate, IterationFigures, evaluated
 from magicsim.deform.lattice import Lattice
-from magicsim.deform.linear import quiet_openblas, symmetric_solver
+from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
@@ -66,6 +66,7 @@ class Effort:
 class ContactSolver:
     """Solves one lattice for any sequence of objects and poses; keeps the factorisation's analysis."""
 
+    @on_one_blas_thread
     def __init__(
         self,
         lattice: Lattice,
@@ -106,6 +107,7 @@ class ContactSolver:
         rest = Deformation.rest(lattice, face)
         self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
 
+    @on_one_blas_thread
     def solve(self, indenter: Indenter, previous: Deformation | None = None, *, dt_s: float = math.inf) -> Deformation:
         """Equilibrium with the object in a pose, reached from a previous one or from first contact.
 
@@ -125,11 +127,10 @@ class ContactSolver:
             return self._rest
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort()
-        with quiet_openblas():
-            state = self._follow_path(problem, indenter, start, effort, fineness=1)
-            if state is None and self._forgets_its_path and not self._has_passed_through(effort.last):
-                effort.restarts += 1
-                state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
+        state = self._follow_path(problem, indenter, start, effort, fineness=1)
+        if state is None and self._forgets_its_path and not self._has_passed_through(effort.last):
+            effort.restarts += 1
+            state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
         if state is None:
             message = PASSED_THROUGH if self._has_passed_through(effort.last) else _report(problem, effort)
             raise ConvergenceError(message, history=tuple(effort.iterations))

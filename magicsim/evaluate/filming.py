@@ -1,7 +1,6 @@
 """Simulates one scene up to the camera."""
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from magicsim.plan import plan_scene
 from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.scenes.untouched import UntouchedStates
+from magicsim.scenes.untouched import shared_states
 from magicsim.simulation import RenderedState, Sensor, stream_states
 
 
@@ -20,7 +19,7 @@ def film_take(scene: SceneConfig) -> Take:
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    sensor = Sensor(scene, untouched=_untouched())
+    sensor = Sensor(scene, untouched=shared_states())
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     frames = list(stream_states(sensor, plan_scene(scene), untouched))
     return assembled(frames, lambda each: each.radiance, first=untouched)
@@ -50,9 +49,3 @@ def assembled(
         force_n=np.array([np.linalg.norm(each.deformation.force_n) for each in frames], np.float64),
         flashlight=np.array([each.state.flashlight for each in frames], bool),
     )
-
-
-@lru_cache(maxsize=1)
-def _untouched() -> UntouchedStates:
-    """Untouched states, which do not depend on the object: one sensor's episodes share them."""
-    return UntouchedStates()

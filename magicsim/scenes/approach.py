@@ -18,11 +18,12 @@ from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.names import FLASHLIGHT
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_starts import MirroredStarts
-from magicsim.scenes.recorded_light import RECORDED_PER_PARTICLE, RecordedLight
+from magicsim.scenes.recorded_light import RecordedLight
 from magicsim.scenes.recorded_paths import RecordedPaths, record_paths
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.shapes import lights
-from magicsim.scenes.untouched import Recorded
+from magicsim.scenes.untouched import RECORDED_PER_PARTICLE, Recorded
+from magicsim.scenes.untouched_passes import follow_camera, follow_light, record_camera, record_light
 from magicsim.scenes.view import View
 from magicsim.scenes.window import Window
 
@@ -61,7 +62,7 @@ def recorded_paths(scene: Any, *, seed: int, samples: int) -> RecordedPaths:
     integrator = scene.integrator()
     columns, rows = (int(size) for size in scene.sensors()[0].film().size())
     return record_paths(
-        lambda part, room: integrator.record(scene, part, samples=samples, seed=seed, capacity=room),
+        lambda part, room: record_camera(scene, part, samples=samples, seed=seed, capacity=room),
         pixels=columns * rows,
         centres_mm=integrator.centres_mm(scene),
         albedo=integrator.media.infill.albedo,
@@ -82,7 +83,7 @@ def recorded(scene: Any, *, seed: int, samples: int, particles: int) -> Recorded
     each = max(1, RECORDED_PER_PARTICLE * particles // strips)
     return Recorded(
         paths=recorded_paths(scene, seed=seed, samples=samples),
-        light=scene.integrator().record_light(scene, each, seed=seed),
+        light=record_light(scene, each, seed=seed),
     )
 
 
@@ -102,10 +103,10 @@ def try_out(scene: Any, outside: Outside, finish: Finish, *, seed: int) -> None:
         field = total(list(integrator.light_fields(scene, {FLASHLIGHT: TRIED}, seed=seed, outside=outside).values()))
     known.paths.seen_outside(outside, field.irradiance, finish, pixel)
     if outside.object is not None:
-        integrator.follow_light(scene, outside, known.light, seed=seed)
+        follow_light(scene, outside, known.light, seed=seed)
     if outside.object is not None and finish.specular > 0:
         up = mi.Ray3f(mi.Point3f(0, 0, 0), mi.Vector3f(0, 0, 1))
-        integrator.follow(scene, outside, MirroredStarts.of(mi.UInt32(0), up, mi.Float(1)), field, finish, seed=seed)
+        follow_camera(scene, outside, MirroredStarts.of(mi.UInt32(0), up, mi.Float(1)), field, finish, seed=seed)
 
 
 def light_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: Anchor, *, seed: int) -> LightField:
@@ -121,7 +122,7 @@ def light_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: An
     integrator, dark = scene.integrator(), scene.integrator().darkness(scene, outside)
     added, careful = [], total(list(anchor.careful.values()))
     if outside.object is not None:
-        back = integrator.follow_light(scene, outside, light, seed=seed)
+        back = follow_light(scene, outside, light, seed=seed)
         now = replace(careful, fluence=careful.fluence + back.fluence)
         careful = now.anchored(careful, careful, integrator.counts, None)
         added.append(replace(back, fluence=dark.fluence))
@@ -162,7 +163,7 @@ def seen_beside_anchor(
     pixels = window.of(np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)).ravel()
     seen = paths.glow(change, slopes, pixels) + paths.seen_outside(outside, field.irradiance, finish, pixels)
     seen += paths.mirrored(
-        outside, finish, pixels, lambda starts: integrator.follow(scene, outside, starts, field, finish, seed=seed),
+        outside, finish, pixels, lambda starts: follow_camera(scene, outside, starts, field, finish, seed=seed),
         samples=samples, seed=seed,
     )  # fmt: skip
     return np.asarray(seen.reshape(window.rows, window.columns, 3))

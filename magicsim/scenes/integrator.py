@@ -17,13 +17,13 @@ from magicsim.scenes.integrator_settings import read_medium, read_triple
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
-from magicsim.scenes.light_starts import EmitterStarts
+from magicsim.scenes.light_starts import EmitterStarts, LightStarts, emitter_chunks
 from magicsim.scenes.medium import Media
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
-from magicsim.scenes.path_starts import CameraStarts, MirroredStarts
-from magicsim.scenes.recorded_light import LightRecord, RecordedLight
+from magicsim.scenes.path_starts import CameraStarts, PathStarts
+from magicsim.scenes.recorded_light import LightRecord
 from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
@@ -36,16 +36,12 @@ DIFFUSION = 3.0
 """Collisions to diffuse across a block, in units of its scattering times its reduced scattering depth."""
 CAMERA_DEPTH = 200
 """Longest camera path [interactions]; four times as long changes the mean radiance by less than 0.01 %."""
-CHUNK = 500_000
-"""Particles traced at once: bounds the memory, does not change the result."""
 FLASHLIGHT_PART = 4
 """A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
 NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
 """Stands for an absent object, so that arrays have a size."""
 SEEDS_PER_RENDER = 64
-"""Random streams that one seed owns: the camera's, one a light, and those of paths that something outside sends on."""
-FOLLOWED, MIRRORED = SEEDS_PER_RENDER - 2, SEEDS_PER_RENDER - 1
-"""Numbers of these last ones: of light and of camera paths."""
+"""Random streams that one seed owns: the camera's, one a light, and those of `untouched_passes`."""
 
 
 class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
@@ -138,13 +134,12 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
         if not particles or (shapes.object is None and not scatters):
             return {name: self.darkness(scene, outside) for name in particles}
-        grid = self._grid(scene)
-        volumes = grid.volumes_mm3[:, None] if grid is not None else 1.0
+        volumes = self.volumes_mm3(scene)
         tracks = {name: self._tracks(scene, shapes, name, count, seed, outside) for name, count in particles.items()}
         scales = {name: 1 / (FIXED_POINT * count) for name, count in particles.items()}
         landed = [tracks[name].landed.reshape(-1, 3) * scales[name] for name in tracks]
         # One product for all lights: reading the kernel costs more than using it.
-        irradiance = self._kernel(shapes).irradiance(np.concatenate(landed, 1), wetted(scene, shapes))
+        irradiance = self.irradiance(scene, shapes, np.concatenate(landed, 1))
         return {
             name: LightField(
                 fluence=np.asarray(tracks[name].cells.reshape(-1, 3) * scales[name] / volumes, np.float64),
@@ -158,73 +153,39 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         self, scene: Any, shapes: Shapes, name: str, particles: int, seed: int, outside: Outside | None
     ) -> Tracks:
         """What the particles of one light leave behind."""
-        media = self.followed_media if self.followed else self.media
-        chunks = [
-            deposit_tracks(
-                scene, self._starts(scene, name, first, particles, seed, outside), shapes, media, self.voxels,
-                seed=self._stream(scene, name, seed, outside), is_room=name == ENVIRONMENT,
-                max_depth=self.light_depth(media), balance=False, record=None,
-            )
-            for first in range(0, particles, CHUNK)
-        ]  # fmt: skip
-        return sum_tracks(chunks)
+        stream, inside = self.stream(scene, name, seed, outside), name in self.inside
+        emitter = self.emitter(scene, name, outside)
+        return sum_tracks(
+            [
+                self.light_pass(scene, shapes, starts, stream=stream, is_room=name == ENVIRONMENT)
+                for starts in emitter_chunks(emitter, particles, seed=stream, inside=inside)
+            ]
+        )
 
-    def _stream(self, scene: Any, name: str, seed: int, outside: Outside | None) -> int:
+    def light_pass(
+        self, scene: Any, shapes: Shapes, starts: LightStarts, *, stream: int, is_room: bool = False,
+        record: LightRecord | None = None,
+    ) -> Tracks:  # fmt: skip
+        """What particles leave behind.
+
+        Args:
+            scene: The loaded scene.
+            shapes: Its shapes by their role.
+            starts: Where the particles start.
+            stream: Random stream.
+            is_room: Whether light comes from all around.
+            record: Takes down what leaves, or None.
+        """
+        media = self.followed_media if self.followed else self.media
+        tracks: Tracks = deposit_tracks(
+            scene, starts, shapes, media, self.voxels, seed=stream, is_room=is_room,
+            max_depth=self.light_depth(media), balance=False, record=record,
+        )  # fmt: skip
+        return tracks
+
+    def stream(self, scene: Any, name: str, seed: int, outside: Outside | None = None) -> int:
         """Random stream of a light."""
         return SEEDS_PER_RENDER * seed + 1 + _light_names(scene, outside).index(name)
-
-    def _starts(
-        self, scene: Any, name: str, first: int, particles: int, seed: int, outside: Outside | None = None
-    ) -> EmitterStarts:
-        """A chunk of a light's particles."""
-        return EmitterStarts.of(
-            self.emitter(scene, name, outside), first=first, particles=min(CHUNK, particles - first),
-            seed=self._stream(scene, name, seed, outside), inside=name in self.inside,
-        )  # fmt: skip
-
-    def record_light(self, scene: Any, particles: int, *, seed: int) -> RecordedLight:
-        """What leaves the untouched block of the light of all strips.
-
-        Args:
-            scene: The loaded scene, with nothing before the block.
-            particles: Of each strip.
-            seed: Of the light.
-        """
-        escapes = []
-        for name in lights(scene):
-            for first in range(0, particles, CHUNK):
-                record = LightRecord.empty(min(CHUNK, particles - first))
-                deposit_tracks(
-                    scene, self._starts(scene, name, first, particles, seed), self.shapes(scene), self.media, None,
-                    seed=self._stream(scene, name, seed, None), is_room=False, max_depth=self.light_depth(self.media),
-                    balance=False, record=record,
-                )  # fmt: skip
-                escapes.append(record.read())
-        return RecordedLight.of(np.concatenate(escapes), particles)
-
-    def follow_light(self, scene: Any, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:
-        """What the object sends back of recorded light: more fluence in the cells, and irradiance on itself.
-
-        Args:
-            scene: The loaded scene, with nothing before the block.
-            outside: What stands there.
-            light: What leaves the block.
-            seed: Of the frame.
-        """
-        starts, shapes, dark = light.met(outside), self.shapes(scene, outside), self.darkness(scene, outside)
-        if starts is None:
-            return dark
-        tracks = deposit_tracks(
-            scene, starts, shapes, self.media, None, seed=SEEDS_PER_RENDER * seed + FOLLOWED, is_room=False,
-            max_depth=self.light_depth(self.media), balance=False, record=None,
-        )  # fmt: skip
-        scale, grid = 1 / (FIXED_POINT * light.particles), self._grid(scene)
-        volumes = grid.volumes_mm3[:, None] if grid is not None else 1.0
-        return LightField(
-            fluence=np.asarray(tracks.cells.reshape(-1, 3) * scale / volumes, np.float64),
-            body=dark.body,
-            irradiance=self._kernel(shapes).irradiance(tracks.landed.reshape(-1, 3) * scale, wetted(scene, shapes)),
-        )
 
     def balance(self, scene: Any, name: str, *, particles: int, seed: int) -> dict[str, float]:
         """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
@@ -234,7 +195,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         Args:
             scene: The loaded scene.
             name: One of `lights(scene)`.
-            particles: Number of particles, at most `CHUNK`.
+            particles: Number of particles, traced at once.
             seed: Random stream.
         """
         starts = EmitterStarts.of(
@@ -269,50 +230,29 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         starts = CameraStarts.of(
             scene.sensors()[0], samples=samples, window=window, pattern=pattern, part=range(samples)
         )
-        seen = gather_radiance(
-            scene, shapes, self.media, self._cached(scene, shapes, field), self.finish, starts,
-            seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH,
-            forward=self.followed_media.infill if self.followed else None, followed=self.followed, record=None,
-        )  # fmt: skip
-        image = dr.ravel(seen / samples)
-        return mi.TensorXf(image, shape=(window.rows, window.columns, 3))
+        seen = self.camera_pass(scene, shapes, field, starts, self.finish, stream=SEEDS_PER_RENDER * seed)
+        return mi.TensorXf(dr.ravel(seen / samples), shape=(window.rows, window.columns, 3))
 
-    def record(self, scene: Any, part: range, *, samples: int, seed: int, capacity: int) -> PathRecord:
-        """What `part` of the camera paths pass that `gather` traces for each pixel of the film.
-
-        The scene holds nothing before the block; `capacity` is the number of segments that there is room for.
-        """
-        columns, rows = (int(size) for size in scene.sensors()[0].film().size())
-        record, shapes = PathRecord.empty(capacity, len(part)), self.shapes(scene)
-        starts = CameraStarts.of(
-            scene.sensors()[0], samples=samples, window=Window.whole(columns, rows), pattern=0, part=part
-        )
-        seen = gather_radiance(
-            scene, shapes, self.media, self._cached(scene, shapes, self.darkness(scene)), self.finish, starts,
-            seed=SEEDS_PER_RENDER * seed, max_depth=CAMERA_DEPTH, forward=None, followed=0, record=record,
-        )  # fmt: skip
-        dr.eval(seen, record)
-        return record
-
-    def follow(
-        self, scene: Any, outside: Outside, starts: MirroredStarts, field: LightField, finish: Finish, *, seed: int
-    ) -> FloatArray:
-        """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3).
+    def camera_pass(
+        self, scene: Any, shapes: Shapes, field: LightField, starts: PathStarts, finish: Finish, *, stream: int,
+        record: PathRecord | None = None,
+    ) -> Any:  # fmt: skip
+        """Radiance summed over each lane's paths, mi.Color3f.
 
         Args:
-            scene: The loaded scene, with nothing before the block.
-            outside: What stands there.
-            starts: Of the paths.
-            field: Light in the block and on the object.
+            scene: The loaded scene.
+            shapes: Its shapes by their role.
+            field: Cached light.
+            starts: Where the paths start.
             finish: Surface of the object.
-            seed: Of the frame.
+            stream: Random stream.
+            record: Takes down what the paths pass, or None.
         """
-        shapes = self.shapes(scene, outside)
-        seen = gather_radiance(
-            scene, shapes, self.media, self._cached(scene, shapes, field), finish, starts,
-            seed=SEEDS_PER_RENDER * seed + MIRRORED, max_depth=CAMERA_DEPTH, forward=None, followed=0, record=None,
+        return gather_radiance(
+            scene, shapes, self.media, self._cached(scene, shapes, field), finish, starts, seed=stream,
+            max_depth=CAMERA_DEPTH, forward=self.followed_media.infill if self.followed else None,
+            followed=self.followed, record=record,
         )  # fmt: skip
-        return np.array(seen, np.float64).T
 
     def centres_mm(self, scene: Any) -> FloatArray:
         """Centres of the cells, shape (cells, 3) [mm]; none without a grid."""
@@ -355,6 +295,15 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         known = {BODY, INFILL, OBJECT, GHOST, HOUSING}
         strangers = [shape for shape in scene.shapes() if shape.id() not in known]
         return self.grid.of(infill, strangers) if infill is not None else None
+
+    def volumes_mm3(self, scene: Any) -> FloatArray:
+        """Volumes of the cells, shape (cells, 1) [mm3]; 1 without a grid."""
+        grid = self._grid(scene)
+        return grid.volumes_mm3[:, None] if grid is not None else np.ones((1, 1))
+
+    def irradiance(self, scene: Any, shapes: Shapes, landed: FloatArray) -> FloatArray:
+        """Irradiance of the object's triangles from the flux on each, both of shape (triangles, channels)."""
+        return self._kernel(shapes).irradiance(landed, wetted(scene, shapes))
 
     def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         """Smoothing of the object's irradiance; the object is rigid, so once is enough."""

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.light_starts import LightStarts
+from magicsim.scenes.light_starts import TURNS, LightStarts
 from magicsim.scenes.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.outside import nearer_hit
@@ -88,7 +88,7 @@ def deposit_tracks(
         balance: Whether to keep account of where the light goes.
         record: Takes down what leaves, or None.
     """
-    lanes = starts.lanes
+    lanes = -(-starts.particles // TURNS)
     # Opaque: the compiled kernel then serves any seed and chunk.
     state, end = dr.opaque(mi.UInt64, seed), mi.UInt32(starts.count)
     number, stride = dr.arange(mi.UInt32, lanes), dr.opaque(mi.UInt32, lanes)

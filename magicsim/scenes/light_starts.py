@@ -1,11 +1,14 @@
 """Where light particles start: on a light, or outside the block where recorded ones meet what stands there."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Self
 
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.sequence import sequence
 
+CHUNK = 500_000
+"""Particles traced at once: bounds the memory, does not change the result."""
 TURNS = 8
 """Particles that a lane traces one after the other: 8 to 32 take the same time, 1 a third more."""
 
@@ -21,7 +24,8 @@ class EmitterStarts:
     """Index of the first particle, mi.UInt64 of size 1."""
     count: Any
     """Number of particles, mi.UInt32 of size 1."""
-    lanes: int
+    particles: int
+    """The same for Python."""
     inside: bool
     """Whether they start inside the body."""
 
@@ -40,8 +44,7 @@ class EmitterStarts:
         shift = [start.next_uint32() for _ in range(4)]
         # Opaque: the compiled kernel then serves any chunk.
         begin, count = dr.opaque(mi.UInt64, first), dr.opaque(mi.UInt32, particles)
-        lanes = -(-particles // TURNS)
-        return cls(emitter=emitter, shift=shift, first=begin, count=count, lanes=lanes, inside=inside)
+        return cls(emitter=emitter, shift=shift, first=begin, count=count, particles=particles, inside=inside)
 
     def stream(self, number: Any) -> Any:
         """Index of each particle among all of the light's, mi.UInt64."""
@@ -66,7 +69,8 @@ class EscapedStarts:
     brightest: Any
     count: Any
     """Number of particles, mi.UInt32 of size 1."""
-    lanes: int
+    particles: int
+    """The same for Python."""
     inside: bool = False
 
     @classmethod
@@ -75,7 +79,7 @@ class EscapedStarts:
         size = dr.width(numbers)
         return cls(
             numbers=numbers, rays=rays, weights=weights, brightest=brightest, count=dr.opaque(mi.UInt32, size),
-            lanes=-(-size // TURNS),
+            particles=size,
         )  # fmt: skip
 
     def stream(self, number: Any) -> Any:
@@ -96,3 +100,9 @@ class EscapedStarts:
 
 
 LightStarts = EmitterStarts | EscapedStarts
+
+
+def emitter_chunks(emitter: Any, particles: int, *, seed: int, inside: bool) -> Iterator[EmitterStarts]:
+    """All particles of a light, as many at once as memory allows."""
+    for first in range(0, particles, CHUNK):
+        yield EmitterStarts.of(emitter, first=first, particles=min(CHUNK, particles - first), seed=seed, inside=inside)

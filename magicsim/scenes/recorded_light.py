@@ -16,8 +16,6 @@ from magicsim.scenes.outside import Outside
 
 FLOATS = 12
 """Of an escape: origin [mm], direction, weight, the brightest channel when it was sent out, nothing."""
-RECORDED_PER_PARTICLE = 4
-"""Particles that are recorded for each one that a frame would trace: few of them meet the object."""
 
 
 @dataclass(slots=True, kw_only=True)

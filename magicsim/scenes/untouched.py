@@ -3,6 +3,7 @@
 import json
 from collections import OrderedDict
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 KEPT = 4
 """Sensors that are kept at most."""
+RECORDED_PER_PARTICLE = 4
+"""Light particles that are recorded for each one that a frame would trace: few of them meet the object."""
 OPTICAL_CAMERA = frozenset(
     {"columns", "rows", "distance_mm", "field_mm", "principal_offset_px", "distortion", "vignetting"}
 )
@@ -73,6 +76,12 @@ class UntouchedStates:
     def keep_recorded(self, key: str, recorded: Recorded) -> None:
         """Keeps what was recorded of one sensor."""
         self._recorded = (key, recorded)
+
+
+@cache
+def shared_states() -> UntouchedStates:
+    """Those of this process: episodes of one sensor render it once."""
+    return UntouchedStates()
 
 
 def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -> str:

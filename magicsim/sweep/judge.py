@@ -2,8 +2,6 @@
 
 import time
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
 
 from magicsim.sweep.designs import SweptDesign
 from magicsim.sweep.sweep_file import SweepConfig
@@ -34,6 +32,7 @@ def judge_design(task: DesignTask) -> bytes:
     Raises:
         MagicsimError: The design cannot be built, pressed or rendered, and trying again would not help.
     """
+    from magicsim.scenes.untouched import shared_states
     from magicsim.sweep import parts
     from magicsim.sweep.result import DesignResult
 
@@ -45,10 +44,10 @@ def judge_design(task: DesignTask) -> bytes:
     if "printability" in wanted:
         gathered.add(parts.printed(design.sensor))
     if wanted & FROM_FILM:
-        gathered.add(parts.filmed(design.sensor, sweep, _untouched()))
+        gathered.add(parts.filmed(design.sensor, sweep, shared_states()))
     patterns = parts.wanted_patterns(wanted)
     if patterns:
-        gathered.add(parts.textured(design.sensor, sweep, patterns, _untouched()))
+        gathered.add(parts.textured(design.sensor, sweep, patterns, shared_states()))
     if "shore_a" in wanted:
         gathered.add(parts.indented(design.sensor, sweep))
     return DesignResult(
@@ -62,10 +61,3 @@ def judge_design(task: DesignTask) -> bytes:
         profile=gathered.profile,
         seconds=time.perf_counter() - start,
     ).to_json()
-
-
-@cache
-def _untouched() -> Any:  # noqa: ANN401 - its module loads the renderer's types
-    from magicsim.scenes.untouched import UntouchedStates
-
-    return UntouchedStates()

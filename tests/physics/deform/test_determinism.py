@@ -4,30 +4,37 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from magicsim.deform.linear import has_pardiso
 
 SCRIPT = """
 import hashlib
-import numpy as np
-from magicsim.deform.lattice import box_lattice
+from magicsim.config import load_preset
+from magicsim.deform.lattice import build_lattice
 from magicsim.deform.path import ContactSolver
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import SphereObject
+from magicsim.geometry.objects import parse_object
 
-across = np.linspace(-6, 6, 13)
-solver = ContactSolver(box_lattice((across, across, np.linspace(0, 6, 7)), shear_modulus_mpa=0.4, lame_mpa=15.0))
-state = solver.solve(place_object(SphereObject(kind="sphere", radius_mm=4.0), gap_mm=-0.5))
-print(hashlib.sha256(state.displacements_mm.tobytes()).hexdigest())
+design = load_preset(ElastomerDesign, "design", "{design}", ["skin_mm=0.3137", "lattice.cells_across=0"])
+solver, state = ContactSolver(build_lattice(design), friction={friction}), None
+punch = parse_object("punch:radius_mm=3,edge_radius_mm=0.5")
+for pose in (dict(gap_mm=-0.4), dict(gap_mm=-0.4, x_mm=0.3)):
+    state = solver.solve(place_object(punch, **pose), state)
+    print(hashlib.sha256(state.displacements_mm.tobytes()).hexdigest())
 """
 
 
-def test_displacements_are_bit_identical_across_thread_settings() -> None:
+@pytest.mark.parametrize(("design", "friction"), [("uniform-block", 0.0), ("mini-magictac", 0.5)])
+def test_displacements_are_bit_identical_across_thread_settings(design: str, friction: float) -> None:
+    script = SCRIPT.replace("{design}", design).replace("{friction}", str(friction))
     digests = []
     for threads, cores in ((1, 1), (2, 2)):
         variables = {name: str(threads) for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
         mask = set(sorted(os.sched_getaffinity(0))[:cores]) if hasattr(os, "sched_setaffinity") else None
         result = subprocess.run(
-            [sys.executable, "-c", SCRIPT],
+            [sys.executable, "-c", script],
             env=os.environ | variables,
             preexec_fn=(lambda mask=mask: os.sched_setaffinity(0, mask)) if mask else None,
             capture_output=True,

@@ -7,6 +7,7 @@ import pytest
 
 from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.estimate import estimate
+from magicsim.dataset.recipe import load_recipe
 from magicsim.dataset.preview import captions, contact_sheet, preview_recipe
 from magicsim.dataset.statistics import recipe_statistics
 from magicsim.dataset.telling import metering_scene, preview_scene, telling_state
@@ -71,6 +72,14 @@ def test_estimate_grows_with_what_costs():
     assert cost("rig.camera.rows=64").bytes - base.bytes > 68 * 24 * 32
     assert cost("labels.displacements=false").bytes < base.bytes
     assert base.seconds(4) == base.core_seconds / 4
+
+
+def test_frames_from_recorded_paths_are_estimated_cheaper():
+    def seconds(*settings: str) -> float:
+        recipe = load_recipe("default", settings)
+        return estimate(recipe, draw_episodes(recipe), processes=1).core_seconds
+
+    assert seconds("rig.ambient=[0.1,0.1,0.1]") > 1.1 * seconds()
 
 
 def test_sheet_shows_every_tile_and_crosses_out_a_missing_one():

@@ -12,7 +12,6 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.spatial import cKDTree
 
-from magicsim.dataset import sample
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import draw_episodes, draw_sensors
 from magicsim.dataset.export.source import decoded
@@ -21,6 +20,7 @@ from magicsim.dataset.sample import SampleTask, simulate_sample
 from magicsim.dataset.verify import verify_dataset
 from magicsim.geometry.objects import SphereObject
 from magicsim.scenes.film import pixel_landing_mm
+from magicsim.scenes.untouched import shared_states
 from magicsim.workers.options import WorkerOptions
 
 from .fakes import FOLDER, SMALL, content, small_recipe
@@ -115,9 +115,9 @@ def test_rows_do_not_depend_on_the_episodes_before(recipe, rows):
         SampleTask(episode=each, columns=columns_of(recipe), constants=CONSTANTS) for each in episodes[1::-1]
     )
     assert episodes[0].sensor == episodes[1].sensor
-    sample._untouched.cache_clear()
+    shared_states.cache_clear()
     fresh = simulate_sample(task)
-    sample._untouched.cache_clear()
+    shared_states.cache_clear()
     simulate_sample(other)
     assert simulate_sample(task) == fresh
 

@@ -63,6 +63,7 @@ def test_recorded_paths_give_the_gathered_image(name):
 
 def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
     from magicsim.scenes.approach import recorded_paths
+    from magicsim.scenes.untouched_passes import follow_camera
 
     many, few, seeds = 32, 16, 8
     renderer, view = small("near", "object.specular=0.6", "object.roughness=0.3", "object.color=[0,0,0]")
@@ -78,7 +79,7 @@ def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
         wanted.append(blocks(with_it - without))
         paths = recorded_paths(scene, seed=seed, samples=many)
         mirrored = paths.mirrored(
-            outside, finish, pixels, lambda starts, seed=seed: integrator.follow(
+            outside, finish, pixels, lambda starts, seed=seed: follow_camera(
                 scene, outside, starts, field, finish, seed=seed
             ), samples=few, seed=seed,
         )  # fmt: skip
@@ -121,6 +122,8 @@ def test_light_on_a_thing_in_its_own_scene_is_that_in_one_scene():
 
 
 def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
+    from magicsim.scenes.untouched_passes import follow_light, record_light
+
     renderer, view = small("near")
     together, scene = renderer.world(view).scene, renderer.world(View()).scene
     integrator, outside, particles = scene.integrator(), renderer._outside(view), 100_000
@@ -128,7 +131,7 @@ def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
     shares = dict.fromkeys(names, particles)
     wanted = together.integrator().light_fields(together, shares, seed=SEED)
     alone = integrator.light_fields(scene, shares, seed=SEED)
-    found = integrator.follow_light(scene, outside, integrator.record_light(scene, particles, seed=SEED), seed=SEED + 1)
+    found = follow_light(scene, outside, record_light(scene, particles, seed=SEED), seed=SEED + 1)
     added = sum(wanted[name].fluence - alone[name].fluence for name in names)
     landed = sum(wanted[name].irradiance for name in names)
     assert added.mean() > 0
@@ -139,11 +142,13 @@ def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
 
 
 def test_light_that_misses_a_thing_leaves_all_as_it_is():
+    from magicsim.scenes.untouched_passes import follow_light, record_light
+
     sensor = Sensor(load_scene("near", [*SMALL, "object.radius_mm=3"]))
     view = sensor.view(replace(timeline(sensor.scene)[0], gap_mm=1e5), sensor.rest)
     scene = sensor.renderer.world(View()).scene
-    light = scene.integrator().record_light(scene, 1000, seed=SEED)
-    added = scene.integrator().follow_light(scene, sensor.renderer._outside(view), light, seed=SEED)
+    light = record_light(scene, 1000, seed=SEED)
+    added = follow_light(scene, sensor.renderer._outside(view), light, seed=SEED)
     assert not added.fluence.any()
     assert not added.irradiance.any()
 
