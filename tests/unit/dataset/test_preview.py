@@ -7,8 +7,8 @@ import pytest
 
 from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.estimate import estimate
-from magicsim.dataset.recipe import load_recipe
 from magicsim.dataset.preview import captions, contact_sheet, preview_recipe
+from magicsim.dataset.recipe import load_recipe
 from magicsim.dataset.statistics import recipe_statistics
 from magicsim.dataset.telling import metering_scene, preview_scene, telling_state
 from magicsim.workers.options import WorkerOptions
