@@ -86,11 +86,11 @@ def episode(story: str, folder: Path, *settings: str) -> Episode:
 
 
 def outlined(image: Array, centre_px: Array) -> npt.NDArray[np.bool_]:
-    """What a dim contact fills: from its middle outwards up to the steepest rise to the light around it."""
+    """What a bright contact fills: from its middle outwards down to the steepest fall to the object around it."""
     angles, reach = 72, 32
     grey = cv2.GaussianBlur(image.astype(np.float32).mean(2), (0, 0), 0.8)
     polar = cv2.warpPolar(grey, (reach, angles), tuple(centre_px), reach, cv2.WARP_POLAR_LINEAR)
-    radius = np.median([np.roll(np.diff(polar[:, 4:]).argmax(1), turn) for turn in range(-2, 3)], 0) + 4.5
+    radius = np.median([np.roll(np.diff(polar[:, 4:]).argmin(1), turn) for turn in range(-2, 3)], 0) + 4.5
     turn = 2 * np.pi * np.arange(angles) / angles
     corners = centre_px + radius[:, None] * np.stack([np.cos(turn), np.sin(turn)], 1)
     filled = cv2.fillPoly(np.zeros(grey.shape, np.uint8), [np.rint(corners).astype(np.int32)], 1)
