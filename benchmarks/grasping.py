@@ -1,6 +1,6 @@
 """The grasp state machine over seeded episodes: does it complete, how soon is a slip seen, does light fool it?
 
-    python benchmarks/grasping.py --episodes 50 --out grasping.jsonl     # half a minute an episode on two cores
+    python benchmarks/grasping.py --episodes 50 --out grasping.jsonl     # goes on where it was cut off
     python benchmarks/grasping.py --episodes 3 --set render.particles=40000 --profile my.toml
 
 Each episode of the default sensor is drawn from its seed alone: object, colour, place, depth, speed and light. In it a

@@ -2,9 +2,9 @@
 
     python benchmarks/injected_regressions.py --cache magicsim-takes --out docs
 
-Films the small suite into the cache (once: twelve dark takes and two lit ones, about three CPU minutes each; a run that
-is cut off goes on), judges it with the sound detectors as the baseline, then with one fault at a time, then ten times
-with the sound ones under other camera noise. Writes `injected-regressions.json`: for every run its alarms. Exit code 1
+Films the small suite into the cache (once: twelve dark takes and two lit ones; a run that is cut off goes on), judges
+it with the sound detectors as the baseline, then with one fault at a time, then ten times with the sound ones under
+other camera noise. Writes `injected-regressions.json`: for every run its alarms. Exit code 1
 where a fault passes unnoticed or a rerun raises an alarm.
 """
 

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from magicsim.deform.cell_correctors import CellCorrectors, cell_correctors
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.face import face_weights
 from magicsim.deform.follow import FollowMap, follow_map
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.settle import settle
@@ -19,9 +20,6 @@ Array = npt.NDArray[np.float64]
 WET_OVERLAP_MM = 0.008
 """How far the object's surface stands out of the skin where they are in optical contact [mm]: more than the
 3 micrometres that the renderer needs to see them as one."""
-SNAP_MM = 0.03
-"""Distance up to which the rendered skin counts as touching [mm]: what trilinear interpolation between lattice nodes
-leaves open inside the contact of a fingertip-sized object, spacing^2 / (8 radius)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +27,8 @@ class Meshes:
     """How the rendered meshes hang on the lattice."""
 
     body: FollowMap
+    face: FollowMap
+    """The body's vertices on the contact face, which follow it as the contact points do."""
     infill: CellCorrectors | None
     is_face: npt.NDArray[np.bool_]
     """Body vertices on the contact face, shape (body vertices,)."""
@@ -43,6 +43,7 @@ def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
     triangles = elastomer.body.faces[is_face[elastomer.body.faces].all(1)]
     return Meshes(
         body=follow_map(lattice, body),
+        face=FollowMap(points_mm=body[is_face], weights=face_weights(lattice, body[is_face, :2])),
         infill=_attach_infill(elastomer, lattice),
         is_face=is_face,
         face_edges=triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
@@ -68,11 +69,12 @@ def deformed_vertices(
     """
     clearance = -WET_OVERLAP_MM if contact.coupling == "wet" else contact.film_mm
     followed = meshes.body.displaced(deformation.displacements_mm)
-    body = settle(followed, meshes.is_face, indenter, clearance, snap_mm=SNAP_MM)
+    followed[meshes.is_face] = meshes.face.displaced(deformation.displacements_mm)
+    body = settle(followed, meshes.is_face, indenter, clearance)
     if contact.coupling == "dry":
         middles = (body[meshes.face_edges[:, 0]] + body[meshes.face_edges[:, 1]]) / 2
         clearance += max(0.0, clearance - float(indenter.distance(middles)[0].min()))
-        body = settle(followed, meshes.is_face, indenter, clearance, snap_mm=SNAP_MM)
+        body = settle(followed, meshes.is_face, indenter, clearance)
     if meshes.infill is None:
         return body, None
     infill = meshes.infill.displaced(deformation.displacements_mm)

@@ -5,13 +5,12 @@ import numpy.typing as npt
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
 
-from magicsim.deform.deformation import Deformation
+from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
 from magicsim.detectors.truth import classify_frame
 from magicsim.episode import FrameTruth, SolveFigures, Vector
 from magicsim.scenes.timeline import FrameState
 
-TOUCHING_GAP_MM = 0.01
-"""Contact points nearer to the object than this count as touching [mm], as in the solver's contact area."""
+Array = npt.NDArray[np.float64]
 
 
 def frame_truth(
@@ -50,10 +49,11 @@ def frame_truth(
     )
 
 
-def contact_mask(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+def contact_mask(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.bool_]:
     """Pixels whose ray, refracted at the flat lens side, lands where the face touches the object.
 
-    The gap decides, not the traction: with pointwise multipliers the tractions of touching points alternate.
+    The gap decides, linear between contact points, not the traction: with pointwise multipliers the tractions of
+    touching points alternate.
 
     Args:
         deformation: Equilibrium of the lattice.
@@ -62,14 +62,12 @@ def contact_mask(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) 
     Returns:
         Mask of shape (rows, columns).
     """
-    touching = deformation.contact_gap_mm <= TOUCHING_GAP_MM
-    if not touching.any():
+    if deformation.is_rest or deformation.contact_gap_mm.min() > TOUCHING_GAP_MM:
         return np.zeros(landing_mm.shape[:2], bool)
-    _, nearest = cKDTree(deformation.contact_points_mm[:, :2]).query(landing_mm.reshape(-1, 2))
-    return np.asarray(touching[nearest].reshape(landing_mm.shape[:2]))
+    return _where_pixels_look(deformation, deformation.contact_gap_mm, landing_mm) <= TOUCHING_GAP_MM
 
 
-def depth_map_mm(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
+def depth_map_mm(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.float32]:
     """How far the contact face is pressed in where each pixel's ray meets it; below zero where it bulges out.
 
     Linear between the deformed contact points; rays are those of the undeformed sensor, as for the contact mask.
@@ -83,15 +81,20 @@ def depth_map_mm(deformation: Deformation, landing_mm: npt.NDArray[np.float64]) 
     """
     if deformation.is_rest:
         return np.zeros(landing_mm.shape[:2], np.float32)
-    points, pixels = deformation.contact_points_mm, landing_mm.reshape(-1, 2)
-    depth = LinearNDInterpolator(points[:, :2], points[:, 2])(pixels)
-    outside = np.isnan(depth)
+    return _where_pixels_look(deformation, deformation.contact_points_mm[:, 2], landing_mm).astype(np.float32)
+
+
+def _where_pixels_look(deformation: Deformation, values: Array, landing_mm: Array) -> Array:
+    """Linear between the values at contact points, shape (rows, columns); the nearest one's beyond the outermost."""
+    points, pixels = deformation.contact_points_mm[:, :2], landing_mm.reshape(-1, 2)
+    found = LinearNDInterpolator(points, values)(pixels)
+    outside = np.isnan(found)
     if outside.any():
-        _, nearest = cKDTree(points[:, :2]).query(pixels[outside])
-        depth[outside] = points[nearest, 2]
-    return np.asarray(depth.reshape(landing_mm.shape[:2]), np.float32)
+        _, nearest = cKDTree(points).query(pixels[outside])
+        found[outside] = values[nearest]
+    return np.asarray(found.reshape(landing_mm.shape[:2]))
 
 
-def _vector(values: npt.NDArray[np.float64]) -> Vector:
+def _vector(values: Array) -> Vector:
     x, y, z = values.tolist()
     return (x, y, z)

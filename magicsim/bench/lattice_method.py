@@ -10,7 +10,7 @@ import numpy.typing as npt
 from magicsim.bench.problem import Failure, Observation, Outcome, SphereOnBlock, repeats_left
 from magicsim.bench.surface import displacement_at
 from magicsim.config import validate
-from magicsim.deform.central import central_lattice
+from magicsim.deform.central import QUARTERS, central_lattice
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.path import ContactSolver
@@ -68,7 +68,7 @@ def solve_lattice(
     data = problem.design.model_dump()
     data["lattice"] |= {"spacing_mm": spacing_mm}
     lattice = build(problem, validate(ElastomerDesign, data, source="benchmark"))
-    solver, copies = ContactSolver(lattice, tolerance_mm=tolerance_mm), 4 if lattice.is_mirrored else 1
+    solver, copies = ContactSolver(lattice, tolerance_mm=tolerance_mm), QUARTERS if lattice.is_mirrored else 1
     total = time.perf_counter() - start
     state: Deformation | None = None
     for step in count(1):

@@ -48,11 +48,10 @@ def estimate(recipe: Recipe, episodes: list[DrawnEpisode], *, processes: int) ->
     costs = [_episode(each.scene) for each in looked_at]
     sensors = len({each.sensor for each in episodes})
     anchors = min(processes * sensors, len(episodes))
-    records = anchors if any(map(_is_recorded, (each.scene for each in looked_at))) else 0
-    shared = anchors * _anchor_s(recipe.render, recipe.rig.camera) + records * _record_s(
-        recipe.render, recipe.rig.camera
-    )
-    seconds = scale * sum(cost[0] for cost in costs) + shared + processes * START_S
+    shared = _anchor_s(recipe.render, recipe.rig.camera)
+    if any(_is_recorded(each.scene) for each in looked_at):
+        shared += _record_s(recipe.render, recipe.rig.camera)
+    seconds = scale * sum(cost[0] for cost in costs) + anchors * shared + processes * START_S
     return Estimate(
         frames=sum(recipe.references + each.scene.frame_count for each in episodes),
         core_seconds=seconds,

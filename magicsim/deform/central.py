@@ -23,6 +23,8 @@ from magicsim.geometry.indenter import Indenter
 Array = npt.NDArray[np.float64]
 GROWTH = 1.6
 """Ratio of neighbouring spacings away from the contact."""
+QUARTERS = 4
+"""Of a block, which a lattice of one of them stands for."""
 MIRROR_TOLERANCE_MM = 1e-6
 """Difference of distances up to which an object is its own mirror image [mm]."""
 MIRROR_POINTS = 400

@@ -12,6 +12,8 @@ from magicsim.deform.relaxation import RelaxationState
 from magicsim.geometry.pose import Pose
 
 Array = npt.NDArray[np.float64]
+TOUCHING_GAP_MM = 0.01
+"""Up to this distance from the object a point of the face is labelled and rendered as touching [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

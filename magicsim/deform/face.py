@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numba as nb
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
 
 from magicsim.deform.lattice import Lattice
 from magicsim.geometry.shapes import Shape
@@ -123,24 +124,57 @@ def _counts(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) 
 
 
 def _along(planes: Array, counts: Index) -> _Axis:
-    size, width = min(STENCIL, len(planes)), np.diff(planes)
-    first = np.clip(np.arange(len(width)) - (size // 2 - 1), 0, len(planes) - size)
+    width = np.diff(planes)
     interval = np.repeat(np.arange(len(width)), counts)
     number = np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)
-    stencil = first[interval][:, None] + np.arange(size)
-    t = (number + 0.5) / counts[interval]
-    cubic = _lagrange(planes[stencil], planes[interval] + width[interval] * t)
-    smooth = [np.take_along_axis(weights, stencil, axis=1) for weights in _hermite(planes, interval, t)]
-    spacings = np.diff(planes[stencil], axis=1)
-    is_regular = spacings.max(1, keepdims=True) < IRREGULAR * spacings.min(1, keepdims=True)
-    shape, slope = (np.where(is_regular, one, other) for one, other in zip(cubic, smooth, strict=True))
+    shape, slope = _weights(planes, interval, (number + 0.5) / counts[interval])
     return _Axis(
-        first=first.astype(np.int64),
+        first=_first_planes(len(planes)),
         interval=interval.astype(np.int64),
         shape=shape,
         slope=slope,
         width_mm=(width / counts)[interval],
     )
+
+
+def face_weights(lattice: Lattice, points_mm: Array) -> sp.csr_matrix:
+    """Weights of the nodes at any points of the face at rest, interpolated as the contact points are.
+
+    Args:
+        lattice: The block.
+        points_mm: Places on the face at rest, shape (points, 2) [mm]; outside, the nearest place in it.
+
+    Returns:
+        Matrix of shape (points, nodes).
+    """
+    columns, shapes = [], []
+    for planes, place in zip(lattice.planes_mm[:2], points_mm.T, strict=True):
+        interval = np.clip(np.searchsorted(planes, place, side="right") - 1, 0, len(planes) - 2)
+        t = np.clip((place - planes[interval]) / np.diff(planes)[interval], 0, 1)
+        shape = _weights(planes, interval, t)[0]
+        columns.append(_first_planes(len(planes))[interval][:, None] + np.arange(shape.shape[1]))
+        shapes.append(shape)
+    nodes = (columns[1][:, :, None] * len(lattice.planes_mm[0]) + columns[0][:, None, :]).reshape(len(points_mm), -1)
+    weights = (shapes[1][:, :, None] * shapes[0][:, None, :]).reshape(nodes.shape)
+    rows = np.arange(0, nodes.size + 1, nodes.shape[1])
+    return sp.csr_matrix((weights.ravel(), nodes.ravel(), rows), shape=(len(points_mm), len(lattice.nodes_mm)))
+
+
+def _first_planes(planes: int) -> Index:
+    """First stencil plane of each interval."""
+    size = min(STENCIL, planes)
+    return np.clip(np.arange(planes - 1) - (size // 2 - 1), 0, planes - size).astype(np.int64)
+
+
+def _weights(planes: Array, interval: Index, t: Array) -> tuple[Array, Array]:
+    """Weights of the stencil at places t in [0, 1] of intervals, and their derivatives, shapes (points, stencil)."""
+    stencil = _first_planes(len(planes))[interval][:, None] + np.arange(min(STENCIL, len(planes)))
+    cubic = _lagrange(planes[stencil], planes[interval] + np.diff(planes)[interval] * t)
+    smooth = [np.take_along_axis(weights, stencil, axis=1) for weights in _hermite(planes, interval, t)]
+    spacings = np.diff(planes[stencil], axis=1)
+    is_regular = spacings.max(1, keepdims=True) < IRREGULAR * spacings.min(1, keepdims=True)
+    shape, slope = (np.where(is_regular, one, other) for one, other in zip(cubic, smooth, strict=True))
+    return shape, slope
 
 
 def _lagrange(nodes: Array, points: Array) -> tuple[Array, Array]:

@@ -10,15 +10,8 @@ from magicsim.detectors.score import PROXIMITY_TRUTH
 from magicsim.detectors.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluate.judged import JudgedEpisode
+from magicsim.evaluate.measures import SCORE_MEANS
 
-SCORED_FRAMES: dict[str, tuple[str, set[FrameClass], bool]] = {
-    "clear_score": ("approach", {FrameClass.CLEAR}, False),
-    "near_score": ("approach", {FrameClass.NEAR}, True),
-    "light_score": ("approach", {FrameClass.LIGHT}, False),
-    "untouched_score": ("touch", set(FrameClass) - {FrameClass.CONTACT}, False),
-    "contact_score": ("touch", {FrameClass.CONTACT}, True),
-}
-"""Score and classes of each measure of a mean score, and whether high is good."""
 CONTACT_MEASURES = {"contact_balanced_accuracy", "onset_mm", "touch_auc"}
 
 
@@ -64,22 +57,22 @@ def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse
     Args:
         before: As the baseline's detector judged the episode.
         now: As it is judged now.
-        measure: A key of `SCORED_FRAMES`.
+        measure: A key of `SCORE_MEANS`.
         worse: Whether to list what became worse; otherwise what became better.
         least: Smallest change of a frame's score that is listed.
     """
-    score, classes, high_is_good = SCORED_FRAMES[measure]
-    old, new = getattr(before, score), getattr(now, score)
-    change = (new - old) * (1 if high_is_good is not worse else -1)
+    mean = SCORE_MEANS[measure]
+    old, new = getattr(before, mean.score), getattr(now, mean.score)
+    change = (new - old) * (1 if mean.is_positive is not worse else -1)
     told = [
-        str(truth) if truth in classes and by >= least else None
+        str(truth) if truth in mean.classes and by >= least else None
         for truth, by in zip(now.labels.classes, change, strict=True)
     ]
     runs = []
     for truth, group in groupby(enumerate(told), key=lambda pair: pair[1]):
         places = [place for place, _ in group]
         if truth is not None:
-            means = [f"{score} {values[places].mean():.3g}" for values in (old, new)]
+            means = [f"{mean.score} {values[places].mean():.3g}" for values in (old, new)]
             runs.append(
                 FrameRun(
                     episode=now.tag.name, first=places[0], last=places[-1], truth=truth, baseline=means[0],

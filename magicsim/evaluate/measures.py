@@ -78,6 +78,31 @@ def _area(score: str, positives: tuple[str, ...], negatives: tuple[str, ...]) ->
     return compute
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScoreMean:
+    """Mean of a score over the frames of some classes."""
+
+    title: str
+    score: Literal["approach", "touch"]
+    classes: tuple[str, ...]
+    is_positive: bool = False
+    """Whether the score should be high there."""
+
+
+SCORE_MEANS: Mapping[str, ScoreMean] = {
+    "clear_score": ScoreMean(title="Clear, mean score of an approach", score="approach", classes=("Clear",)),
+    "near_score": ScoreMean(
+        title="Near, mean score of an approach", score="approach", classes=("Near",), is_positive=True
+    ),
+    "light_score": ScoreMean(title="Light, mean score of an approach", score="approach", classes=("Light",)),
+    "untouched_score": ScoreMean(title="No contact, mean score of a touch", score="touch", classes=UNTOUCHED),
+    "contact_score": ScoreMean(
+        title="Contact, mean score of a touch", score="touch", classes=("Contact",), is_positive=True
+    ),
+}
+"""Those that are measured, by the name they have in the JSON."""
+
+
 def _score(score: str, classes: tuple[str, ...]) -> Measure:
     """Mean score of the frames of some classes."""
 
@@ -114,11 +139,10 @@ MEASURES: Mapping[str, MeasureKind] = {
     "touch_precision": _kind("Touched that is Contact (precision)", _touch_precision),
     "approach_auc": _kind("Approach, area under the ROC curve", _area("approach", ("Near",), ("Clear", "Light"))),
     "touch_auc": _kind("Touch, area under the ROC curve", _area("touch", ("Contact",), UNTOUCHED)),
-    "clear_score": _kind("Clear, mean score of an approach", _score("approach", ("Clear",)), better="lower"),
-    "near_score": _kind("Near, mean score of an approach", _score("approach", ("Near",))),
-    "light_score": _kind("Light, mean score of an approach", _score("approach", ("Light",)), better="lower"),
-    "untouched_score": _kind("No contact, mean score of a touch", _score("touch", UNTOUCHED), better="lower"),
-    "contact_score": _kind("Contact, mean score of a touch", _score("touch", ("Contact",))),
+    **{
+        name: _kind(each.title, _score(each.score, each.classes), better="higher" if each.is_positive else "lower")
+        for name, each in SCORE_MEANS.items()
+    },
     "light_false_alarms": _kind(
         "Light alone called Approaching or Touched",
         lambda table, weights: _ratio(table.count["Light alarmed"], table.count["Light"], weights),

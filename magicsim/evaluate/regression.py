@@ -23,7 +23,7 @@ from scipy.stats import rankdata
 from magicsim.evaluate.changed_frames import FrameRun, changed_runs, score_runs
 from magicsim.evaluate.exchange import corrected, exchanges, p_values
 from magicsim.evaluate.judged import JudgedEpisode
-from magicsim.evaluate.measures import MEASURES, measure
+from magicsim.evaluate.measures import MEASURES, SCORE_MEANS, measure
 from magicsim.evaluate.tally import Tally, score_pairs, tally
 
 SIGNIFICANCE = 0.05
@@ -38,17 +38,11 @@ STANDARD = {
     "onset_mm": 0.02,
 }
 """Measures that are compared in the standard condition, and the smallest fall that matters."""
-SCORES = {
-    "clear_score": ("near_score", "clear_score"),
-    "near_score": ("near_score", "clear_score"),
-    "light_score": ("near_score", "clear_score"),
-    "untouched_score": ("contact_score", "untouched_score"),
-    "contact_score": ("contact_score", "untouched_score"),
-}
-"""Mean scores that are compared in the standard condition, and the two measures whose distance is their scale."""
+SCALES = {"approach": ("near_score", "clear_score"), "touch": ("contact_score", "untouched_score")}
+"""The two mean scores whose distance is the scale of each score."""
 SCORE_SHARE = 0.01
-"""Smallest fall of a mean score that matters, in units of the baseline's distance. Ten reruns under other camera noise
-move those of the built-in detectors by at most 0.0015 (`benchmarks/injected_regressions.py`)."""
+"""Smallest fall of a mean score that matters, in units of the baseline's distance: ten reruns of the built-in
+detectors under other camera noise stay below it (`benchmarks/injected_regressions.py`)."""
 OTHERS = {"proximity_balanced_accuracy": 0.02, "contact_balanced_accuracy": 0.02}
 """The same in every other condition of light and noise."""
 Pair = tuple[JudgedEpisode, JudgedEpisode]
@@ -142,7 +136,8 @@ def _scores(pairs: Sequence[Pair], condition: str) -> list[Change]:
     """Mean scores by class; none where the baseline's do not tell the classes apart."""
     before, now = tally([one for one, _ in pairs]), tally([one for _, one in pairs])
     changes = []
-    for name, (high, low) in SCORES.items():
+    for name, each in SCORE_MEANS.items():
+        high, low = SCALES[each.score]
         old, new, top, bottom = measure(name, before), measure(name, now), measure(high, before), measure(low, before)
         if old is None or new is None or top is None or bottom is None or top <= bottom:
             continue
@@ -191,7 +186,7 @@ def _values(table: Tally, name: str, from_now: npt.NDArray[np.bool_]) -> Array:
 
 def _frames(change: Change, pairs: Sequence[Pair], conditions: Sequence[str]) -> list[FrameRun]:
     chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == change.condition]
-    if change.measure in SCORES:
+    if change.measure in SCORE_MEANS:
         least = change.matters
         return [run for pair in chosen for run in score_runs(*pair, change.measure, worse=change.fall > 0, least=least)]
     return [run for pair in chosen for run in changed_runs(*pair, change.measure, worse=change.fall > 0)]

@@ -28,8 +28,8 @@ from magicsim.scenes.view import View
 from magicsim.scenes.window import Window
 
 Array = npt.NDArray[np.float64]
-TRIED = 64
-"""Particles that are enough to compile."""
+TRIED = 4000
+"""Particles that are enough to compile, and for some of them to meet what is near."""
 CLEAR_MM = 1e-3
 """Least distance of the object from the contact face [mm]."""
 

@@ -80,18 +80,17 @@ class MirroredStarts:
     """A number of each path, no two alike, mi.UInt32."""
     rays: Any
     weights: Any
-    samples: Any
-    """Paths of a lane, one, mi.UInt32 of size 1."""
     begin: Any
     end: Any
+    """Numbers of the only path of a lane and of the next, mi.UInt32 of size 1."""
     depth: int = 1
     """Interactions before the start."""
 
     @classmethod
     def of(cls, numbers: Any, rays: Any, weights: Any) -> Self:
         """Of rays with weights, each with a number of its own."""
-        one = dr.opaque(mi.UInt32, 1)
-        return cls(pixel=numbers, rays=rays, weights=weights, samples=one, begin=dr.opaque(mi.UInt32, 0), end=one)
+        begin, end = dr.opaque(mi.UInt32, 0), dr.opaque(mi.UInt32, 1)
+        return cls(pixel=numbers, rays=rays, weights=weights, begin=begin, end=end)
 
     def stream(self, index: Any) -> Any:
         """Number of each lane's path among all, mi.UInt64."""

@@ -47,6 +47,8 @@ class RecordedPaths:
     """Rays that left, pixel by pixel: origin [mm], direction, weight, nothing; mi.Float."""
     first: Any
     """Number of each pixel's first ray, and of all rays; mi.UInt32 of size pixels + 1."""
+    owner: Numbers
+    """The pixel of each ray."""
     samples: int
     """Paths of each pixel."""
 
@@ -92,13 +94,11 @@ class RecordedPaths:
         result = np.zeros((len(pixels), 3))
         if outside.object is None or finish.specular == 0:
             return result
-        first = np.array(self.first)
-        place = np.full(len(first) - 1, -1)
+        place = np.full(self.response.shape[0], -1)
         place[pixels] = np.arange(len(pixels))
-        owner = np.repeat(place, np.diff(first.astype(np.int64)).astype(np.intp))
         stride = max(1, self.samples // samples)
-        chosen = np.arange(seed % stride, len(owner), stride)
-        chosen = chosen[owner[chosen] >= 0]
+        chosen = np.arange(seed % stride, len(self.owner), stride)
+        chosen = chosen[place[self.owner[chosen]] >= 0]
         numbers = mi.UInt32(chosen.astype(np.uint32))
         ray, weight = _mirror(
             outside.scene, mi.ShapePtr(outside.object), finish, self.rays, numbers, seed, self.samples
@@ -109,7 +109,7 @@ class RecordedPaths:
         rays = mi.Ray3f(dr.gather(mi.Point3f, ray.o, kept), dr.gather(mi.Vector3f, ray.d, kept))
         starts = MirroredStarts.of(dr.gather(mi.UInt32, numbers, kept), rays, dr.gather(mi.Float, weight, kept))
         met = follow(starts) * (stride / self.samples)
-        at = owner[chosen[np.array(kept)]]
+        at = place[self.owner[chosen[np.array(kept)]]]
         return np.stack([np.bincount(at, met[:, channel], len(pixels)) for channel in range(3)], 1)
 
 
@@ -191,6 +191,7 @@ def record_paths(
         response=response,
         rays=mi.Float(np.concatenate(rays)[order].ravel()),
         first=mi.UInt32(first.astype(np.uint32)),
+        owner=owner[order].astype(np.uint32),
         samples=samples,
     )
 

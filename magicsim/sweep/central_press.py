@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.central import central_lattice, displaced_elsewhere, is_mirror_image
+from magicsim.deform.central import QUARTERS, central_lattice, displaced_elsewhere, is_mirror_image
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.lattice import FINEST_MM, Lattice
@@ -25,7 +25,6 @@ from magicsim.scenes.timeline import FrameState
 from magicsim.simulation import Sensor
 
 Array = npt.NDArray[np.float64]
-QUARTERS = 4
 FOLLOWED_MM = 0.5
 """Node spacing of the lattice that carries displacements to the meshes: no coarser than their triangles [mm]."""
 

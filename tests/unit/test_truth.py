@@ -6,7 +6,7 @@ import pytest
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import box_lattice
 from magicsim.geometry.pose import Pose
-from magicsim.truth import depth_map_mm
+from magicsim.truth import contact_mask, depth_map_mm
 
 PLANES = (np.linspace(-4, 4, 9), np.linspace(-3, 3, 7), np.array([0.0, 2.0]))
 LANDING = np.stack(np.meshgrid(np.linspace(-3, 3, 13), np.linspace(2, -2, 9)), -1)
@@ -21,6 +21,15 @@ def pressed(rest: Deformation, depth) -> Deformation:
     points = rest.contact_points_mm.copy()
     points[:, 2] = depth(points[:, 0], points[:, 1])
     return replace(rest, contact_points_mm=points, pose=Pose(position_mm=np.zeros(3), rotation=np.eye(3)))
+
+
+def test_contact_mask_ends_where_the_gap_between_points_does(rest: Deformation):
+    state = pressed(rest, lambda x, _: 0 * x)
+    gap = 0.01 + 0.2 * (state.contact_points_mm[:, 0] - 0.6)
+    found = contact_mask(replace(state, contact_gap_mm=gap), LANDING)
+    assert np.array_equal(found, LANDING[..., 0] <= 0.6)
+    assert not contact_mask(replace(state, contact_gap_mm=gap + 2.0), LANDING).any()
+    assert not contact_mask(rest, LANDING).any()
 
 
 def test_depth_map_of_the_untouched_sensor_is_zero(rest: Deformation):

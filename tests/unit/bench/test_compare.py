@@ -10,7 +10,7 @@ import pytest
 from magicsim.bench import run
 from magicsim.bench.compare import compare
 from magicsim.bench.error_plot import plot_errors
-from magicsim.bench.lattice_method import solve_lattice
+from magicsim.bench.lattice_method import graded, graded_quarter, solve_lattice
 from magicsim.bench.methods import VARIANTS, Variant, solve_optional
 from magicsim.bench.problem import Failure, Observation, sphere_on_block
 from magicsim.bench.reference import Reference, ReferenceDepth
@@ -63,6 +63,16 @@ def result():
 
 def rows_of(result, method):
     return [row for row in result["results"] if row["method"] == method]
+
+
+def test_a_quarter_by_symmetry_presses_as_the_whole_block_does():
+    quarter, whole = (
+        list(solve_lattice(SMALL, 1, spacing_mm=0.25, tolerance_mm=0.002, build=build))
+        for build in (graded_quarter, graded)
+    )
+    for one, other in zip(quarter, whole, strict=True):
+        assert one.force_n == pytest.approx(other.force_n, rel=0.005)
+        assert one.contact_area_mm2 == pytest.approx(other.contact_area_mm2, rel=0.05)
 
 
 def test_lattice_solves_every_depth(result):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.deform.face import ContactFace, contact_face
+from magicsim.deform.face import ContactFace, contact_face, face_weights
 from magicsim.deform.lattice import Lattice, box_lattice
 
 REGULAR = np.linspace(0.0, 3.0, 7)
@@ -47,6 +47,17 @@ def test_tangents_are_the_derivatives(planes: np.ndarray) -> None:
     nodes = lattice.nodes_mm[face.patches[face.facet]][..., :2]
     tangents = np.einsum("qad,qai->qdi", face.slopes, nodes)
     np.testing.assert_allclose(tangents, np.broadcast_to(np.eye(2), tangents.shape), atol=1e-10)
+
+
+@pytest.mark.parametrize("planes", [REGULAR, WALLS])
+def test_any_place_of_the_face_moves_as_the_contact_points_there(planes: np.ndarray) -> None:
+    lattice = block(planes)
+    face = contact_face(lattice)
+    moved = np.random.default_rng(3).normal(size=lattice.nodes_mm.shape)
+    weights = face_weights(lattice, face.positions(lattice.nodes_mm)[:, :2])
+    np.testing.assert_allclose(weights @ moved, face.positions(moved), atol=1e-12)
+    corners = face_weights(lattice, np.array([[-1.0, 0.0], [9.0, 9.0]])) @ moved
+    np.testing.assert_allclose(corners, moved[[0, len(planes) ** 2 - 1]], atol=1e-12)
 
 
 def test_two_planes_are_interpolated_linearly() -> None:

@@ -57,7 +57,7 @@ def test_interior_points_stay_behind_the_face() -> None:
 def test_distances_after_settling_increase() -> None:
     distance = np.linspace(-0.1, 0.5, 2001)
     for clearance in (0.01, -0.01):
-        assert (np.diff(face_distance(distance, clearance, max(0.02, clearance), 0.2)) >= 0).all()
-        inner = interior_distance(distance, clearance, 0.2)
+        assert (np.diff(face_distance(distance, clearance, max(0.01, clearance))) >= 0).all()
+        inner = interior_distance(distance, clearance)
         assert (np.diff(inner) > 0).all()
         assert (inner > clearance).all()

@@ -12,7 +12,8 @@ from magicsim.errors import ConfigError
 from magicsim.evaluate.baseline import Baseline, load_baseline, paired, save_baseline
 from magicsim.evaluate.detector import Detection, ProfileDetector
 from magicsim.evaluate.judged import JudgedEpisode
-from magicsim.evaluate.regression import SCORES, Change, compare
+from magicsim.evaluate.measures import SCORE_MEANS
+from magicsim.evaluate.regression import Change, compare
 from magicsim.evaluate.run import condition_of
 
 from .synthetic import PROFILE, judged
@@ -138,7 +139,7 @@ def test_scores_that_lose_margin_without_any_other_verdict_are_a_regression_of_a
 def test_scores_of_a_detector_that_tells_nothing_apart_are_not_compared():
     blind = [replace(judged(name), approach=np.zeros(18), touch=np.zeros(18)) for name in NAMES]
     found = compare([(each, each) for each in blind], ["one"] * 10, seed=0, same_scale=True)
-    assert not {each.measure for each in found} & set(SCORES)
+    assert not {each.measure for each in found} & set(SCORE_MEANS)
 
 
 def test_p_value_is_that_of_the_exact_sign_flip_test():
