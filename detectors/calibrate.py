@@ -1,6 +1,6 @@
 """Fits `detectors/calibrated.toml` on simulated episodes of other objects and other seeds than the demo's.
 
-    python detectors/calibrate.py              # about eight minutes on two cores
+    python detectors/calibrate.py              # six minutes on two cores, beside other work
 
 The episodes run the demo's story with a box, a cylinder, a small dark ball and a flat punch, off centre and with seeds
 of their own. Options are chosen among `CANDIDATES`, thresholds are fitted exactly (`magicsim.detectors.calibrate`).
