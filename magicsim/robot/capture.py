@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 
 from magicsim.errors import ConfigError
-from magicsim.robot.live import LiveSensor, Moment
+from magicsim.robot.live import LiveSensor
+from magicsim.robot.moment import Moment
 from magicsim.robot.orientation import Image, as_bgr
 
 World = Callable[[LiveSensor, float], None]

@@ -16,7 +16,8 @@ from magicsim.episode import FrameTruth, SimulatedFrame, Vector
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.objects import AnyObject
 from magicsim.robot.fingers import SIDES, ObjectPlace, Side, finger_motion, finger_pose, half_extents_mm, seen_by
-from magicsim.robot.live import LiveSensor, Moment
+from magicsim.robot.live import LiveSensor
+from magicsim.robot.moment import Moment
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
 

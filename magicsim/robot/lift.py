@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 
 from scipy.optimize import brentq
 
-from magicsim.robot.live import LiveSensor, Moment
+from magicsim.robot.live import LiveSensor
+from magicsim.robot.moment import Moment
 
 GRAVITY_MM_S2 = 9806.65
 BALANCE_SHARE = 0.01

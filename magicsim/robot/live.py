@@ -1,7 +1,7 @@
 """A simulated sensor whose object and lights the user's code moves, in any order, one frame at a time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -9,45 +9,23 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.config import validate
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import contact_face, point_spacing_mm
 from magicsim.episode import FrameTruth, SimulatedFrame
 from magicsim.errors import ConfigError
 from magicsim.plan import can_touch
+from magicsim.robot.darkroom import Darkroom
+from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.motion import waypoints
 from magicsim.robot.slip import slip_mm, slip_share
 from magicsim.robot.workspace import Workspace, bounded
-from magicsim.scenes.exposure import FloatImage
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.shot import Shot
-from magicsim.simulation import Sensor, build_renderer, sensor_exposure
+from magicsim.simulation import Sensor
 from magicsim.truth import frame_truth
 
-Rgb = tuple[float, float, float]
-FULL: Rgb = (1.0, 1.0, 1.0)
 MAX_SEED = 2**31
 MAX_FRAME_RATE = 1000
-REMEMBERED = 3
-"""Radiance images that are kept: the untouched sensor's, and a state with and without outside light."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Moment:
-    """Everything that one frame depends on, held until it is developed."""
-
-    index: int
-    """Place in the stream; each frame has noise of its own."""
-    time_s: float
-    """Time since the stream began [s]."""
-    seed: int
-    """Seed of the stream's noise."""
-    state: FrameState
-    deformation: Deformation
-    slid_mm: float
-    led_strength: Rgb
 
 
 class LiveSensor:
@@ -73,11 +51,9 @@ class LiveSensor:
             msg = "contact.rate_dependent = True is not allowed here: the motions of a live sensor are quasi-static"
             raise ConfigError(msg)
         self.workspace = workspace or Workspace()
-        self._built: Sensor | None = Sensor(bounded(scene, self.workspace))
+        self._darkroom: Darkroom | None = Darkroom(Sensor(bounded(scene, self.workspace)))
         self._frames_per_second = scene.frames_per_second
-        self._area_mm2 = _contact_areas_mm2(self._built)
-        self._shot: Shot | None = None
-        self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage]] = {}
+        self._area_mm2 = _contact_areas_mm2(self.sensor)
         self.reset()
 
     def reset(self, *, seed: int | None = None) -> None:
@@ -103,15 +79,12 @@ class LiveSensor:
         Raises:
             ConfigError: The sensor was closed.
         """
-        if self._built is None:
-            msg = "the sensor is closed: build another one"
-            raise ConfigError(msg)
-        return self._built
+        return self._open.sensor
 
     @property
     def is_closed(self) -> bool:
         """Whether `close` was called."""
-        return self._built is None
+        return self._darkroom is None
 
     @property
     def frames_per_second(self) -> float:
@@ -231,15 +204,7 @@ class LiveSensor:
         Raises:
             ConfigError: The size is not allowed.
         """
-        scene = self.sensor.scene
-        values = scene.rig.camera.model_dump() | {"columns": columns, "rows": rows}
-        camera = validate(Camera, values, source="image size")
-        if camera == scene.rig.camera:
-            return
-        self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
-        self.sensor.renderer = build_renderer(self.sensor.scene, self.sensor.elastomer)
-        self._shot = None
-        self._seen.clear()
+        self._open.resize(columns=columns, rows=rows)
 
     def now(self) -> Moment:
         """The present moment, without taking it from the stream."""
@@ -266,19 +231,7 @@ class LiveSensor:
         Raises:
             RenderError: The image is not valid.
         """
-        if self._shot is None:
-            untouched = self._radiance(UNTOUCHED, self.sensor.rest)
-            self._shot = Shot.of(self.sensor.scene, sensor_exposure(self.sensor, untouched))
-        return self._shot.take(
-            moment.state,
-            moment.deformation,
-            self._lit(moment),
-            displacements_mm=self.sensor.wanted_displacements_mm(moment.deformation),
-            seed=moment.seed,
-            index=moment.index,
-            time_s=moment.time_s,
-            is_reference=False,
-        )
+        return self._open.develop(moment)
 
     def frame(self) -> SimulatedFrame:
         """The next frame: RGB image, shape (rows, columns, 3), and ground truth."""
@@ -286,8 +239,7 @@ class LiveSensor:
 
     def close(self) -> None:
         """Lets go of solver, scenes and images; may be called again."""
-        self._built = None
-        self._seen.clear()
+        self._darkroom = None
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -298,6 +250,13 @@ class LiveSensor:
     ) -> None:
         """Closes."""
         self.close()
+
+    @property
+    def _open(self) -> Darkroom:
+        if self._darkroom is None:
+            msg = "the sensor is closed: build another one"
+            raise ConfigError(msg)
+        return self._darkroom
 
     def _go(self, state: FrameState) -> None:
         sensor = self.sensor
@@ -327,28 +286,6 @@ class LiveSensor:
             before, deformation = deformation, sensor.deform(each, deformation)
             slid_mm += slip_mm(before, deformation, self._area_mm2)
         return sensor.rest if deformation.is_rest else deformation, slid_mm
-
-    def _lit(self, moment: Moment) -> FloatImage:
-        """Radiance at the strengths of the LEDs: colours do not mix on their way, so each strength scales its channel.
-
-        Outside light is not scaled: it is what the flashlight adds to the same state without it.
-        """
-        full = self._radiance(moment.state, moment.deformation)
-        if moment.led_strength == FULL:
-            return full
-        strength = np.array(moment.led_strength, np.float32)
-        if not moment.state.flashlight:
-            return full * strength
-        inside = self._radiance(replace(moment.state, flashlight=False, light_x_mm=0.0), moment.deformation)
-        return np.asarray(np.maximum(inside * strength + (full - inside), 0))
-
-    def _radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
-        key = (state, id(deformation))  # the deformation is kept beside, so that no other one gets its id
-        if key not in self._seen:
-            while len(self._seen) >= REMEMBERED:
-                del self._seen[next(iter(self._seen))]
-            self._seen[key] = (deformation, self.sensor.radiance(state, deformation))
-        return self._seen[key][1]
 
 
 def live_sensor(

@@ -1,0 +1,86 @@
+"""Develops the moments of a live sensor into frames: equal states are rendered once, exposure is metered once."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from magicsim.config import validate
+from magicsim.deform.deformation import Deformation
+from magicsim.episode import SimulatedFrame
+from magicsim.robot.moment import FULL, Moment
+from magicsim.scenes.exposure import FloatImage
+from magicsim.scenes.rig import Camera
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.shot import Shot
+from magicsim.simulation import Sensor, build_renderer, sensor_exposure
+
+REMEMBERED = 3
+"""Radiance images that are kept: the untouched sensor's, and a state with and without outside light."""
+
+
+class Darkroom:
+    """Renders what a sensor sees, in any order of moments."""
+
+    def __init__(self, sensor: Sensor) -> None:
+        """For one sensor, whose renderer loads with the first frame."""
+        self.sensor = sensor
+        self._shot: Shot | None = None
+        self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage]] = {}
+
+    def develop(self, moment: Moment) -> SimulatedFrame:
+        """Renders a moment.
+
+        Raises:
+            RenderError: The image is not valid.
+        """
+        if self._shot is None:
+            untouched = self._radiance(UNTOUCHED, self.sensor.rest)
+            self._shot = Shot.of(self.sensor.scene, sensor_exposure(self.sensor, untouched))
+        return self._shot.take(
+            moment.state,
+            moment.deformation,
+            self._lit(moment),
+            displacements_mm=self.sensor.wanted_displacements_mm(moment.deformation),
+            seed=moment.seed,
+            index=moment.index,
+            time_s=moment.time_s,
+            is_reference=False,
+        )
+
+    def resize(self, *, columns: int, rows: int) -> None:
+        """Renders with so many pixels from now on, and meters again; what they see along x stays `camera.field_mm`.
+
+        Raises:
+            ConfigError: The size is not allowed.
+        """
+        scene = self.sensor.scene
+        values = scene.rig.camera.model_dump() | {"columns": columns, "rows": rows}
+        camera = validate(Camera, values, source="image size")
+        if camera == scene.rig.camera:
+            return
+        self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
+        self.sensor.renderer = build_renderer(self.sensor.scene, self.sensor.elastomer)
+        self._shot = None
+        self._seen.clear()
+
+    def _lit(self, moment: Moment) -> FloatImage:
+        """Radiance at the strengths of the LEDs: colours do not mix on their way, so each strength scales its channel.
+
+        Outside light is not scaled: it is what the flashlight adds to the same state without it.
+        """
+        full = self._radiance(moment.state, moment.deformation)
+        if moment.led_strength == FULL:
+            return full
+        strength = np.array(moment.led_strength, np.float32)
+        if not moment.state.flashlight:
+            return full * strength
+        inside = self._radiance(replace(moment.state, flashlight=False, light_x_mm=0.0), moment.deformation)
+        return np.asarray(np.maximum(inside * strength + (full - inside), 0))
+
+    def _radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
+        key = (state, id(deformation))  # the deformation is kept beside, so that no other one gets its id
+        if key not in self._seen:
+            while len(self._seen) >= REMEMBERED:
+                del self._seen[next(iter(self._seen))]
+            self._seen[key] = (deformation, self.sensor.radiance(state, deformation))
+        return self._seen[key][1]
