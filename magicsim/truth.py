@@ -6,11 +6,14 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
 
 from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
+from magicsim.deform.face import POINT_SPACING_MM
 from magicsim.detectors.truth import classify_frame
 from magicsim.episode import FrameTruth, SolveFigures, Vector
 from magicsim.scenes.timeline import FrameState
 
 Array = npt.NDArray[np.float64]
+AROUND_MM = 2 * POINT_SPACING_MM
+"""Beyond a touching point there is another that does not touch within this distance [mm]."""
 
 
 def frame_truth(
@@ -62,9 +65,13 @@ def contact_mask(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.
     Returns:
         Mask of shape (rows, columns).
     """
-    if deformation.is_rest or deformation.contact_gap_mm.min() > TOUCHING_GAP_MM:
-        return np.zeros(landing_mm.shape[:2], bool)
-    return _where_pixels_look(deformation, deformation.contact_gap_mm, landing_mm) <= TOUCHING_GAP_MM
+    points, gap = deformation.contact_points_mm[:, :2], deformation.contact_gap_mm
+    touching, mask = points[gap <= TOUCHING_GAP_MM], np.zeros(landing_mm.shape[:2], bool)
+    if len(touching):
+        looked_at = _in_box(landing_mm, touching, AROUND_MM)
+        near = _in_box(points, touching, 2 * AROUND_MM)
+        mask[looked_at] = _between(points[near], gap[near], landing_mm[looked_at]) <= TOUCHING_GAP_MM
+    return mask
 
 
 def depth_map_mm(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.float32]:
@@ -81,18 +88,25 @@ def depth_map_mm(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.
     """
     if deformation.is_rest:
         return np.zeros(landing_mm.shape[:2], np.float32)
-    return _where_pixels_look(deformation, deformation.contact_points_mm[:, 2], landing_mm).astype(np.float32)
+    points = deformation.contact_points_mm
+    depth = _between(points[:, :2], points[:, 2], landing_mm.reshape(-1, 2))
+    return depth.reshape(landing_mm.shape[:2]).astype(np.float32)
 
 
-def _where_pixels_look(deformation: Deformation, values: Array, landing_mm: Array) -> Array:
-    """Linear between the values at contact points, shape (rows, columns); the nearest one's beyond the outermost."""
-    points, pixels = deformation.contact_points_mm[:, :2], landing_mm.reshape(-1, 2)
-    found = LinearNDInterpolator(points, values)(pixels)
+def _in_box(places: Array, around: Array, margin_mm: float) -> npt.NDArray[np.bool_]:
+    """Which places are in the rectangle around others, widened by a margin."""
+    low, high = around.min(0) - margin_mm, around.max(0) + margin_mm
+    return np.asarray(((places >= low) & (places <= high)).all(-1))
+
+
+def _between(points: Array, values: Array, places: Array) -> Array:
+    """Linear between the values at points; the nearest one's beyond the outermost."""
+    found = LinearNDInterpolator(points, values)(places)
     outside = np.isnan(found)
     if outside.any():
-        _, nearest = cKDTree(points).query(pixels[outside])
+        _, nearest = cKDTree(points).query(places[outside])
         found[outside] = values[nearest]
-    return np.asarray(found.reshape(landing_mm.shape[:2]))
+    return np.asarray(found)
 
 
 def _vector(values: Array) -> Vector:

@@ -96,6 +96,24 @@ def plot_light_cost(data: Mapping[str, Any], target: Path) -> None:
     _finish(figure, panels, target)
 
 
+def plot_left_out(data: Mapping[str, Any], target: Path) -> None:
+    """Seconds with and without each rule, one row a rule, with what it changes."""
+    rows = data["results"]
+    figure = Figure(figsize=(9, 0.55 * len(rows) + 1.4), layout="constrained")
+    axes = figure.subplots()
+    for place, row in enumerate(rows):
+        axes.plot([row["seconds"], row["seconds_full"]], [place, place], color="#bbbbbb", linewidth=1)
+        axes.plot(row["seconds_full"], place, "o", color=COLORS[1], label="everything done" if place == 0 else None)
+        axes.plot(row["seconds"], place, "o", color=COLORS[3], label="with the rule" if place == 0 else None)
+        noise = "" if row["noise"] is None else f", noise {row['noise']:.2g}"
+        axes.annotate(f"{row['result']}: changes {row['difference']:.2g}{noise}", (row["seconds_full"], place),
+                      xytext=(8, 0), textcoords="offset points", va="center", fontsize=8)  # fmt: skip
+    axes.set(xscale="log", xlabel="seconds", yticks=range(len(rows)), ylim=(len(rows) - 0.4, -0.6))
+    axes.set_yticklabels([row["rule"] for row in rows])
+    axes.set_xlim(right=50 * max(row["seconds_full"] for row in rows))
+    _finish(figure, [axes], target)
+
+
 def _distinct(rows: Sequence[Mapping[str, Any]], key: str) -> list[Any]:
     return list(dict.fromkeys(row[key] for row in rows))
 

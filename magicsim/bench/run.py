@@ -13,8 +13,16 @@ from magicsim.bench.cost import run_cost
 from magicsim.bench.cost_plot import plot_cost
 from magicsim.bench.error_plot import plot_errors
 from magicsim.bench.lattice_verdicts import run_lattice
+from magicsim.bench.left_out import run_left_out
 from magicsim.bench.light_cost import run_light_cost
-from magicsim.bench.light_plots import plot_blur, plot_lattice, plot_light_cost, plot_verdicts, plot_visibility
+from magicsim.bench.light_plots import (
+    plot_blur,
+    plot_lattice,
+    plot_left_out,
+    plot_light_cost,
+    plot_verdicts,
+    plot_visibility,
+)
 from magicsim.bench.reference import reference_path
 from magicsim.bench.render import run_render
 from magicsim.bench.render_plot import plot_render
@@ -45,6 +53,7 @@ BENCHMARKS = {
     "lattice": Benchmark(run=run_lattice, plot=plot_lattice),
     "blur": Benchmark(run=run_blur, plot=plot_blur),
     "visibility": Benchmark(run=run_visibility, plot=plot_visibility),
+    "left-out": Benchmark(run=run_left_out, plot=plot_left_out),
 }
 
 
@@ -54,8 +63,8 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
     Args:
         kind: `deform` and `render` (error against run time), `stress` (validity at extremes), `cost` and `light-cost`
             (cost against size), `verdicts` and `lattice` (what rendering and what lattice the detectors need), `blur`
-            (of an edge by distance), `visibility` (of the grid over the assumed constants), or `all`, one after the
-            other.
+            (of an edge by distance), `visibility` (of the grid over the assumed constants), `left-out` (what every rule
+            that leaves work out saves and changes), or `all`, one after the other.
         out: Folder, made where missing.
         quick: A small part of it, in a minute or two.
         recompute: Solve the reference of `deform` again first, and replace its file (needs NGSolve).

@@ -83,12 +83,13 @@ def measure_verdicts(state: str, samples: int, particles: int, *, seeds: int, qu
         settings = [f"render.samples={samples}", f"render.particles={particles}", *small]
         scene = load_scene(state, settings, seed=seed)
         sensor, frame = Sensor(scene), timeline(scene)[0]
-        view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
+        deformation = sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest
+        view = sensor.view(frame, deformation)
         untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-        sensor.renderer.radiance(view)  # compiles
+        sensor.renderer.warm_up(view)
+        sensor.renderer.prepare(view)
         start = time.perf_counter()
-        sensor.renderer.world(view).update(body=view.body, infill=view.infill)
-        radiance = sensor.renderer.radiance(view)
+        radiance = sensor.radiance(frame, deformation)
         seconds.append(time.perf_counter() - start)
         camera, exposure = scene.rig.camera, meter(untouched, scene.rig.camera)
         rest = [

@@ -8,7 +8,9 @@ from cyclopts import Parameter
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_object, print_result
 from magicsim.errors import ConfigError
 
-Kind = Literal["deform", "stress", "cost", "render", "light-cost", "verdicts", "lattice", "blur", "visibility", "all"]
+Kind = Literal[
+    "deform", "stress", "cost", "render", "light-cost", "verdicts", "lattice", "blur", "visibility", "left-out", "all"
+]
 
 
 @app.command

@@ -64,6 +64,8 @@ class Renderer:
         self.object_mesh = object_mesh
         self.object_finish = object_finish or Finish()
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
+        self.uses_records = True
+        """Whether frames in which nothing touches are made from recorded paths; otherwise in full, for comparison."""
         self._film = film(elastomer.design, rig)
         self._whole = film(elastomer.design, rig, whole=True)
         self._worlds: Worlds | None = None
@@ -97,8 +99,10 @@ class Renderer:
         return np.asarray(np.maximum(image - window.of(anchor.cheap_image) + window.of(anchor.image), 0))
 
     def _stands_free(self, view: View) -> bool:
-        bare = view.indenter is not None and self.object_mesh is None
-        if self.estimator == "path" or not self.settings.anchor_samples or self.elastomer.grid is None or bare:
+        is_fluence = self.estimator == "fluence" and self.elastomer.grid is not None
+        if not (self.uses_records and is_fluence and self.settings.anchor_samples):
+            return False
+        if view.indenter is not None and self.object_mesh is None:
             return False
         from magicsim.scenes.approach import stands_free
 

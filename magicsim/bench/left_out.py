@@ -1,0 +1,213 @@
+"""What leaving out saves: every rule with and without, on the same state, and what it changes of the result.
+
+A rule is *exact* where the result must be the same to the last bit, *bounded* where it may differ by a stated bound,
+and *statistical* where another way to the same image is taken: then the difference must be what both ways' noise
+explains, which stands beside it.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.bench.compare import machine
+from magicsim.deform.press import compile_kernels
+from magicsim.plan import can_touch, plan_scene
+from magicsim.scenes.exposure import meter
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.scenes.timeline import timeline
+from magicsim.shot import Shot
+from magicsim.simulation import Sensor, simulate_with
+
+Array = npt.NDArray[np.float64]
+Run = Callable[[], Array]
+Result = Literal["exact", "statistical", "bounded"]
+REPEATS, QUICK_REPEATS = 5, 2
+SMALL = (
+    "rig.camera.columns=48", "rig.camera.rows=64", "render.samples=2", "render.particles=8000",
+    "render.anchor_samples=4", "render.anchor_particles=60000",
+)  # fmt: skip
+HELD = "[{frame=0}, {frame=1, gap_mm=2.0}, {frame=2, gap_mm=-0.5}, {frame=5, gap_mm=-0.5}, {frame=6, gap_mm=2.0}]"
+"""An object that comes, is held for four frames and goes back to where it was."""
+OTHER_SEED = 1000
+MIDDLE = 4
+"""A region of interest is the middle of the image, a quarter of its columns and rows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOutRow:
+    """One rule."""
+
+    rule: str
+    result: Result
+    """What the rule promises; `bounded`: to a stated bound."""
+    seconds_full: float
+    """Median, everything done."""
+    seconds: float
+    """Median, with the rule."""
+    saved: float
+    """Share of the time."""
+    difference: float
+    """Root mean square over the result, in units of its mean; 0 is the same to the last bit."""
+    noise: float | None
+    """Statistical rules: what the difference would be by chance, from the spread of both ways, in the same units."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rule:
+    """One rule as two ways to the same result."""
+
+    name: str
+    result: Result
+    full: Run
+    lean: Run
+    again: tuple[Run, Run] | None = None
+    """Both ways with other random numbers."""
+
+
+def run_left_out(*, quick: bool = False) -> dict[str, Any]:
+    """All rules.
+
+    Args:
+        quick: Small images, fewer repeats.
+    """
+    settings = SMALL if quick else ()
+    rows = [_measured(make(settings), QUICK_REPEATS if quick else REPEATS) for make in RULES]
+    return {"kind": "left-out", "quick": quick, "results": [asdict(row) for row in rows], "machine": machine()}
+
+
+def _measured(rule: Rule, repeats: int) -> LeftOutRow:
+    seconds: dict[str, list[float]] = {"full": [], "lean": []}
+    rule.full(), rule.lean()  # compiles
+    for _ in range(repeats):
+        start = time.perf_counter()
+        full = rule.full()
+        middle = time.perf_counter()
+        lean = rule.lean()
+        seconds["full"].append(middle - start)
+        seconds["lean"].append(time.perf_counter() - middle)
+    size = max(float(np.abs(full).mean()), 1e-300)
+    noise = None
+    if rule.again is not None:
+        spreads = [_rms(one - again()) / np.sqrt(2) for one, again in zip((full, lean), rule.again, strict=True)]
+        noise = float(np.hypot(*spreads)) / size
+    whole, with_rule = (float(np.median(seconds[each])) for each in ("full", "lean"))
+    return LeftOutRow(
+        rule=rule.name,
+        result=rule.result,
+        seconds_full=whole,
+        seconds=with_rule,
+        saved=1 - with_rule / whole,
+        difference=_rms(full - lean) / size,
+        noise=noise,
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean()))
+
+
+def _repeated_states(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("near", [f"keyframes={HELD}", "references=2", *settings])
+    sensor = Sensor(scene)
+
+    def run(*, leave_out: bool) -> Array:
+        episode = simulate_with(sensor, plan=plan_scene(scene, leave_out=leave_out))
+        return np.array([frame.image for frame in episode.frames], float)
+
+    return Rule(
+        name="frames that look as an earlier one", result="exact", full=lambda: run(leave_out=False),
+        lean=lambda: run(leave_out=True),
+    )  # fmt: skip
+
+
+def _far_field(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("pressed", settings)
+    graded, whole = Sensor(scene), Sensor(load_scene("pressed", [*settings, "design.lattice.growth=1"]))
+    state = timeline(scene)[0]
+    compile_kernels()
+    return Rule(
+        name="fine lattice away from the contact", result="bounded",
+        full=lambda: whole.deform(state, whole.rest).force_n[2:],
+        lean=lambda: graded.deform(state, graded.rest).force_n[2:],
+    )  # fmt: skip
+
+
+def _recorded(state: str) -> Callable[[tuple[str, ...]], Rule]:
+    def make(settings: tuple[str, ...]) -> Rule:
+        scene = load_scene(state, settings)
+        other = load_scene(state, [*settings, f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED)
+        return Rule(
+            name=f"paths within the untouched block ({state})", result="statistical", full=_image(scene, whole=True),
+            lean=_image(scene), again=(_image(other, whole=True), _image(other)),
+        )  # fmt: skip
+
+    return make
+
+
+def _image(scene: SceneConfig, *, whole: bool = False) -> Run:
+    """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths."""
+    sensor, state = Sensor(scene), timeline(scene)[0]
+    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    sensor.renderer.uses_records = not whole
+    sensor.renderer.prepare(sensor.view(state, deformation))
+    return lambda: sensor.radiance(state, deformation).astype(np.float64)
+
+
+def _nothing_scatters(settings: tuple[str, ...]) -> Rule:
+    bare = ("render.anchor_samples=0", "design.materials.body.sigma_s_per_mm=0")
+    clear, barely = (
+        load_scene("flashlight", [*settings, *bare, f"design.materials.infill.sigma_s_per_mm={sigma}"])
+        for sigma in ("0", "1e-30")
+    )
+    return Rule(name="light pass where nothing scatters", result="exact", full=_image(barely), lean=_image(clear))
+
+
+def _region(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("pressed", settings)
+    camera = scene.rig.camera
+    columns, rows = camera.columns // MIDDLE, camera.rows // MIDDLE
+    left, top = (camera.columns - columns) // 2, (camera.rows - rows) // 2
+    cropped = load_scene("pressed", [*settings, f"rig.camera.region_px=[{left},{top},{columns},{rows}]"])
+    whole = _image(scene)
+    return Rule(
+        name=f"pixels outside of a region of 1/{MIDDLE**2}", result="exact",
+        full=lambda: whole()[top : top + rows, left : left + columns], lean=_image(cropped),
+    )  # fmt: skip
+
+
+def _dark_flashlight(settings: tuple[str, ...]) -> Rule:
+    whole = ("render.anchor_samples=0",)
+    off = load_scene("rest", [*settings, *whole])
+    lamp = load_scene("flashlight", [*settings, *whole, "rig.flashlight.radiance=[0,0,0]"])
+    return Rule(name="a flashlight that is off", result="exact", full=_image(lamp), lean=_image(off))
+
+
+def _outputs(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("pressed", ["references=0", *settings])
+    bare = scene.model_copy(
+        update={"output": scene.output.model_copy(update={"contact_mask": False, "displacements": False})}
+    )
+    sensor = Sensor(scene)
+    state = timeline(scene)[0]
+    deformation = sensor.deform(state, sensor.rest)
+    radiance = sensor.radiance(state, deformation)
+
+    def run(asked: SceneConfig) -> Array:
+        shot = Shot.of(asked, meter(radiance, asked.rig.camera))
+        moved = sensor.printed_displacements_mm(deformation) if asked.output.displacements else None
+        frame = shot.take(
+            state, deformation, radiance, displacements_mm=moved, seed=0, index=0, time_s=0.0, is_reference=False
+        )
+        return frame.image.astype(float)
+
+    return Rule(name="outputs not asked for", result="exact", full=lambda: run(scene), lean=lambda: run(bare))
+
+
+RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (
+    _repeated_states, _far_field, _nothing_scatters, _dark_flashlight, _recorded("near"),
+    _recorded("flashlight"), _region, _outputs,
+)  # fmt: skip
