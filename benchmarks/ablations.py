@@ -5,7 +5,8 @@
 
 Films the dark episodes of the small suite in small images (120 x 160, a quarter of the default's particles), once for
 the full physics and once for each ablation, on the same deformations. What is filmed stays in the cache, so that a run
-that is cut off goes on. Writes `ablations.json` and `ablations.png`. Taking away temporal fusion needs no filming.
+that is cut off goes on. Writes `ablations.json`, `ablations-table.txt` and `ablations.png`. Taking away temporal
+fusion needs no filming.
 """
 
 import argparse
@@ -28,6 +29,7 @@ from magicsim.evaluate.ablation_scores import (
 from magicsim.evaluate.cases import list_cases
 from magicsim.evaluate.footage import Footage
 from magicsim.evaluate.suite import load_suite
+from magicsim.markdown import markdown_table
 from magicsim.operating_point.reading import scaled
 
 COLUMNS, ROWS, FULL = 120, 160, 240
@@ -87,6 +89,25 @@ def plot(data: dict[str, Any], target: Path) -> None:
     figure.savefig(target, dpi=90, metadata={"Software": None})
 
 
+def table(data: dict[str, Any]) -> str:
+    """Measures of every ablation with their intervals, in Markdown."""
+    names = {"full physics": NOTHING} | {f"without {each}": each for each in data["scores"] if each != NOTHING}
+    rows = []
+    for title, name in names.items():
+        score = data["scores"][name]
+        cells = [score["refused"]] if "refused" in score else [interval(score["measures"][one]) for one in MEASURED]
+        rows.append([title.replace("_", " "), *cells, *[""] * (len(MEASURED) - len(cells))])
+    return markdown_table(["", *(each.replace("_", " ") for each in MEASURED)], rows) + "\n"
+
+
+def interval(measure: dict[str, Any]) -> str:
+    """A measure with its interval."""
+    if measure["value"] is None:
+        return "-"
+    value = f"{measure['value']:.2f}"
+    return value if measure["low"] is None else f"{value} ({measure['low']:.2f} to {measure['high']:.2f})"
+
+
 def main() -> None:
     """Measures and writes JSON and plot."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -98,6 +119,7 @@ def main() -> None:
     names = [NOTHING, *(given.only or [each for each in ABLATIONS if each != NOTHING])]
     data = measure(given.cache, takes=given.takes, names=names)
     (given.out / "ablations.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    (given.out / "ablations-table.txt").write_text(table(data), encoding="utf-8")
     plot(data, given.out / "ablations.png")
     for name, falls in data["falls"].items():
         print(name, {key: round(value, 3) for key, value in falls.items()})

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from magicsim.markdown import markdown_table
+
 DASH = "-"
 
 
@@ -52,7 +54,7 @@ def _quantities(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
         "left [tolerances]",
         "met alone by",
     ]
-    return _table(head, rows)
+    return markdown_table(head, rows)
 
 
 def _constants(summary: Mapping[str, Any]) -> str:
@@ -60,7 +62,7 @@ def _constants(summary: Mapping[str, Any]) -> str:
         [f"`{name}`", f"{found['low']:.2f}", f"{found['median']:.2f}", f"{found['high']:.2f}", f"{found['spread']:.2f}"]
         for name, found in summary["constants"].items()
     ]
-    return _table(["constant, share of its range", "low", "median", "high", "spread (1 = even)"], rows)
+    return markdown_table(["constant, share of its range", "low", "median", "high", "spread (1 = even)"], rows)
 
 
 def _colours(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
@@ -79,7 +81,7 @@ def _colours(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
         for title, found in readings.items()
     ]
     head = ["sensor", "evenness red", "green", "blue", "disparity at rest", "in contact", "under light"]
-    return _table(head, rows)
+    return markdown_table(head, rows)
 
 
 def _members(members: Sequence[Mapping[str, Any]]) -> str:
@@ -91,12 +93,7 @@ def _members(members: Sequence[Mapping[str, Any]]) -> str:
         ]
         for number, each in enumerate(members, 1)
     ]
-    return _table(["member", "distance, small", "distance, full size"], rows)
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return markdown_table(["member", "distance, small", "distance, full size"], rows)
 
 
 def _number(value: float | None) -> str:

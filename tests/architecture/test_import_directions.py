@@ -8,7 +8,7 @@ import pytest
 from .source import imports, modules, top_level_imports
 
 LAYERS = (
-    {"errors", "presets", "conventions", "config", "folder"},
+    {"errors", "presets", "conventions", "config", "folder", "markdown"},
     {"geometry"},
     {"deform"},
     {"scenes"},
