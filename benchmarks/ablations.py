@@ -116,6 +116,7 @@ def main() -> None:
     parser.add_argument("--takes", type=int)
     parser.add_argument("--only", action="append", default=[])
     given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
     names = [NOTHING, *(given.only or [each for each in ABLATIONS if each != NOTHING])]
     data = measure(given.cache, takes=given.takes, names=names)
     (given.out / "ablations.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")

@@ -161,6 +161,7 @@ def main() -> None:
     parser.add_argument("run", type=Path)
     parser.add_argument("--out", type=Path, default=Path("docs"))
     arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
     episode = read_episode(arguments.run)
     effects, refused = [], []
     for base in profile_names():

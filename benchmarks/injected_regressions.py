@@ -56,6 +56,7 @@ def main() -> None:
     parser.add_argument("--set", dest="settings", action="append", default=[], help="of the suite, as in evaluate")
     parser.add_argument("--out", type=Path, default=Path("docs"))
     given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
     suite, profile = load_suite(given.suite, given.settings), load_profile(given.profile)
     sound = judge(suite, given.cache, lambda: ProfileDetector(profile))
     baseline = given.cache / "sound.json"

@@ -154,6 +154,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("docs"))
     given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
     if given.stage == "search":
         search(given.rows, steps=given.steps, first=given.first, minutes=given.minutes, seed=given.seed)
     elif given.stage == "check":
