@@ -8,6 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from magicsim.deform.zone import FAR_FIELD_BOUND
+from magicsim.geometry.grid import resolve_grid
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 
@@ -90,6 +91,12 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     kept: list[Decision] = []
     left_out: list[Decision] = []
     total = len(frames)
+    grid = resolve_grid(scene.design)
+    if grid is None:
+        left_out.append(Decision(stage="grid", reason="cell_mm is 0"))
+    else:
+        counts, sizes = (" x ".join(f"{each:.3g}" for each in values) for values in (grid.counts, grid.cell_mm))
+        kept.append(Decision(stage="grid", reason=f"{counts} cells of {sizes} mm, as they fit into the block"))
 
     def decide(stage: str, count: int, why: str, why_not: str) -> None:
         if count:

@@ -1,5 +1,6 @@
 """The main job: simulate a scene, judge it, and leave a folder that explains itself."""
 
+import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ import cv2
 import tomli_w
 
 from magicsim.episode import Episode, Judgement
+from magicsim.errors import FrameError
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge import PROFILES, judge
 from magicsim.report.page import render_report
@@ -18,6 +20,7 @@ from magicsim.scenes.variant import activate_variant
 from magicsim.simulation import Progress, Sensor, simulate_with
 from magicsim.table import frame_file, write_lattice, write_table
 
+LOGGER = logging.getLogger(__name__)
 REPORT = "report.html"
 PREVIEW = "preview.webp"
 TABLE = "episode.parquet"
@@ -42,6 +45,8 @@ class RunSummary:
     """Balanced accuracy of contact with the `calibrated` profile; None where a class has no frames."""
     proximity_accuracy: float | None
     """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
+    not_judged: str | None
+    """Why the detectors gave no verdicts; None where they did, or where the scene has no reference frames."""
     report: str | None
     """Path of the HTML report, None where not asked for."""
     out: str
@@ -64,7 +69,7 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         sensor = Sensor(scene)
         episode = simulate_with(sensor, progress=progress)
         before = time.perf_counter()
-        judgements = [judge(episode, name) for name in PROFILES] if scene.references else []
+        judgements, refused = judged(episode)
         judging = time.perf_counter() - before
         write_frames(folder, episode)
         write_table(folder / TABLE, episode, judgements)
@@ -77,7 +82,26 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
             facts = describe(scene, sensor.renderer.estimator)
             (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")
         (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
-    return _summary(scene, out, episode, judgements, sensor, episode.seconds + judging, time.perf_counter() - start)
+    seconds = episode.seconds + judging
+    return _summary(scene, out, episode, judgements, refused, sensor, seconds, time.perf_counter() - start)
+
+
+def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
+    """What every standard profile makes of an episode.
+
+    Detectors refuse a sensor that they cannot judge, such as one whose reference frames show no grid. That is no
+    fault of the frames.
+
+    Returns:
+        The judgements, and why there are none where a profile refuses.
+    """
+    if not episode.references:
+        return [], None
+    try:
+        return [judge(episode, name) for name in PROFILES], None
+    except FrameError as error:
+        LOGGER.warning("no verdicts: %s; frames and truth are written without", error)
+        return [], str(error)
 
 
 def write_frames(folder: Path, episode: Episode) -> None:
@@ -108,6 +132,7 @@ def _summary(
     out: Path,
     episode: Episode,
     judgements: Sequence[Judgement],
+    refused: str | None,
     sensor: Sensor,
     seconds: float,
     seconds_total: float,
@@ -121,6 +146,7 @@ def _summary(
         estimator=sensor.renderer.estimator,
         contact_accuracy=score.contact.accuracy if score else None,
         proximity_accuracy=score.proximity.accuracy if score else None,
+        not_judged=refused,
         report=str(out / REPORT) if scene.output.report else None,
         out=str(out),
     )

@@ -127,7 +127,10 @@ def fuse_grid(
     red, green, blue = cv2.sumElems(counts)[:3]
     if not red + green + blue:
         side = "at or below" if polarity == "dark" else "above"
-        msg = f"reference frames show no grid: no pixel is {side} tau_b = {tau_b} (polarity '{polarity}')"
+        msg = (
+            f"reference frames show no grid: no pixel is {side} tau_b = {tau_b} (polarity '{polarity}') of the "
+            "detector profile; fit one to this sensor (magicsim calibrate)"
+        )
         raise FrameError(msg)
     return GridReference(
         counts=counts,

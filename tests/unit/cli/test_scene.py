@@ -1,5 +1,6 @@
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 
 from .conftest import Shell
@@ -16,7 +17,8 @@ def test_plan_prints_decisions_with_stage_and_reason(shell: Shell):
 def test_plan_without_json_is_text_for_people(shell: Shell):
     done = shell("plan", "near")
     assert done.code == 0
-    assert "kept:\n  mesh and BVH update: 1 of 1 frames: something moved\n" in done.out
+    assert "kept:\n  grid: 22 x 30 x 5 cells of 0.818 x 0.813 x 0.8 mm" in done.out
+    assert "\n  mesh and BVH update: 1 of 1 frames: something moved\n" in done.out
 
 
 def test_plan_notices_a_mesh_file_that_is_not_there(shell: Shell):
@@ -52,3 +54,13 @@ def test_simulate_prints_the_contract_and_leaves_a_folder(shell: Shell, tmp_path
     # The written configuration is a scene that runs again, in the same place.
     again = shell.json("simulate", tmp_path / "out" / "config.toml", "--out", "out")
     assert again["frames"] == 7
+
+
+def test_frames_that_no_detector_can_judge_are_kept(shell: Shell, tmp_path: Path):
+    found = shell.json("simulate", "rest", "--out", "out", *settings("references=1"))
+    assert "too few" in found["not_judged"]
+    assert (found["contact_accuracy"], found["proximity_accuracy"]) == (None, None)
+    assert len(list((tmp_path / "out" / "frames").iterdir())) == found["frames"] == 2
+    columns = pq.read_schema(tmp_path / "out" / "episode.parquet").names
+    assert "gap_mm" in columns
+    assert "calibrated_contact" not in columns
