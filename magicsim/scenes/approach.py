@@ -30,6 +30,8 @@ from magicsim.scenes.window import Window
 Array = npt.NDArray[np.float64]
 TRIED = 4000
 """Particles that are enough to compile, and for some of them to meet what is near."""
+MIRRORED_PER_SAMPLE = 3
+"""Paths that a glossy object sends on, for each camera sample: its highlights are small and bright."""
 CLEAR_MM = 1e-3
 """Least distance of the object from the contact face [mm]."""
 
@@ -152,7 +154,7 @@ def seen_beside_anchor(
         anchor: The untouched sensor.
         finish: Surface of the object.
         window: Part of the ideal image.
-        samples: Paths of each pixel that a mirror sends on, about.
+        samples: Camera samples of each pixel.
         seed: Of the frame.
     """
     integrator = scene.integrator()
@@ -164,6 +166,6 @@ def seen_beside_anchor(
     seen = paths.glow(change, slopes, pixels) + paths.seen_outside(outside, field.irradiance, finish, pixels)
     seen += paths.mirrored(
         outside, finish, pixels, lambda starts: follow_camera(scene, outside, starts, field, finish, seed=seed),
-        samples=samples, seed=seed,
+        samples=MIRRORED_PER_SAMPLE * samples, seed=seed,
     )  # fmt: skip
     return np.asarray(seen.reshape(window.rows, window.columns, 3))
