@@ -46,8 +46,11 @@ def durometer(
     del seed  # nothing here is random; the option exists on every command
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     from magicsim.deform.durometer import durometer as test
+    from magicsim.progress import show_progress
 
-    print_result(fields_of(test(block, place=place)), as_json=json)
+    with show_progress(f"{design}: cone") as progress:
+        result = test(block, place=place, progress=progress)
+    print_result(fields_of(result), as_json=json)
 
 
 def _pair(name: str, text: str) -> tuple[float, float]:

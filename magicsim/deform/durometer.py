@@ -9,6 +9,7 @@ symmetry: a quarter of the sample is solved.
 
 import logging
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -60,6 +61,10 @@ COARSER = 1.5
 """Factor of the spacing where a block without walls folds on the finer one."""
 
 
+Progress = Callable[[int, int, str], None]
+"""Told how far the cone is out of the foot, how far it can be [both in micrometres], and the forces."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DurometerResult:
     """What `magicsim durometer` reports."""
@@ -100,6 +105,7 @@ def durometer(
     walls: Literal["resolved", "homogenised"] = "resolved",
     step_mm: float = STEP_MM,
     force_tolerance_n: float = FORCE_TOLERANCE_N,
+    progress: Progress | None = None,
 ) -> DurometerResult:
     """Shore A hardness of a block.
 
@@ -118,6 +124,7 @@ def durometer(
             is several times quicker.
         step_mm: Motion of the cone in one load step [mm].
         force_tolerance_n: Accuracy of the force at equilibrium [N].
+        progress: Told after every load step, see `Progress`.
 
     Raises:
         GeometryError: The design cannot be built.
@@ -133,7 +140,8 @@ def durometer(
         step_mm=step_mm,
         force_tolerance_n=force_tolerance_n,
     )
-    test, depth, state = _first_equilibrium(design, _attempts(design, setting, walls))
+    told = progress or (lambda *_: None)
+    test, depth, state = _first_equilibrium(design, _attempts(design, setting, walls), told)
     return DurometerResult(
         shore_a=100 * (1 - depth / EXTENSION_MM),
         force_n=test.cone_force_n(state),
@@ -223,25 +231,27 @@ class _Test:
 
 
 def _first_equilibrium(
-    design: ElastomerDesign, attempts: list[tuple[_Setting, Core]]
+    design: ElastomerDesign, attempts: list[tuple[_Setting, Core]], told: Progress
 ) -> tuple[_Test, float, Deformation]:
     """The first attempt that has one: its test, depth [mm] and state."""
     (setting, core), *others = attempts
     test = _Test(design, setting, core)
     try:
-        return test, *_equilibrium(test, setting)
+        return test, *_equilibrium(test, setting, told)
     except ConvergenceError as error:
         if not others:
             raise
         LOGGER.info("no equilibrium with a %s core at %g mm: %s", core, setting.spacing_mm, error)
-    return _first_equilibrium(design, others)
+    return _first_equilibrium(design, others, told)
 
 
-def _equilibrium(test: _Test, setting: _Setting) -> tuple[float, Deformation]:
+def _equilibrium(test: _Test, setting: _Setting, told: Progress) -> tuple[float, Deformation]:
     """Depth at which sample and spring push alike [mm], and the state there."""
 
     def excess(depth: float, state: Deformation) -> float:
-        return test.cone_force_n(state) - spring_force_n(depth)
+        force, spring = test.cone_force_n(state), spring_force_n(depth)
+        told(round(1000 * depth), round(1000 * EXTENSION_MM), f"cone {force:.2f} N, spring {spring:.2f} N")
+        return force - spring
 
     low, below, state = 0.0, -spring_force_n(0.0), test.rest
     high = setting.step_mm
