@@ -24,10 +24,11 @@ def test_spring_is_that_of_the_standard() -> None:
 def test_equilibrium_is_on_the_spring_and_valid() -> None:
     told = []
     found = durometer(sample(), spacing_mm=0.6, progress=lambda *step: told.append(step))
+    spring = spring_force_n(found.depth_mm)
     assert told[-1] == (
-        round(1000 * found.depth_mm), 2500, f"cone {found.force_n:.2f} N, spring {spring_force_n(found.depth_mm):.2f} N",
+        round(1000 * found.depth_mm), 2500, f"cone {found.force_n:.2f} N, spring {spring:.2f} N",
     )  # fmt: skip
-    assert found.force_n == pytest.approx(spring_force_n(found.depth_mm), abs=1e-3)
+    assert found.force_n == pytest.approx(spring, abs=1e-3)
     assert found.shore_a == pytest.approx(100 * (1 - found.depth_mm / 2.5))
     assert found.min_jacobian > 0
     assert found.max_penetration_mm <= 0.002
