@@ -45,7 +45,7 @@ def plot_verdicts(data: Mapping[str, Any], target: Path) -> None:
 
 
 def plot_lattice(data: Mapping[str, Any], target: Path) -> None:
-    """Force, entropy, correlation and similarity against node spacing, one line a depth."""
+    """Force, entropy, correlation and similarity against unknowns, one line a depth."""
     rows = data["results"]
     names = {
         "force_n": "force [N]",
@@ -57,10 +57,9 @@ def plot_lattice(data: Mapping[str, Any], target: Path) -> None:
     for panel, (name, title) in zip(panels, names.items(), strict=True):
         for color, depth in zip(COLORS, _distinct(rows, "depth_mm"), strict=False):
             own = [row for row in rows if row["depth_mm"] == depth]
-            panel.plot([row["spacing_mm"] for row in own], [row[name] for row in own],
+            panel.plot([row["unknowns"] for row in own], [row[name] for row in own],
                        color=color, marker="o", markersize=3, label=f"{depth:g} mm deep")  # fmt: skip
-        panel.axvline(1.0, color="#999999", linestyle=":", linewidth=1)
-        panel.set(xscale="log", title=title, xlabel="node spacing [mm] (dotted: default)")
+        panel.set(xscale="log", title=title, xlabel="unknowns")
     _finish(figure, panels, target)
 
 

@@ -15,6 +15,7 @@ from magicsim.plan import can_touch
 from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
+from magicsim.scenes.untouched import shared_states
 from magicsim.simulation import Sensor
 
 STATES = ("rest", "near", "pressed", "flashlight")
@@ -82,7 +83,7 @@ def measure_verdicts(state: str, samples: int, particles: int, *, seeds: int, qu
     for seed in range(seeds):
         settings = [f"render.samples={samples}", f"render.particles={particles}", *small]
         scene = load_scene(state, settings, seed=seed)
-        sensor, frame = Sensor(scene), timeline(scene)[0]
+        sensor, frame = Sensor(scene, untouched=shared_states()), timeline(scene)[0]
         deformation = sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest
         view = sensor.view(frame, deformation)
         untouched = sensor.radiance(UNTOUCHED, sensor.rest)

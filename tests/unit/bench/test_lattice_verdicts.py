@@ -11,9 +11,9 @@ from magicsim.bench.run import draw
 
 def test_plot_is_drawn_from_the_file(tmp_path) -> None:
     rows = [
-        {"spacing_mm": spacing, "depth_mm": depth, "force_n": depth / spacing, "entropy": 3.0, "correlation": 0.5,
+        {"unknowns": unknowns, "depth_mm": depth, "force_n": depth / unknowns, "entropy": 3.0, "correlation": 0.5,
          "similarity": 0.9}
-        for spacing in (2.0, 1.0) for depth in DEPTHS_MM
+        for unknowns in (7000, 20000) for depth in DEPTHS_MM
     ]  # fmt: skip
     file = tmp_path / "bench-lattice.json"
     file.write_text(json.dumps({"kind": "lattice", "results": rows}))
@@ -25,7 +25,7 @@ def test_plot_is_drawn_from_the_file(tmp_path) -> None:
 @pytest.mark.slow
 def test_finer_lattice_has_more_unknowns_and_is_softer() -> None:
     """Displacement elements approach the force from above; the detectors read a touch on either."""
-    coarse, fine = (measure_lattice(spacing, quick=True) for spacing in (3.0, 1.5))
+    coarse, fine = (measure_lattice(spacing, 1.6, quick=True) for spacing in (1.0, 0.5))
     assert all(isinstance(row, LatticeRow) for row in coarse)
     for one, other in zip(coarse, fine, strict=True):
         assert one.unknowns < other.unknowns
