@@ -1,8 +1,8 @@
 """What leaving out saves: every rule with and without, on the same state, and what it changes of the result.
 
 A rule is *exact* where the result must be the same to the last bit, *bounded* where it may differ by a stated bound,
-and *statistical* where another way to the same image is taken: then the difference must be what both ways' noise
-explains, which stands beside it.
+and *statistical* where another way to the same image is taken. Beside its difference stands what both ways' noise
+explains; it leaves out the fixed pattern of camera samples, of which each way has its own (`path_starts`).
 """
 
 import time
@@ -53,7 +53,8 @@ class LeftOutRow:
     difference: float
     """Root mean square over the result, in units of its mean; 0 is the same to the last bit."""
     noise: float | None
-    """Statistical rules: what the difference would be by chance, from the spread of both ways, in the same units."""
+    """Statistical rules: what the difference would be by chance, from the spread of both ways over seeds, in the same
+    units."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,7 +5,9 @@ time is that of one, everything compiled. Neither method is the truth: what thei
 cross products of independent pairs (`render_statistics`).
 
 `anchored` is a frame of an episode, as `magicsim simulate` renders it: its untouched state, rendered once with care, is
-independent from image to image here, and its time is shared by `EPISODE_FRAMES` frames.
+independent from image to image here, and its time is shared by `EPISODE_FRAMES` frames. All such frames share one
+pattern of camera samples, so their spread alone would flatter them: their error is the deviation from the mean of the
+best images without an anchor.
 
     python -m magicsim.bench.render rest       # one state in this process; one JSON object
 """
@@ -23,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.bench.compare import machine
-from magicsim.bench.render_statistics import bias, compare_blocks, mean_difference, spread
+from magicsim.bench.render_statistics import bias, compare_blocks, deviation, mean_difference, spread
 from magicsim.errors import RenderError
 from magicsim.scenes.refinement import central
 from magicsim.scenes.scene import load_scene
@@ -107,11 +109,12 @@ def measure_state(state: str, *, quick: bool) -> dict[str, Any]:
         estimator: max((each for each in found if each.estimator == estimator), key=lambda each: each.samples)
         for estimator in {each.estimator for each in found}
     }
-    reference = np.mean([image for image, _ in found[best.get("fluence", best["path"])]], axis=0)
+    independent = [image for image, _ in found[best.get("fluence", best["path"])]]
+    reference = np.mean(independent, axis=0)
     rows = []
     for setting, pairs in found.items():
         images, seconds = [image for image, _ in pairs], [each for _, each in pairs]
-        error = spread(images)
+        error = deviation(images, independent) if setting in ANCHORED else spread(images)
         rows.append(
             {"state": state, "variant": variant, **asdict(setting), "seeds": seeds,
              "seconds": float(np.median(seconds)), "error": error.value, "error_of_error": error.error,

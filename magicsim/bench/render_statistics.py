@@ -55,6 +55,26 @@ def spread(images: Sequence[Array]) -> Estimate:
     return _jackknife(stack, measure)
 
 
+def deviation(first: Sequence[Array], second: Sequence[Array]) -> Estimate:
+    """Relative root mean square error of one image of the first method, what all its images share included.
+
+    From the second method's mean, whose own noise is taken off: images that share a fixed pattern of samples spread
+    less than they err.
+
+    Args:
+        first: At least three images.
+        second: As many of a method without a common error, independent of the first.
+    """
+    pairs = np.stack([_stack(first), _stack(second)], 1)
+
+    def measure(chosen: Array) -> float:
+        ours, theirs = chosen[:, 0], chosen[:, 1]
+        square = ((ours - theirs.mean(0)) ** 2).mean() - theirs.var(0, ddof=1).mean() / len(theirs)
+        return float(np.sqrt(max(square, 0.0)) / theirs.mean())
+
+    return _jackknife(pairs, measure)
+
+
 def bias(first: Sequence[Array], second: Sequence[Array]) -> Estimate:
     """Relative root mean square difference of two methods' expectations, by cross products of independent pairs.
 

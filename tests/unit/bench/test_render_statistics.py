@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.bench.render_statistics import bias, compare_blocks, mean_difference, spread
+from magicsim.bench.render_statistics import bias, compare_blocks, deviation, mean_difference, spread
 
 TRUTH = np.fromfunction(lambda y, x, c: 2 + np.sin(x / 7) + 0.2 * c + 0.01 * y, (160, 120, 3))
 
@@ -17,6 +17,15 @@ def test_spread_is_the_noise_over_the_mean() -> None:
     found = spread(noisy(6, 0.3, 0))
     assert found.value == pytest.approx(0.3 / TRUTH[30:-30, 30:-30].mean(), rel=0.02)
     assert found.error < 0.02 * found.value
+
+
+def test_deviation_holds_what_all_images_share_and_not_the_others_noise() -> None:
+    pattern = 0.4 * np.random.default_rng(9).standard_normal(TRUTH.shape)
+    ours = [image + pattern for image in noisy(8, 0.3, 0)]
+    found = deviation(ours, noisy(8, 1.0, 1))
+    assert found.value == pytest.approx(0.5 / TRUTH[30:-30, 30:-30].mean(), rel=0.05)
+    assert spread(ours).value < 0.7 * found.value
+    assert found.error < 0.05 * found.value
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.05])
