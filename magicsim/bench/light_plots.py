@@ -54,12 +54,15 @@ def plot_lattice(data: Mapping[str, Any], target: Path) -> None:
         "similarity": "similarity",
     }
     figure, panels = _panels(list(names))
+    unknowns = _distinct(rows, "unknowns")
     for panel, (name, title) in zip(panels, names.items(), strict=True):
         for color, depth in zip(COLORS, _distinct(rows, "depth_mm"), strict=False):
             own = [row for row in rows if row["depth_mm"] == depth]
             panel.plot([row["unknowns"] for row in own], [row[name] for row in own],
                        color=color, marker="o", markersize=3, label=f"{depth:g} mm deep")  # fmt: skip
         panel.set(xscale="log", title=title, xlabel="unknowns")
+        panel.set_xticks(unknowns, [f"{each / 1000:.0f}k" for each in unknowns])
+        panel.minorticks_off()
     _finish(figure, panels, target)
 
 
