@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.bench.compare import machine
+from magicsim.bench.told import told
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation import Sensor
@@ -57,11 +58,11 @@ def run_blur(*, quick: bool = False) -> dict[str, Any]:
         quick: Fewer images and samples.
     """
     turns = 3 if quick else TURNS
-    rows = [
+    rows = told(
         measure_blur(method, gap, turns=turns, overrides=("render.samples=16",) if quick else ())
         for gap in GAPS_MM
         for method in METHODS
-    ]
+    )
     return {
         "kind": "blur",
         "quick": quick,

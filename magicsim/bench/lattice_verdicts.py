@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.bench.compare import machine
+from magicsim.bench.told import told
 from magicsim.bench.verdicts import PROFILE
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.scenes.exposure import expose, meter
@@ -54,7 +55,7 @@ def run_lattice(*, quick: bool = False) -> dict[str, Any]:
         quick: A small image and two coarse lattices.
     """
     lattices = LATTICES[:2] if quick else LATTICES
-    rows = [row for each in lattices for row in measure_lattice(*each, quick=quick)]
+    rows = told(row for each in lattices for row in measure_lattice(*each, quick=quick))
     return {
         "kind": "lattice",
         "quick": quick,

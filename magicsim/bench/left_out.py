@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.bench.compare import machine
+from magicsim.bench.told import told
 from magicsim.deform.press import compile_kernels
 from magicsim.plan import can_touch, plan_scene
 from magicsim.scenes.exposure import meter
@@ -76,7 +77,7 @@ def run_left_out(*, quick: bool = False) -> dict[str, Any]:
         quick: Small images, fewer repeats.
     """
     settings = SMALL if quick else ()
-    rows = [_measured(make(settings), QUICK_REPEATS if quick else REPEATS) for make in RULES]
+    rows = told(_measured(make(settings), QUICK_REPEATS if quick else REPEATS) for make in RULES)
     return {"kind": "left-out", "quick": quick, "results": [asdict(row) for row in rows], "machine": machine()}
 
 
@@ -196,16 +197,16 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
     state = timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest)
     radiance = sensor.radiance(state, deformation)
+    whole, lean = (Shot.of(asked, meter(radiance, asked.rig.camera)) for asked in (scene, bare))
 
-    def run(asked: SceneConfig) -> Array:
-        shot = Shot.of(asked, meter(radiance, asked.rig.camera))
-        moved = sensor.printed_displacements_mm(deformation) if asked.output.displacements else None
+    def run(shot: Shot) -> Array:
+        moved = sensor.printed_displacements_mm(deformation) if shot.scene.output.displacements else None
         frame = shot.take(
             state, deformation, radiance, displacements_mm=moved, seed=0, index=0, time_s=0.0, is_reference=False
         )
         return frame.image.astype(float)
 
-    return Rule(name="outputs not asked for", result="exact", full=lambda: run(scene), lean=lambda: run(bare))
+    return Rule(name="outputs not asked for", result="exact", full=lambda: run(whole), lean=lambda: run(lean))
 
 
 RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (

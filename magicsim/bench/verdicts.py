@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.bench.compare import machine
+from magicsim.bench.told import told
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.plan import can_touch
 from magicsim.scenes.exposure import expose, meter
@@ -54,7 +55,9 @@ def run_verdicts(*, quick: bool = False) -> dict[str, Any]:
     """
     settings = SETTINGS[1:5:3] if quick else SETTINGS
     seeds = QUICK_SEEDS if quick else SEEDS
-    rows = [measure_verdicts(state, *setting, seeds=seeds, quick=quick) for state in STATES for setting in settings]
+    rows = told(
+        measure_verdicts(state, *setting, seeds=seeds, quick=quick) for state in STATES for setting in settings
+    )
     return {
         "kind": "verdicts",
         "quick": quick,

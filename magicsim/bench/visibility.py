@@ -12,6 +12,7 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
 from magicsim.bench.compare import machine
+from magicsim.bench.told import told
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation import Sensor
@@ -48,7 +49,7 @@ def run_visibility(*, quick: bool = False) -> dict[str, Any]:
     """
     scattering = SCATTERING_PER_MM[::3] if quick else SCATTERING_PER_MM
     indices = INDICES[::3] if quick else INDICES
-    rows = [measure_visibility(sigma, ior, quick=quick) for sigma in scattering for ior in indices]
+    rows = told(measure_visibility(sigma, ior, quick=quick) for sigma in scattering for ior in indices)
     return {"kind": "visibility", "quick": quick, "results": [asdict(row) for row in rows], "machine": machine()}
 
 

@@ -1,5 +1,6 @@
 """Commands about the program itself: `bench`, `doctor`, `schema`."""
 
+import logging
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -27,6 +28,7 @@ def bench(
     if settings:
         msg = f"--set {settings[0]} is not allowed with bench: its cases are fixed"
         raise ConfigError(msg)
+    logging.getLogger("magicsim.bench").setLevel(logging.INFO)  # each row as it is measured, on stderr
     found = run_bench(kind, out, quick=quick, recompute=recompute)
     print_result(found if json else {"results": found["results"], "written": str(out)}, as_json=json)
 
