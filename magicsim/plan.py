@@ -8,6 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from magicsim.deform.zone import FAR_FIELD_BOUND
+from magicsim.geometry.design import LatticeOptions
 from magicsim.geometry.grid import resolve_grid
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
@@ -108,9 +109,9 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     solved = sum(frame.solve for frame in frames)
     if solved:
         kept.append(Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"))
-    growth = scene.design.lattice.growth
-    if solved and growth > 1:
-        bound = f"node spacings grow by {growth:g} there; forces within {FAR_FIELD_BOUND:.0%} of the whole lattice's"
+    lattice = scene.design.lattice
+    if solved and lattice.growth > 1:
+        bound = f"node spacings grow by {lattice.growth:g} there; {_force_bound(lattice)}"
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
     left_out += [
         Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}")
@@ -150,3 +151,13 @@ def _why_no_solve(frame: FramePlan) -> str:
 def _scatters(scene: SceneConfig) -> bool:
     infill = scene.design.materials.infill
     return scene.design.has_grid and infill is not None and infill.sigma_s_per_mm > 0
+
+
+def _force_bound(lattice: LatticeOptions) -> str:
+    usual = LatticeOptions()
+    is_bounded = (
+        lattice.growth <= usual.growth and lattice.margin >= usual.margin and lattice.fine_depth >= usual.fine_depth
+    )
+    if is_bounded:
+        return f"forces within {FAR_FIELD_BOUND:.0%} of the whole lattice's"
+    return "steeper than by default, for which alone a bound of the forces is known"

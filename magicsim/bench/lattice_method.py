@@ -22,6 +22,8 @@ from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects import SphereObject
 
 Array = npt.NDArray[np.float64]
+STEEP = {"growth": 2.0, "margin": 0.0, "fine_depth": 0.5}
+"""Lattice options of a grading as steep as the force alone allows."""
 Build = Callable[[SphereOnBlock, ElastomerDesign], Lattice]
 
 
@@ -49,6 +51,20 @@ def graded_quarter(problem: SphereOnBlock, design: ElastomerDesign) -> Lattice:
 def sphere_at(problem: SphereOnBlock, depth_mm: float) -> Indenter:
     """The sphere at a depth from first contact [mm]."""
     return place_object(SphereObject(kind="sphere", radius_mm=problem.radius_mm), gap_mm=-depth_mm)
+
+
+def steep(problem: SphereOnBlock, design: ElastomerDesign) -> Lattice:
+    """The design's spacing below the sphere alone, and twice as coarse from cell to cell away from there."""
+    return graded(problem, _steeper(design))
+
+
+def steep_quarter(problem: SphereOnBlock, design: ElastomerDesign) -> Lattice:
+    """A quarter of such a block."""
+    return graded_quarter(problem, _steeper(design))
+
+
+def _steeper(design: ElastomerDesign) -> ElastomerDesign:
+    return design.model_copy(update={"lattice": design.lattice.model_copy(update=STEEP)})
 
 
 def solve_lattice(

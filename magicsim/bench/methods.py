@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from magicsim.bench.lattice_method import Build, graded, graded_quarter, solve_lattice, uniform
+from magicsim.bench.lattice_method import (
+    Build,
+    graded,
+    graded_quarter,
+    solve_lattice,
+    steep,
+    steep_quarter,
+    uniform,
+)
 from magicsim.bench.problem import Failure, Outcome, Solve, SphereOnBlock
 from magicsim.bench.rows import NOT_INSTALLED
 
@@ -76,8 +84,11 @@ VARIANTS: tuple[Variant, ...] = (
     *_lattices(GRADED, graded, (1.5, 1.25, 1.0, 0.75, 0.5, 0.375)),
     *_lattices(GRADED, graded, (1.0, 0.5), tolerance_mm=0.01),
     *_lattices(f"{GRADED}, {QUARTER}", graded_quarter, (1.5, 1.0, 0.75, 0.5, 0.375)),
+    *_lattices(f"{GRADED}, steep", steep, (1.25, 1.0, 0.75, 0.6, 0.5, 0.375)),
+    *_lattices(f"{GRADED}, steep, {QUARTER}", steep_quarter, (1.25, 1.0, 0.75, 0.6, 0.5, 0.375)),
     *_felupes("whole block", (1.0, 0.75), whole=True),
     *_felupes("graded whole block", (1.0, 0.75, 0.5), growth=1.5, whole=True),
+    *_felupes(QUARTER, (1.0, 0.75)),
     *_felupes(f"graded {QUARTER}", (1.0, 0.75, 0.5, 0.375), quick=1.0, growth=1.5),
     *(
         Variant(

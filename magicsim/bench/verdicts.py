@@ -55,9 +55,7 @@ def run_verdicts(*, quick: bool = False) -> dict[str, Any]:
     """
     settings = SETTINGS[1:5:3] if quick else SETTINGS
     seeds = QUICK_SEEDS if quick else SEEDS
-    rows = told(
-        measure_verdicts(state, *setting, seeds=seeds, quick=quick) for state in STATES for setting in settings
-    )
+    rows = told(measure_verdicts(state, *setting, seeds=seeds, quick=quick) for state in STATES for setting in settings)
     return {
         "kind": "verdicts",
         "quick": quick,

@@ -15,14 +15,12 @@ import numpy.typing as npt
 
 from magicsim.deform.follow import follow_map
 from magicsim.deform.lattice import Lattice, lattice_on
-from magicsim.deform.zone import MARGIN_SPACINGS, Zone, graded_planes
+from magicsim.deform.zone import Zone, graded_planes
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import split_count
 from magicsim.geometry.indenter import Indenter
 
 Array = npt.NDArray[np.float64]
-GROWTH = 1.6
-"""Ratio of neighbouring spacings away from the contact."""
 QUARTERS = 4
 """Of a block, which a lattice of one of them stands for."""
 MIRROR_TOLERANCE_MM = 1e-6
@@ -45,13 +43,15 @@ def central_lattice(design: ElastomerDesign, zone: Zone, *, spacing_mm: float, i
     Raises:
         GeometryError: The grid does not fit the block.
     """
-    margin, skin = MARGIN_SPACINGS * spacing_mm, design.skin_mm if design.has_grid else 0.0
+    options, skin = design.lattice, design.skin_mm if design.has_grid else 0.0
+    margin = options.margin * spacing_mm
     reach = [max(-low, high) for low, high in zip(zone.low_mm, zone.high_mm, strict=True)]
     x, y = (
-        _axis([0.0, size / 2 - skin, size / 2], far + margin, spacing_mm)
+        _axis([0.0, size / 2 - skin, size / 2], far + margin, spacing_mm, options.growth)
         for size, far in zip(design.footprint_mm, reach, strict=True)
     )
-    z = _axis([0.0, skin, design.height_mm - skin, design.height_mm], max(reach) + margin, spacing_mm)
+    deep = options.fine_depth * max(reach) + margin
+    z = _axis([0.0, skin, design.height_mm - skin, design.height_mm], deep, spacing_mm, options.growth)
     if not is_quarter:
         x, y = (np.concatenate([-half[:0:-1], half]) for half in (x, y))
     return replace(lattice_on((x, y, z), design), zone=zone, is_mirrored=is_quarter)
@@ -87,10 +87,10 @@ def displaced_elsewhere(
     return np.asarray((follow_map(lattice, folded).displaced(displacements_mm) - folded) * sign)
 
 
-def _axis(ends_mm: list[float], fine_to_mm: float, spacing_mm: float) -> Array:
+def _axis(ends_mm: list[float], fine_to_mm: float, spacing_mm: float, growth: float) -> Array:
     """Planes from the first end to the last, all ends among them, fine up to a distance."""
     ends = np.unique(ends_mm)
     parts = [
         np.linspace(low, high, split_count(high - low, spacing_mm), endpoint=False) for low, high in pairwise(ends)
     ]
-    return graded_planes(np.concatenate([*parts, ends[-1:]]), 0.0, fine_to_mm, GROWTH, keep_mm=ends)
+    return graded_planes(np.concatenate([*parts, ends[-1:]]), 0.0, fine_to_mm, growth, keep_mm=ends)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from magicsim.deform.cell_problem import effective_stiffness
 from magicsim.deform.hexahedron import CORNERS
-from magicsim.deform.zone import MARGIN_SPACINGS, Zone, graded_planes
+from magicsim.deform.zone import Zone, graded_planes
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid
 
@@ -182,14 +182,16 @@ def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
 
 
 def _graded(planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDesign) -> tuple[Array, Array, Array]:
-    growth, skin = design.lattice.growth, design.skin_mm
-    spacing = float(max(np.diff(planes[axis]).max() for axis in range(3)))
-    fine = zone.grown(MARGIN_SPACINGS * spacing)
+    options, skin = design.lattice, design.skin_mm
+    margin = options.margin * float(max(np.diff(planes[axis]).max() for axis in range(3)))
+    fine = zone.grown(margin)
     sizes = (*design.footprint_mm, design.height_mm)
     low = (fine.low_mm[0], fine.low_mm[1], 0.0)
-    high = (fine.high_mm[0], fine.high_mm[1], zone.radius_mm + MARGIN_SPACINGS * spacing)
+    high = (fine.high_mm[0], fine.high_mm[1], options.fine_depth * zone.radius_mm + margin)
     faces = [planes[axis][0] + np.array([skin, sizes[axis] - skin] if design.has_grid else []) for axis in range(3)]
-    x, y, z = (graded_planes(planes[axis], low[axis], high[axis], growth, keep_mm=faces[axis]) for axis in range(3))
+    x, y, z = (
+        graded_planes(planes[axis], low[axis], high[axis], options.growth, keep_mm=faces[axis]) for axis in range(3)
+    )
     return x, y, z
 
 

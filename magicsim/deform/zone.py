@@ -2,8 +2,8 @@
 
 An object deforms the block near the contact; a few heights away the lattice only has to be stiff enough. Planes keep
 their spacing inside the zone and its margin, and spread geometrically beyond it. They stay on the planes of the uniform
-lattice, so a coarse cell is a whole number of fine ones and the faces between skin and core are kept. With the default
-growth the force of a fingertip-sized object changes by at most `FAR_FIELD_BOUND`.
+lattice, so a coarse cell is a whole number of fine ones and the faces between skin and core are kept. By
+default the force of a fingertip-sized object changes by at most `FAR_FIELD_BOUND`.
 """
 
 from collections.abc import Iterable
@@ -21,12 +21,8 @@ SAMPLE_MM = 0.1
 """Spacing of the points at which the undeformed face is tested for contact [mm]."""
 BLUNT = 0.5
 """Smallest feature of a blunt object in units of its zone's radius."""
-MARGIN_SPACINGS = 2.5
-"""Fine cells around the contact."""
-
-
 FAR_FIELD_BOUND = 0.01
-"""Largest relative change of a force by the coarse far field at the default growth of 1.6; a test holds it."""
+"""Largest relative change of a force by the coarse far field as it is by default; a test holds it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

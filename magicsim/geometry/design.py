@@ -92,6 +92,10 @@ class LatticeOptions(Config):
     """Largest node spacing where contact is [mm]; the pitch by default (1 mm without a grid)."""
     growth: Annotated[float, Field(ge=1, le=3)] = 1.6
     """Ratio of neighbouring node spacings away from the contact; 1 keeps the whole lattice as fine as the contact."""
+    margin: Annotated[float, Field(ge=0, le=20)] = 2.5
+    """Node spacings around what can be touched, sideways and below, that stay fine."""
+    fine_depth: Annotated[float, Field(ge=0, le=5)] = 1.0
+    """How deep they stay fine below what can be touched, before the margin, in units of its half width."""
     cells_across: Annotated[int, Field(ge=0, le=20)] = 4
     """Least number of cells across what a small blunt object can touch, of 0.1 mm or more; 0 keeps `spacing_mm`."""
 
