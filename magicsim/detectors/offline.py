@@ -12,7 +12,7 @@ from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.profile_file import load_profile
 from magicsim.detectors.source import SourceFrame, read_source, source_kind
-from magicsim.detectors.verdict import Verdict
+from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError
 
 _LOG = logging.getLogger(__name__)
@@ -25,7 +25,9 @@ def detect_sources(
     *,
     frames: int | None = None,
 ) -> list[Verdict]:
-    """Judge every frame of a source; logs a warning when there were fewer reference frames than asked for.
+    """Judge every frame of a source.
+
+    Logs a warning when there were fewer reference frames than asked for, or some that do not look untouched.
 
     Args:
         source: Image file, folder of images, video file, or index of a camera.
@@ -72,7 +74,22 @@ def stream_sources(
 def fuse_source(reference: str | Path, profile: DetectorProfile) -> References:
     """References from the first frames of a source of the untouched sensor; raises what `detect_sources` raises."""
     with closing(_reference_images(reference)) as images:
-        return fuse(images, profile)
+        taken = list(islice(images, profile.reference_count))
+    references = fuse(taken, profile)
+    verdicts = [detect(image, references, profile) for image in taken]
+    odd = [number for number, verdict in enumerate(verdicts) if not _is_untouched(verdict)]
+    if odd:
+        first = verdicts[odd[0]]
+        _LOG.warning(
+            "%d of %d reference frames do not look untouched beside the others, the first of them frame %d (%s, %s); "
+            "references are frames of the untouched sensor",
+            len(odd), len(taken), odd[0], first.proximity, first.combined,
+        )  # fmt: skip
+    return references
+
+
+def _is_untouched(verdict: Verdict) -> bool:
+    return verdict.proximity is Proximity.NORMAL and verdict.combined is Contact.UNTOUCHED
 
 
 def _reference_images(reference: str | Path) -> Generator[Frame, None, None]:

@@ -24,3 +24,15 @@ def test_verdicts_equal_those_of_arrays_in_memory(folders):
 def test_unknown_profile_is_refused(folders):
     with pytest.raises(PresetError, match="nope"):
         detect_sources(folders / "near.png", folders / "rest", "nope")
+
+
+def test_references_of_a_touched_sensor_are_warned_about(folders, save, caplog):
+    for index in range(24, 30):
+        save(folders / "rest" / f"{index:02}.png", grid_frame(shift=3))
+    detect_sources(folders / "near.png", folders / "rest", "published")
+    assert "6 of 30 reference frames do not look untouched beside the others, the first of them frame 24" in caplog.text
+
+
+def test_references_of_an_untouched_sensor_are_not(folders, caplog):
+    detect_sources(folders / "near.png", folders / "rest", "published")
+    assert not caplog.records
