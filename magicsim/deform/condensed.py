@@ -112,7 +112,7 @@ class Condenser:
             iterate: Where the step begins.
             first: What helps the first step of a load step.
         """
-        if not has_pardiso():
+        if not (problem.options.is_condensed and has_pardiso()):
             return None
         facets = near_facets(problem.face, iterate)
         if first is not None:

@@ -31,6 +31,8 @@ ANALYSE_TOO, FACTORISE, SOLVE, FORWARD, BACKWARD = 12, 22, 33, 331, 333
 """Phases of PARDISO: analysis and factorisation, factorisation, solution, and its halves beside a Schur complement."""
 POSITIVE_DEFINITE = 2
 """PARDISO's matrix type `real symmetric positive definite`."""
+HOLDING = 10.0
+"""Stiffness that holds the kept unknowns in units of their largest one."""
 LIBRARY_VARIABLE = "PYPARDISO_MKL_RT"
 LOGGER = logging.getLogger(__name__)
 
@@ -150,19 +152,31 @@ class PardisoSolver:
 
 
 class PardisoCondenser:
-    """MKL PARDISO that eliminates all unknowns but some: their Schur complement, and the two halves of a solution."""
+    """MKL PARDISO that eliminates all unknowns but some: their Schur complement, and the two halves of a solution.
+
+    PARDISO refuses a matrix whose Schur complement is indefinite, which says nothing against eliminating the others: a
+    pressed body is often stable only because something holds it where it is pressed. So the kept unknowns are held while
+    it works, by a stiffness that is taken off the complement again.
+    """
 
     def __init__(self, indptr: Indices, indices: Indices, kept: npt.NDArray[np.int64]) -> None:
         """Takes the pattern, see `symmetric_solver`, and the unknowns that are kept, ascending."""
         self.kept = kept
+        self._diagonal = indptr[kept]
         self._plain = PardisoSolver(indptr, indices)
         self._plain.keep(kept)
 
     def factorise(self, values: Array) -> Array | None:
         """Schur complement of the kept unknowns, shape (kept, kept); None where the others' block is not definite."""
-        count = len(self.kept)
-        found = self._plain.call(FACTORISE, np.zeros(max(count * count, self._plain.size)), values)
-        return None if found is None else found[: count * count].reshape(count, count)
+        count, held = len(self.kept), values.copy()
+        stiffness = HOLDING * float(np.abs(values[self._diagonal]).max())
+        held[self._diagonal] += stiffness
+        found = self._plain.call(FACTORISE, np.zeros(max(count * count, self._plain.size)), held)
+        if found is None:
+            return None
+        schur = found[: count * count].reshape(count, count)
+        schur[np.diag_indices(count)] -= stiffness
+        return schur
 
     def reduce(self, right: Array) -> Array:
         """Forward half: the load of the kept unknowns at their places, what `expand` needs at the others'."""

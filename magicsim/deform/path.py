@@ -173,18 +173,21 @@ class ContactSolver:
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose, done, stride = start, first, 0.0, 1.0 / count
-        shortest, halved, careful = stride * SHORTEST, False, problem.careful()
+        shortest, failures, careful, patient = stride * SHORTEST, 0, problem.careful(), problem.patient()
         while done < 1:
             target = 1.0 if done + stride > 1 - 1e-9 else done + stride
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
-            iterate = self._solve_pose(careful if halved else problem, moved, before, state, effort)
+            tried = (careful if failures % 2 else patient) if failures else problem
+            iterate = self._solve_pose(tried, moved, before, state, effort)
             if self._is_valid(problem, iterate, moved):
                 state, pose, done = self._result(problem, iterate, next_pose, effort), next_pose, target
-                stride, halved = min(stride * 1.5, 1.0 / count), False
+                stride, failures = min(stride * 1.5, 1.0 / count), 0
+                continue
+            failures += 1
+            if failures % 2 == 0:
                 continue
             effort.cutbacks += 1
-            halved = True
             stride /= 2
             if stride < shortest:
                 return None

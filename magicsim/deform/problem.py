@@ -16,8 +16,8 @@ from magicsim.deform.pattern import BlockPattern
 Array = npt.NDArray[np.float64]
 ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative error of a cell's forces before they cancel."""
-CAREFUL_ITERATIONS = 2
-"""Iterations of a step that has failed before in units of `NewtonOptions.max_iterations`."""
+CAREFUL_ITERATIONS, PATIENT_ITERATIONS = 2, 4
+"""Iterations of a step that has failed once, and more than once, in units of `NewtonOptions.max_iterations`."""
 FORCE_FLOOR = 1e-2
 """Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual."""
 
@@ -60,6 +60,8 @@ class NewtonOptions:
     """Iterations before the load step is given up."""
     max_halvings: int = 10
     """Shortenings of one Newton step."""
+    is_condensed: bool = True
+    """Whether contact is solved on the face for every step of the body, see `condensed`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,6 +125,16 @@ class Problem:
         """The same problem for a step that has failed before: friction limits wait for balance from the start."""
         iterations = CAREFUL_ITERATIONS * self.options.max_iterations
         return replace(self, options=replace(self.options, patience=0, max_iterations=iterations))
+
+    def patient(self) -> Self:
+        """The same problem for a step that has failed twice: plain Newton iterations, and many of them.
+
+        Where the face snaps from one shape to another the body has to go a long way for little: steps that solve the
+        contact in full go back and forth there, and plain ones follow the energy down.
+        """
+        iterations = PATIENT_ITERATIONS * self.options.max_iterations
+        options = replace(self.options, patience=0, max_iterations=iterations, is_condensed=False)
+        return replace(self, options=options)
 
     def free_forces(self, forces_n: Array) -> Array:
         """Forces that can move the nodes: those along held displacements are zero, shape (free nodes, 3) [N]."""
