@@ -155,8 +155,8 @@ class PardisoCondenser:
     """MKL PARDISO that eliminates all unknowns but some: their Schur complement, and the two halves of a solution.
 
     PARDISO refuses a matrix whose Schur complement is indefinite, which says nothing against eliminating the others: a
-    pressed body is often stable only because something holds it where it is pressed. So the kept unknowns are held while
-    it works, by a stiffness that is taken off the complement again.
+    pressed body is often stable only because something holds it where it is pressed. So the kept unknowns are held
+    while it works, by a stiffness that is taken off the complement again.
     """
 
     def __init__(self, indptr: Indices, indices: Indices, kept: npt.NDArray[np.int64]) -> None:

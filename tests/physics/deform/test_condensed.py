@@ -1,5 +1,7 @@
 """Contact solved in full on the face: the same equilibria as plain Newton steps find, in fewer factorisations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.linear import has_pardiso
 from magicsim.deform.path import ContactSolver
+from magicsim.deform.zone import contact_zone
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects import parse_object
@@ -70,3 +73,27 @@ def test_contacts_too_large_to_condense_are_plain_steps_with_all_their_iteration
     plain = solved(ContactSolver(lattice), poses()[:2])
     for one, other in zip(large, plain, strict=True):
         np.testing.assert_array_equal(one.displacements_mm, other.displacements_mm)
+
+
+def test_a_tall_block_that_the_object_alone_holds_needs_no_shift() -> None:
+    """Without the ball on it the bulging block would be unstable; elimination of all but its face is not."""
+    overrides = ["footprint_mm=[12.0, 12.0]", "skin_mm=1.0", "core_mm=18.0", "cell_mm=0.8", "wall_mm=0.2"]
+    design = load_preset(ElastomerDesign, "design", "mini-magictac", [*overrides, "lattice.spacing_mm=1.0"])
+    pose = place_object(BALL, gap_mm=-5.0)
+    state = ContactSolver(build_lattice(design, zone=contact_zone([pose], design))).solve(pose)
+    assert state.shifted == 0
+    assert state.iterations < 80
+
+
+def test_a_step_that_condensed_iterations_cannot_take_is_taken_patiently(
+    lattice: Lattice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = solved(ContactSolver(lattice), poses()[:2])[-1]
+    monkeypatch.setattr(
+        Condenser, "step",
+        lambda _, problem, __, iterate, **___: replace(iterate, stuck=True) if problem.options.is_condensed else None,
+    )  # fmt: skip
+    found = solved(ContactSolver(lattice), poses()[:2])[-1]
+    assert found.cutbacks > 0
+    assert found.restarts == 0
+    np.testing.assert_allclose(found.force_n, expected.force_n, atol=2e-3 * np.linalg.norm(expected.force_n))

@@ -56,3 +56,17 @@ def test_condenser_reports_an_indefinite_eliminated_part_and_recovers() -> None:
     condenser = PardisoCondenser(matrix.indptr, matrix.indices, np.array([0, 1]))
     assert condenser.factorise(upper_laplacian(-1.0).data) is None
     assert condenser.factorise(matrix.data) is not None
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="condensing needs MKL PARDISO")
+def test_condenser_hands_out_an_indefinite_complement_of_a_definite_eliminated_part() -> None:
+    matrix, kept = upper_laplacian(0.5), np.array([3, 4, 17, 29])
+    definite = PardisoCondenser(matrix.indptr, matrix.indices, kept).factorise(matrix.data)
+    assert definite is not None
+    softened = matrix.data.copy()
+    softened[matrix.indptr[kept]] -= 3.0
+    condenser = PardisoCondenser(matrix.indptr, matrix.indices, kept)
+    schur = condenser.factorise(softened)
+    assert schur is not None
+    assert np.linalg.eigvalsh(schur)[0] < 0
+    np.testing.assert_allclose(schur, definite - 3.0 * np.eye(4), atol=1e-12)
