@@ -2,7 +2,7 @@
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
 face follows the object before the true surface decides. A step that fails is halved and iterated with more care
-(`Problem.careful`), down to `SHORTEST`; when that fails too the path is begun again from rest with `RESTART_STEPS` as
+(`Problem.careful`), then, unless it is about to fold, with patience (`Problem.patient`), down to `SHORTEST`; when that fails too the path is begun again from rest with `RESTART_STEPS` as
 many steps.
 """
 
@@ -46,6 +46,8 @@ PASSED_THROUGH = (
     "the object passed through the contact face: it is pressed deeper than it is high, or lattice.spacing_mm is too "
     "coarse for it"
 )
+NEARLY_FOLDED = 0.1
+"""Jacobian below which a step that failed is not tried with patience: cells that fold, fold in any case."""
 RESTART_STEPS = 4
 """Load steps of a path begun again in units of the first attempt's."""
 
@@ -173,22 +175,22 @@ class ContactSolver:
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose, done, stride = start, first, 0.0, 1.0 / count
-        shortest, failures, careful, patient = stride * SHORTEST, 0, problem.careful(), problem.patient()
+        shortest, careful, patient = stride * SHORTEST, problem.careful(), problem.patient()
+        tried = problem
         while done < 1:
             target = 1.0 if done + stride > 1 - 1e-9 else done + stride
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
-            tried = (careful if failures % 2 else patient) if failures else problem
             iterate = self._solve_pose(tried, moved, before, state, effort)
             if self._is_valid(problem, iterate, moved):
                 state, pose, done = self._result(problem, iterate, next_pose, effort), next_pose, target
-                stride, failures = min(stride * 1.5, 1.0 / count), 0
+                stride, tried = min(stride * 1.5, 1.0 / count), problem
                 continue
-            failures += 1
-            if failures % 2 == 0:
+            if tried is careful and iterate.elastic.min_jacobian > NEARLY_FOLDED:
+                tried = patient
                 continue
             effort.cutbacks += 1
-            stride /= 2
+            stride, tried = stride / 2, careful
             if stride < shortest:
                 return None
         return state

@@ -16,7 +16,7 @@ from magicsim.deform.pattern import BlockPattern
 Array = npt.NDArray[np.float64]
 ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative error of a cell's forces before they cancel."""
-CAREFUL_ITERATIONS, PATIENT_ITERATIONS = 2, 4
+CAREFUL_ITERATIONS, PATIENT_ITERATIONS = 2, 3
 """Iterations of a step that has failed once, and more than once, in units of `NewtonOptions.max_iterations`."""
 FORCE_FLOOR = 1e-2
 """Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual."""
