@@ -2,8 +2,8 @@
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
 face follows the object before the true surface decides. A step that fails is halved and iterated with more care
-(`Problem.careful`), then, unless it is about to fold, with patience (`Problem.patient`), down to `SHORTEST`; when that fails too the path is begun again from rest with `RESTART_STEPS` as
-many steps.
+(`Problem.careful`), then, unless it is about to fold, with patience (`Problem.patient`), down to `SHORTEST`; when that
+fails too the path is begun again from rest with `RESTART_STEPS` as many steps.
 """
 
 import logging
