@@ -54,7 +54,7 @@ VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
         "friction 0.5": {"friction": 0.5},
         "infill +25 %": {"infill_mpa": 1.25 * NOMINAL.infill_mpa},
     },
-    "press": {"coarser lattice": {"spacing_mm": 0.55}},
+    "press": {"finer lattice": {"spacing_mm": 0.3}},
     "shear": {"coarser lattice": {"spacing_mm": 0.7}},
 }
 """What each variant changes."""
