@@ -17,9 +17,14 @@ MEASURES = (
     ("error_area", "area_error", "contact area: relative error"),
 )
 """Key of a row, key of the reference's own error, title."""
-COLORS = ("#0072b2", "#56b4e9", "#009e73", "#8fd694", "#d55e00", "#e69f00", "#cc79a7", "#7f3c8d", "#444444", "#a0a0a0")
+COLORS = (
+    "#0072b2", "#56b4e9", "#009e73", "#8fd694", "#d55e00", "#e69f00", "#cc79a7", "#7f3c8d", "#444444", "#a0a0a0",
+    "#8c510a", "#d7301f",
+)  # fmt: skip
 """Okabe and Ito (Color Universal Design, 2008), extended."""
-MARKERS = "osD^vP*Xph"
+MARKERS = "osD^vP*Xph<>"
+LEAST_ERROR = 1e-5
+"""Smaller ones are below the reference's own and are not drawn."""
 
 
 def plot_errors(data: Mapping[str, Any], target: Path) -> None:
@@ -78,4 +83,4 @@ def _draw(panel: Axes, curve: Sequence[Mapping[str, Any]], key: str, method: str
 
 def _limits(rows: Sequence[Mapping[str, Any]], key: str) -> tuple[float, float]:
     values = [row[key] for row in rows if row["outcome"] == SOLVED and row[key] > 0]
-    return (min(values) / 2, max(values) * 3) if values else (1e-4, 1.0)
+    return (max(min(values) / 2, LEAST_ERROR), max(values) * 3) if values else (1e-4, 1.0)
