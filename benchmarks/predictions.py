@@ -55,7 +55,7 @@ VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
         "infill +25 %": {"infill_mpa": 1.25 * NOMINAL.infill_mpa},
     },
     "press": {"finer lattice": {"spacing_mm": 0.3}},
-    "shear": {"coarser lattice": {"spacing_mm": 0.7}},
+    "shear": {"coarser lattice": {"spacing_mm": 1.0}},
 }
 """What each variant changes."""
 Rows = list[dict[str, Any]]
