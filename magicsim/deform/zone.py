@@ -2,8 +2,8 @@
 
 An object deforms the block near the contact; a few heights away the lattice only has to be stiff enough. Planes keep
 their spacing inside the zone and its margin, and spread geometrically beyond it. They stay on the planes of the uniform
-lattice, so a coarse cell is a whole number of fine ones and the faces between skin and core are kept. By
-default the force of a fingertip-sized object changes by at most `FAR_FIELD_BOUND`.
+lattice, so a coarse cell is a whole number of fine ones and the faces between skin and core are kept. By default
+the force of a fingertip-sized object changes by at most `FAR_FIELD_BOUND`.
 """
 
 from collections.abc import Iterable
