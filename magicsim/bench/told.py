@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    Row = TypeVar("Row", bound=DataclassInstance)
-else:
-    Row = TypeVar("Row")
-
+Row = TypeVar("Row", bound="DataclassInstance")
 LOGGER = logging.getLogger(__name__)
 
 

@@ -2,8 +2,8 @@
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
 face follows the object before the true surface decides. A step that fails is halved and iterated with more care
-(`Problem.careful`), then, unless it is about to fold, with patience (`Problem.patient`), down to `SHORTEST`; when that
-fails too the path is begun again from rest with `RESTART_STEPS` as many steps.
+(`Problem.careful`), then, unless a cell is about to fold (`LOG_LIMIT`), with patience (`Problem.patient`), down to
+`SHORTEST`; when that fails too the path is begun again from rest with `RESTART_STEPS` as many steps.
 """
 
 import logging
@@ -17,7 +17,7 @@ from magicsim.deform import newton
 from magicsim.deform.condensed import Condenser, FirstStep
 from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.energy import Elasticity
+from magicsim.deform.energy import LOG_LIMIT, Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate, IterationFigures, evaluated
@@ -46,8 +46,6 @@ PASSED_THROUGH = (
     "the object passed through the contact face: it is pressed deeper than it is high, or lattice.spacing_mm is too "
     "coarse for it"
 )
-NEARLY_FOLDED = 0.1
-"""Jacobian below which a step that failed is not tried with patience: cells that fold, fold in any case."""
 RESTART_STEPS = 4
 """Load steps of a path begun again in units of the first attempt's."""
 
@@ -186,7 +184,7 @@ class ContactSolver:
                 state, pose, done = self._result(problem, iterate, next_pose, effort), next_pose, target
                 stride, tried = min(stride * 1.5, 1.0 / count), problem
                 continue
-            if tried is careful and iterate.elastic.min_jacobian > NEARLY_FOLDED:
+            if tried is careful and iterate.elastic.min_jacobian > LOG_LIMIT:
                 tried = patient
                 continue
             effort.cutbacks += 1
