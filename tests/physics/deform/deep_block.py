@@ -10,6 +10,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import Lattice, box_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes import Shape, Sphere
 
@@ -78,6 +79,29 @@ def pressed(shape: Shape, depth_mm: float, *, x_mm: float = 0.0, twist_deg: floa
     """A shape on the z axis, its highest point `depth_mm` above the undeformed face."""
     z_mm = depth_mm - shape.support_mm(np.array([0.0, 0.0, 1.0]))
     return Indenter(shape=shape, pose=Pose.from_degrees(np.array([x_mm, 0.0, z_mm]), yaw=twist_deg))
+
+
+@dataclass(frozen=True, slots=True)
+class Cap:
+    """A sphere with its highest point as origin: a centre fifty metres away would round gaps to 1e-11 mm."""
+
+    radius_mm: float
+
+    @property
+    def feature_mm(self) -> float:
+        return self.radius_mm
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        from_centre = points + np.array([0.0, 0.0, self.radius_mm])
+        length = np.linalg.norm(from_centre, axis=1)
+        beyond = (points[:, :2] ** 2).sum(1) + points[:, 2] * (2 * self.radius_mm + points[:, 2])
+        return beyond / (length + self.radius_mm), from_centre / length[:, None]
+
+    def support_mm(self, direction: Array) -> float:
+        return self.radius_mm * float(np.linalg.norm(direction) - direction[2])
+
+    def mesh(self) -> SurfaceMesh:
+        raise NotImplementedError
 
 
 def ball(radius_mm: float, depth_mm: float, *, x_mm: float = 0.0, twist_deg: float = 0.0) -> Indenter:

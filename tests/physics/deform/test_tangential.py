@@ -13,8 +13,8 @@ from .deep_block import (
     DeepBlock,
     ball,
     contact_radius_mm,
-    limit,
     mean_square_radius_mm2,
+    order,
     reduced_modulus_mpa,
 )
 from .layer_theory import Contact, layer_contact, sphere
@@ -22,6 +22,8 @@ from .layer_theory import Contact, layer_contact, sphere
 POISSON, RADIUS_MM, TOLERANCE_MM = 0.49, 50.0, 2e-5
 STICKS = 2.0
 """Friction that holds all but the rim of the contact in the small motions here."""
+RIM_ON_PLANES_MM = 1.1727
+"""Fine part of a block of 20 mm whose planes of `LEVELS` meet the contact radius of 1 mm."""
 
 
 def cube(height_mm: float) -> tuple[DeepBlock, Contact]:
@@ -76,17 +78,21 @@ def test_full_slip_pulls_with_the_coefficient_of_friction() -> None:
 
 @pytest.mark.slow
 def test_small_shear_meets_the_stiffness_of_mindlin() -> None:
-    """Q = 8 G a x / (2 - nu), with the contact radius measured; the finite depth of 20 a stiffens it further."""
-    block, press = cube(20.0)
-    x_mm, ratios = 1e-3, []
+    """Q = 8 G a x / (2 - nu), with the contact radius measured.
+
+    The rim lies on the second, third and fourth plane from the axis: errors of rims between planes scatter.
+    """
+    _, press = cube(20.0)
+    block = DeepBlock(height_mm=20.0, half_width_mm=20.0, poisson=POISSON, flat_mm=RIM_ON_PLANES_MM)
+    x_mm, errors = 1e-3, []
     for level in LEVELS:
-        solver = block.solver(level, tolerance_mm=TOLERANCE_MM, friction=STICKS)
+        solver = block.solver(level, tolerance_mm=TOLERANCE_MM / 4, friction=STICKS)
         still = solver.solve(ball(RADIUS_MM, press.depth_mm))
         sheared = solver.solve(ball(RADIUS_MM, press.depth_mm, x_mm=x_mm), still)
         stiffness = 8 * SHEAR_MPA * contact_radius_mm(still, solver) / (2 - POISSON)
-        ratios.append(float(sheared.force_n[0]) / x_mm / stiffness)
-    assert ratios[0] > ratios[1] > ratios[2]
-    assert limit(LEVELS, ratios, power=2) == pytest.approx(1, rel=0.05)
+        errors.append(float(sheared.force_n[0]) / x_mm / stiffness - 1)
+    assert order(LEVELS, errors) > 1
+    assert abs(errors[-1]) < 0.02
 
 
 @pytest.mark.parametrize("level", [(12, 7), pytest.param((14, 9), marks=pytest.mark.slow)])

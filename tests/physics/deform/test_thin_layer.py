@@ -9,22 +9,23 @@ flux, so q(b) = 0, b^2 = 4 R d, and frictionless
 
     p = (3 mu / 32 R h^3) (b^2 - r^2)^2,    F = pi mu b^6 / 32 R h^3 = 2 pi mu R^2 d^3 / h^3.
 
-With increasing depth a held point starts to stick where the edge passes it, where q was zero so far: the integral over
-the path is four times the same. It needs h << b, d b << h^2 and a bulk modulus far above mu (b / h)^2.
+Pressed in one load step a held point stays where it stood at rest, so the same holds with four times the force. Towards
+the rim shear falls like b^2 - r^2 and pressure like its square, so the outermost points slip at any friction. It needs
+h << b, d b << h^2 and a bulk modulus far above mu (b / h)^2.
 """
 
 import numpy as np
 import pytest
 
-from .deep_block import SHEAR_MPA, Counts, DeepBlock, ball, order, reduced_modulus_mpa
+from .deep_block import SHEAR_MPA, Cap, Counts, DeepBlock, ball, order, pressed, reduced_modulus_mpa
 from .layer_theory import layer_contact, sphere
 
 POISSON = 0.49999
 LAYER = DeepBlock(height_mm=1.0, half_width_mm=40.0, poisson=POISSON, spread_per_mm=0.0)
-HELD_LAYER = DeepBlock(height_mm=1.0, half_width_mm=27.0, poisson=POISSON, spread_per_mm=0.0)
-THIN_RADIUS_MM, THIN_DEPTH_MM = 5e4, 0.005
-"""b/h = 32, d b / h^2 = 0.16."""
+THIN_RADIUS_MM, THIN_DEPTH_MM = 4.5e4, 0.005
+"""b/h = 30, d b / h^2 = 0.15."""
 THIN_LEVELS: tuple[Counts, ...] = ((8, 2), (12, 3), (16, 4))
+"""The edge lies on the sixth, ninth and twelfth plane from the axis: errors of edges between planes scatter."""
 
 
 def long_n(radius_mm: float, height_mm: float, depth_mm: float) -> float:
@@ -75,8 +76,8 @@ def exact_n() -> float:
 
 
 def thin_force_n(level: Counts) -> float:
-    solver = LAYER.solver(level, tolerance_mm=THIN_DEPTH_MM / 200)
-    return float(solver.solve(ball(THIN_RADIUS_MM, THIN_DEPTH_MM)).force_n[2])
+    solver = LAYER.solver(level, tolerance_mm=THIN_DEPTH_MM / 2000)
+    return float(solver.solve(pressed(Cap(THIN_RADIUS_MM), THIN_DEPTH_MM)).force_n[2])
 
 
 def test_layer_theory_is_lubrication_on_a_thin_layer(exact_n: float) -> None:
@@ -97,9 +98,10 @@ def test_thin_layer_converges_with_the_square_of_the_spacing(exact_n: float) -> 
 
 @pytest.mark.slow
 def test_thin_layer_held_by_the_sphere_is_four_times_stiffer() -> None:
-    """b/h = 20, d b / h^2 = 0.2; friction of 10 holds every point."""
-    radius, depth = 1e4, 0.01
-    solver = HELD_LAYER.solver((12, 4), tolerance_mm=depth / 500, friction=10.0, max_step_mm=depth / 4)
-    state = solver.solve(ball(radius, depth))
-    assert not state.is_slipping.any()
-    assert state.force_n[2] == pytest.approx(4 * lubrication_n(radius, depth), rel=0.05)
+    level = THIN_LEVELS[-1]
+    solver = LAYER.solver(level, tolerance_mm=THIN_DEPTH_MM / 1000, friction=10.0)
+    state = solver.solve(pressed(Cap(THIN_RADIUS_MM), THIN_DEPTH_MM))
+    radius = np.linalg.norm(state.contact_points_mm[:, :2], axis=1)
+    rim = np.sqrt(4 * THIN_RADIUS_MM * THIN_DEPTH_MM) - LAYER.half_width_mm / level[0]
+    assert (radius[state.is_slipping] > rim).all()
+    assert state.force_n[2] == pytest.approx(4 * lubrication_n(THIN_RADIUS_MM, THIN_DEPTH_MM), rel=0.05)

@@ -24,6 +24,8 @@ PERMUTATION[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1
 PERMUTATION[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1
 TOLERANCE_MM = 1e-9
 RESIDUAL = 1e-7
+ITERATIONS = 100
+"""Where walls buckle the way from the unstable branch to the stable one takes tens of them."""
 
 
 class NeoHookeanBoxes:
@@ -156,7 +158,7 @@ def follow_path(
     for affine in affine_mm:
         free, before = 2 * free - before, free  # goes on as it went
         state = model.linearise(rest + affine + (moving @ free).reshape(-1, 3), pressure)
-        for iteration in range(40):
+        for iteration in range(ITERATIONS):
             residual = moving.T @ state.gradient
             is_small = np.linalg.norm(residual) < RESIDUAL * np.linalg.norm(state.gradient)
             is_stable = matrix.factorise(state.hessian)
