@@ -60,8 +60,11 @@ SCALAR = (RenderSetting(estimator="path", samples=1),)
 """What runs without LLVM."""
 UNTOUCHED_STATE = "rest"
 """Its frames cost an episode nothing but the anchor."""
-ANCHORED = (RenderSetting(estimator="anchored", samples=6, particles=80_000),)
-"""The default of a scene."""
+ANCHORED = tuple(
+    RenderSetting(estimator="anchored", samples=samples, particles=particles)
+    for samples, particles in ((6, 80_000), (12, 160_000), (16, 210_000))
+)
+"""The default of a scene, and finer ones for pressed frames."""
 EPISODE_FRAMES = 100
 """Frames that share the time of one anchor."""
 QUICK = (FLUENCE[1], FLUENCE[2], PATH[0], PATH[1])

@@ -7,7 +7,7 @@ face, and moved to each touched place (see `deform.central`).
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
 
@@ -74,6 +74,8 @@ class Film:
     untouched: Shown
     approach: tuple[Shown, ...]
     """On the axis, gaps falling."""
+    approach_again: tuple[tuple[Shown, ...], ...]
+    """The same, each time rendered with random numbers of its own."""
     press: tuple[Shown, ...]
     """On the axis, depths rising."""
     near: tuple[Shown, ...]
@@ -151,6 +153,7 @@ def film_design(
         seed=seed,
         untouched=nothing,
         approach=tuple(parts[0]),
+        approach_again=tuple(_approach_again(scene, thing, quality, rest, first=len(shown) + 1)),
         press=tuple(parts[1]),
         near=tuple(parts[2][::3]),
         light_touches=tuple(parts[2][1::3]),
@@ -161,12 +164,14 @@ def film_design(
     )
 
 
-def _shown(simulated: Sensor, design: ElastomerDesign, thing: ObjectConfig, quality: Quality) -> Iterator[Shown]:
+def _shown(
+    simulated: Sensor, design: ElastomerDesign, thing: ObjectConfig, quality: Quality, *, first: int = 1
+) -> Iterator[Shown]:
     @cache
     def pressed(depth_mm: float) -> CentralPress:
         return press_centrally(design, thing, depth_mm, cells_across=quality.cells_across)
 
-    for number, state in enumerate(timeline(simulated.scene), 1):
+    for number, state in enumerate(timeline(simulated.scene), first):
         depth = -(state.gap_mm or 0.0)
         deformation = moved(simulated, state, pressed(depth)) if depth > 0 else simulated.rest
         before = time.perf_counter()
@@ -180,6 +185,20 @@ def _shown(simulated: Sensor, design: ElastomerDesign, thing: ObjectConfig, qual
             force_n=float(deformation.force_n[2]),
             seconds=time.perf_counter() - before,
         )
+
+
+def _approach_again(
+    scene: SceneConfig, thing: ObjectConfig, quality: Quality, rest: FloatImage, *, first: int
+) -> Iterator[tuple[Shown, ...]]:
+    """The approach as other random numbers show it: what it changes, put on the film's own untouched state."""
+    gaps = len(quality.gaps_mm)
+    for turn in range(1, quality.renderings):
+        render = scene.render.model_copy(update={"anchor_seed": scene.render.anchor_seed + turn})
+        changed = {"render": render, "seed": scene.seed + turn, "keyframes": scene.keyframes[:gaps]}
+        simulated = Sensor(scene.model_copy(update=changed), untouched=UntouchedStates())
+        own_rest = simulated.radiance(UNTOUCHED, simulated.rest)
+        shown = _shown(simulated, scene.design, thing, quality, first=first + (turn - 1) * gaps)
+        yield tuple(replace(each, radiance=rest + (each.radiance - own_rest)) for each in shown)
 
 
 def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.NDArray[np.float64]:

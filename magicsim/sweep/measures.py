@@ -48,7 +48,7 @@ MEASURES: dict[str, MeasureKind] = {
     "proximity_range_mm": MeasureKind(
         title="Proximity range", unit="mm", digits=1, better="higher",
         meaning="Distance from which half of the frames are called Approaching, with 5 % false alarms on untouched "
-        "frames; interval: bootstrap over noise.",
+        "frames; interval: bootstrap over renderings and noise.",
     ),
     "contact_auc": MeasureKind(
         title="Contact AUC", unit="", digits=3, better="higher",

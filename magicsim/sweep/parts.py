@@ -204,7 +204,6 @@ def _touched(film: Film, detector: FittedDetector, draws: int, seed: int) -> Par
 def _detected(film: Film, detector: FittedDetector, quality: Quality, seed: int) -> Parts:
     curve = approach_curve(film, detector, quality.draws)
     scores = contact_scores(film, detector, quality.draws, drift=quality.drift)
-    rates = curve.rates(np.arange(quality.draws), np.arange(len(curve.clear_entropy)))
     return Parts(
         measures={
             "proximity_range_mm": proximity_range(curve, seed=seed),
@@ -214,9 +213,9 @@ def _detected(film: Film, detector: FittedDetector, quality: Quality, seed: int)
         curves={
             "approach": {
                 "gap_mm": curve.gaps_mm.tolist(),
-                "entropy": curve.entropy.mean(1).tolist(),
-                "correlation": curve.correlation.mean(1).tolist(),
-                "rate": rates.tolist(),
+                "entropy": curve.entropy.mean((1, 2)).tolist(),
+                "correlation": curve.correlation.mean((1, 2)).tolist(),
+                "rate": curve.all_rates().tolist(),
             }
         },
         profile={

@@ -28,6 +28,8 @@ class Quality(Config):
     """Camera samples of the untouched state, which all frames share."""
     anchor_particles: Annotated[int, Field(ge=1000, le=100_000_000)] = 200_000
     """Its light particles."""
+    renderings: Annotated[int, Field(ge=1, le=20)] = 3
+    """Of the approach, each with random numbers of its own, so that their noise is in the interval of its range."""
     draws: Annotated[int, Field(ge=4, le=200)] = 12
     """Frames with camera noise of their own that every state is seen in."""
     drift: Annotated[float, Field(ge=0, le=0.5)] = 0.02

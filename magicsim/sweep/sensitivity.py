@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.sweep.bootstrap import interval
+from magicsim.sweep.bootstrap import Indices, interval
 from magicsim.sweep.detector import FittedDetector
 from magicsim.sweep.film import Film, Shown
 from magicsim.sweep.measures import Measured
@@ -24,7 +24,7 @@ DETECTED = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ApproachCurve:
-    """What an approach looks like to a detector; all of shape (gaps,) or (gaps, draws)."""
+    """What an approach looks like to a detector; all of shape (gaps,) or (gaps, renderings, draws)."""
 
     gaps_mm: Array
     """Falling."""
@@ -34,11 +34,16 @@ class ApproachCurve:
     """Of untouched frames, shape (frames,)."""
     tau_c: float
 
-    def rates(self, draws: npt.NDArray[np.int64], clear: npt.NDArray[np.int64]) -> Array:
-        """Share of frames called Approaching at each gap, of some draws, the threshold set on some clear frames."""
+    def rates(self, renderings: Indices, draws: Indices, clear: Indices) -> Array:
+        """Share of some frames called Approaching at each gap, the threshold set on some clear frames."""
         tau_e = np.quantile(self.clear_entropy[clear], 1 - FALSE_ALARMS)
-        seen = (self.entropy[:, draws] > tau_e) & (self.correlation[:, draws] < self.tau_c)
-        return np.asarray(seen.mean(1))
+        seen = (self.entropy > tau_e) & (self.correlation < self.tau_c)
+        return np.asarray(seen[:, renderings][:, :, draws].mean((1, 2)))
+
+    def all_rates(self) -> Array:
+        """The same of all frames."""
+        counts = (*self.entropy.shape[1:], len(self.clear_entropy))
+        return self.rates(*(np.arange(count) for count in counts))
 
 
 def mean_similarity(shown: Sequence[Shown], film: Film, detector: FittedDetector, draws: int) -> Array:
@@ -59,7 +64,7 @@ def contact_sensitivity(light: Array, firm: Array, *, step: float, seed: int) ->
     """
     slopes = (light - firm) / step
 
-    def slope(places: npt.NDArray[np.int64]) -> float:
+    def slope(places: Indices) -> float:
         return float(slopes[places].mean())
 
     low, high = interval(slope, len(slopes), seed=seed)
@@ -68,12 +73,14 @@ def contact_sensitivity(light: Array, firm: Array, *, step: float, seed: int) ->
 
 def approach_curve(film: Film, detector: FittedDetector, draws: int) -> ApproachCurve:
     """Features of the approach and of untouched frames."""
-    seen = np.stack([detector.features(film.frames(shown, draws)) for shown in film.approach])
+    renderings = (film.approach, *film.approach_again)
+    features = [[detector.features(film.frames(shown, draws)) for shown in each] for each in renderings]
+    seen = np.stack(features, axis=1)
     clear = detector.features(film.frames(film.untouched, CLEAR_FRAMES, first=CLEAR_FIRST))
     return ApproachCurve(
         gaps_mm=np.array([shown.gap_mm for shown in film.approach], float),
-        entropy=seen[:, :, 0],
-        correlation=seen[:, :, 1],
+        entropy=seen[..., 0],
+        correlation=seen[..., 1],
         clear_entropy=clear[:, 0],
         tau_c=detector.profile.tau_c,
     )
@@ -81,14 +88,15 @@ def approach_curve(film: Film, detector: FittedDetector, draws: int) -> Approach
 
 def proximity_range(curve: ApproachCurve, *, seed: int) -> Measured:
     """Distance from which on an approaching object is noticed for good, in half of the frames."""
-    draws, clear = curve.entropy.shape[1], len(curve.clear_entropy)
+    _, renderings, draws = curve.entropy.shape
+    clear = len(curve.clear_entropy)
     random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, clear])))
 
-    def drawn(numbers: npt.NDArray[np.int64]) -> float:
-        return noticed_from(curve.gaps_mm, curve.rates(numbers, random.integers(0, clear, clear)))
+    def drawn(numbers: Indices) -> float:
+        chosen, untouched = (random.integers(0, count, count) for count in (renderings, clear))
+        return noticed_from(curve.gaps_mm, curve.rates(chosen, numbers, untouched))
 
-    whole = curve.rates(np.arange(draws), np.arange(clear))
-    value = noticed_from(curve.gaps_mm, whole)
+    value = noticed_from(curve.gaps_mm, curve.all_rates())
     low, high = interval(drawn, draws, seed=seed)
     if value >= curve.gaps_mm[0]:
         return Measured(value=value, low=low, high=None, note="at least: noticed at the largest distance tried")

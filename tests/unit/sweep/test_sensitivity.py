@@ -5,7 +5,8 @@ from magicsim.sweep.sensitivity import ApproachCurve, contact_sensitivity, notic
 
 
 def curve(entropy: np.ndarray, correlation: float = 0.1) -> ApproachCurve:
-    random = np.random.default_rng(0)
+    """One rendering where `entropy` is of shape (gaps, draws)."""
+    random, entropy = np.random.default_rng(0), entropy.reshape(3, -1, 12)
     return ApproachCurve(
         gaps_mm=np.array([20.0, 10.0, 5.0]), entropy=entropy, correlation=np.full(entropy.shape, correlation),
         clear_entropy=random.uniform(0.3, 0.4, 200), tau_c=0.5,
@@ -51,3 +52,11 @@ def test_range_ends_where_entropy_sinks_to_that_of_untouched_frames():
 
 def test_brightening_that_is_alike_in_all_channels_is_no_approach():
     assert proximity_range(curve(np.full((3, 12), 2.0), correlation=0.9), seed=1).value == 0
+
+
+def test_interval_of_the_range_holds_what_renderings_disagree_about():
+    noticed, missed = np.tile([[0.9], [1.5], [1.5]], (1, 12)), np.tile([[0.2], [0.2], [1.5]], (1, 12))
+    found = proximity_range(curve(np.stack([noticed, missed, noticed], axis=1)), seed=1)
+    assert found.low < 10 < found.value == 20
+    alike = proximity_range(curve(np.stack([noticed] * 3, axis=1)), seed=1)
+    assert alike.low == alike.value == 20
