@@ -7,7 +7,7 @@ Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the exact t
 quadratic in each coordinate, so two points a direction integrate it). The pressure term is no stabiliser: a Gaussian
 network alone has no elastic constants and would collapse. For affine motion and no walls W is the compressible neo-
 Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood 2008, 6.4.3, with that volume term). Below
-J = 0.1 the logarithm goes on as a parabola with the same value, slope and curvature, so that W stays finite for trial
+J = 0.01 the logarithm goes on as a parabola with the same value, slope and curvature, so that W stays finite for trial
 states.
 """
 
@@ -26,7 +26,7 @@ from magicsim.deform.springs import network_matrices, spring_matrices
 from magicsim.deform.walls import add_wall_stiffness, add_walls
 
 Array = npt.NDArray[np.float64]
-LOG_LIMIT = 0.1
+LOG_LIMIT = 0.01
 """Jacobian below which -ln J is continued as a parabola."""
 TINY = 1e-300
 BOX_SLACK_MM = 1e-9

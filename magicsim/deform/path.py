@@ -1,9 +1,8 @@
 """Poses in sequence: warm starts, sub-steps, the fallbacks of a step that fails, and the check of what comes out.
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
-face follows the object before the true surface decides. A step that fails is halved and iterated with more care
-(`Problem.careful`), then, unless a cell is about to fold (`LOG_LIMIT`), with patience (`Problem.patient`), down to
-`SHORTEST`; when that fails too the path is begun again from rest with `RESTART_STEPS` as many steps.
+face follows the object before the true surface decides. What is tried where a step fails is in `strides`; when all of
+that fails the path is begun again from rest with `RESTART_STEPS` as many steps.
 """
 
 import logging
@@ -17,7 +16,7 @@ from magicsim.deform import newton
 from magicsim.deform.condensed import Condenser, FirstStep
 from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.energy import LOG_LIMIT, Elasticity
+from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate, IterationFigures, evaluated
@@ -26,6 +25,7 @@ from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
+from magicsim.deform.strides import Care, Strides
 from magicsim.deform.way import first_contact, pose_between, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -38,8 +38,6 @@ MAX_BALANCE = 1e-6
 TOUCHING_SHARE = 0.01
 """Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
 ROUNDING = 1e-9
-SHORTEST = 1 / 32
-"""Shortest load step in units of the first one."""
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
 PASSED_THROUGH = (
@@ -172,26 +170,22 @@ class ContactSolver:
         reach = float(np.linalg.norm(touching[:, :2], axis=1).max(initial=0.0))
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
-        state, pose, done, stride = start, first, 0.0, 1.0 / count
-        shortest, careful, patient = stride * SHORTEST, problem.careful(), problem.patient()
-        tried = problem
-        while done < 1:
-            target = 1.0 if done + stride > 1 - 1e-9 else done + stride
+        state, pose = start, first
+        strides = Strides(usual=1.0 / count, may_leap=self._forgets_its_path)
+        problems = {Care.ORDINARY: problem, Care.CAREFUL: problem.careful(), Care.PATIENT: problem.patient()}
+        before_cutbacks = effort.cutbacks
+        while strides.done < 1 and not strides.gave_up:
+            target = strides.target
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
-            iterate = self._solve_pose(tried, moved, before, state, effort)
+            iterate = self._solve_pose(problems[strides.care], moved, before, state, effort)
             if self._is_valid(problem, iterate, moved):
-                state, pose, done = self._result(problem, iterate, next_pose, effort), next_pose, target
-                stride, tried = min(stride * 1.5, 1.0 / count), problem
-                continue
-            if tried is careful and iterate.elastic.min_jacobian > LOG_LIMIT:
-                tried = patient
-                continue
-            effort.cutbacks += 1
-            stride, tried = stride / 2, careful
-            if stride < shortest:
-                return None
-        return state
+                state, pose = self._result(problem, iterate, next_pose, effort), next_pose
+                strides.succeed()
+            else:
+                strides.fail(iterate.elastic.min_jacobian)
+                effort.cutbacks = before_cutbacks + strides.cutbacks
+        return None if strides.gave_up else state
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
         has_converged = newton.has_converged(problem, iterate) and _balance(problem, iterate) <= MAX_BALANCE
