@@ -2,6 +2,7 @@
 
     python benchmarks/predictions.py                 # computes docs/predictions.json and docs/predictions.md; two hours
     python benchmarks/predictions.py --only shear    # one part; the others are kept
+    python benchmarks/predictions.py --cases DIR     # keeps every case there, and goes on from what a killed run left
     python benchmarks/predictions.py --table         # writes the Markdown from the JSON, without computing
 
 The moduli are fitted to two hardness readings by `calibrate_moduli.py` and to nothing else. Every case is computed
@@ -11,11 +12,15 @@ designed, the rate of the test) is not in it.
 """
 
 import argparse
+import hashlib
 import json
+import sys
+import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -28,6 +33,7 @@ from magicsim.deform.path import ContactSolver
 from magicsim.deform.resolved import resolved_lattice
 from magicsim.deform.zone import Zone, contact_zone
 from magicsim.errors import MagicsimError
+from magicsim.folder import result_file
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import symmetric_place
 from magicsim.geometry.indenter import Indenter, place_object
@@ -146,12 +152,28 @@ def run(part: str, case: Any, setting: Setting) -> Rows:  # noqa: ANN401
         return [{"case": list(case), "value": None, "refused": str(error)}]
 
 
-def predict(part: str, pool: ProcessPoolExecutor) -> dict[str, Any]:
+def kept(folder: Path, part: str, case: Any, setting: Setting) -> Rows:  # noqa: ANN401
+    """The same, read from the folder if it was computed before."""
+    key = [part, list(case), asdict(setting)]
+    path = folder / f"{hashlib.sha256(json.dumps(key).encode()).hexdigest()[:16]}.json"
+    if path.is_file():
+        return json.loads(path.read_text())["rows"]  # type: ignore[no-any-return]
+    start = time.perf_counter()
+    rows = run(part, case, setting)
+    seconds = time.perf_counter() - start
+    with result_file(path) as partial:
+        partial.write_text(json.dumps({"key": key, "seconds": seconds, "rows": rows}))
+    sys.stderr.write(f"{part} {case}, nodes {setting.spacing_mm:g} mm apart: {seconds:.0f} s\n")
+    return rows
+
+
+def predict(part: str, pool: ProcessPoolExecutor, folder: Path) -> dict[str, Any]:
     """All cases of a part: nominal values, the difference that each variant makes, and the uncertainty."""
     nominal = replace(NOMINAL, spacing_mm=SPACINGS_MM[part])
     settings = {"nominal": nominal, **{name: replace(nominal, **change) for name, change in VARIANTS[part].items()}}
     jobs = {
-        name: [pool.submit(run, part, case, setting) for case in CASES[part][1]] for name, setting in settings.items()
+        name: [pool.submit(kept, folder, part, case, setting) for case in CASES[part][1]]
+        for name, setting in settings.items()
     }
     found = {name: [row for job in own for row in job.result()] for name, own in jobs.items()}
     variants = [name for name in settings if name != "nominal"]
@@ -177,12 +199,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", choices=tuple(CASES), help="one part")
     parser.add_argument("--table", action="store_true", help="only write the Markdown again")
+    parser.add_argument("--cases", type=Path, help="folder that keeps every case, for a run that goes on")
     options = parser.parse_args()
     results = json.loads(RESULT.read_text()) if RESULT.is_file() else {}
     if not options.table:
-        with workers() as pool:
+        with workers() as pool, TemporaryDirectory() as temporary:
             for part in [options.only] if options.only else list(CASES):
-                results[part] = predict(part, pool)
+                results[part] = predict(part, pool, options.cases or Path(temporary))
                 RESULT.write_text(json.dumps(results, indent=1) + "\n")
     TABLE.write_text(markdown(results))
 
