@@ -2,7 +2,7 @@
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
 face follows the object before the true surface decides. What is tried where a step fails is in `strides`; when all of
-that fails the path is begun again from rest with `RESTART_STEPS` as many steps.
+that fails, and no cell is about to fold, the path is begun again from rest with `RESTART_STEPS` as many steps.
 """
 
 import logging
@@ -25,7 +25,7 @@ from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
-from magicsim.deform.strides import Care, Strides
+from magicsim.deform.strides import NEARLY_FOLDED, Care, Strides
 from magicsim.deform.way import first_contact, pose_between, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -126,7 +126,7 @@ class ContactSolver:
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort()
         state = self._follow_path(problem, indenter, start, effort, fineness=1)
-        if state is None and self._forgets_its_path and not self._has_passed_through(effort.last):
+        if state is None and self._may_restart(effort.last):
             effort.restarts += 1
             state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
         if state is None:
@@ -136,6 +136,11 @@ class ContactSolver:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
+
+    def _may_restart(self, last: Iterate | None) -> bool:
+        """Whether other steps may lead where a path has failed: a cell that folds does so on any."""
+        is_folding = last is not None and last.elastic.min_jacobian < NEARLY_FOLDED
+        return self._forgets_its_path and not is_folding and not self._has_passed_through(last)
 
     @property
     def _forgets_its_path(self) -> bool:

@@ -1,8 +1,8 @@
 """How far the next load step goes, and with how much care it is solved, after what came of the last one.
 
-A step that fails is halved and iterated with more care (`Problem.careful`), then, unless a cell is about to fold
-(`NEARLY_FOLDED`), with patience (`Problem.patient`), down to `SHORTEST`. Where the face snaps from one shape to another
-no step is short enough: where the equilibrium does not depend on the path, a longer one leaps over the snap.
+A step that fails is halved and iterated with more care (`Problem.careful`), then with patience (`Problem.patient`),
+down to `SHORTEST`. Where the face snaps from one shape to another no step is short enough: where the equilibrium does
+not depend on the path, a longer one leaps over the snap. Where a cell is about to fold only shorter steps are tried.
 """
 
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from enum import Enum
 
 SHORTEST = 1 / 32
 """Shortest load step in units of the usual one."""
-LEAPS = (1.5, 2.0, 2.5, 3.0, 4.0)
+LEAPS = (1.5, 2.0, 3.0, 4.0)
 """Steps that are tried in turn where the shortest one failed, in the same units."""
 GROWTH = 1.5
 """Of a step after one that succeeded."""
 NEARLY_FOLDED = 0.1
-"""Smallest Jacobian below which patience does not help."""
+"""Smallest Jacobian below which only shorter steps may help."""
 ROUNDING = 1e-9
 
 
@@ -66,7 +66,8 @@ class Strides:
         Args:
             min_jacobian: Smallest Jacobian where it ended.
         """
-        if self.care is Care.CAREFUL and not self._leaps and min_jacobian > NEARLY_FOLDED:
+        is_folding = min_jacobian < NEARLY_FOLDED
+        if self.care is Care.CAREFUL and not self._leaps and not is_folding:
             self.care = Care.PATIENT
             return
         self.care = Care.CAREFUL
@@ -75,7 +76,7 @@ class Strides:
             self.cutbacks += 1
             if self._stride >= SHORTEST * self.usual:
                 return
-        self.gave_up = not self._can_leap()
+        self.gave_up = is_folding or not self._can_leap()
 
     def _can_leap(self) -> bool:
         was_to_the_end = self._leaps > 0 and self.target == 1
