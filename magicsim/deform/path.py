@@ -2,7 +2,7 @@
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
 face follows the object before the true surface decides. What is tried where a step fails is in `strides`; when all of
-that fails, and no cell is about to fold, the path is begun again from rest with `RESTART_STEPS` as many steps.
+that fails, and no cell is folded, the path is begun again from rest with `RESTART_STEPS` as many steps.
 """
 
 import logging
@@ -25,7 +25,7 @@ from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
-from magicsim.deform.strides import NEARLY_FOLDED, Care, Strides
+from magicsim.deform.strides import Care, Strides
 from magicsim.deform.way import first_contact, pose_between, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -44,6 +44,8 @@ PASSED_THROUGH = (
     "the object passed through the contact face: it is pressed deeper than it is high, or lattice.spacing_mm is too "
     "coarse for it"
 )
+FOLDED = 0.02
+"""Smallest Jacobian below which a path is not begun again."""
 RESTART_STEPS = 4
 """Load steps of a path begun again in units of the first attempt's."""
 
@@ -138,9 +140,9 @@ class ContactSolver:
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
 
     def _may_restart(self, last: Iterate | None) -> bool:
-        """Whether other steps may lead where a path has failed: a cell that folds does so on any."""
-        is_folding = last is not None and last.elastic.min_jacobian < NEARLY_FOLDED
-        return self._forgets_its_path and not is_folding and not self._has_passed_through(last)
+        """Whether other steps may lead where a path has failed: a cell that is folded will be so by any."""
+        is_folded = last is not None and last.elastic.min_jacobian < FOLDED
+        return self._forgets_its_path and not is_folded and not self._has_passed_through(last)
 
     @property
     def _forgets_its_path(self) -> bool:
