@@ -2,7 +2,7 @@
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
 face follows the object before the true surface decides. What is tried where a step fails is in `strides`; when all of
-that fails, and no cell is folded, the path is begun again from rest with `RESTART_STEPS` as many steps.
+that fails the path is begun again from rest with `RESTART_STEPS` as many steps.
 """
 
 import logging
@@ -44,8 +44,6 @@ PASSED_THROUGH = (
     "the object passed through the contact face: it is pressed deeper than it is high, or lattice.spacing_mm is too "
     "coarse for it"
 )
-FOLDED = 0.02
-"""Smallest Jacobian below which a path is not begun again."""
 RESTART_STEPS = 4
 """Load steps of a path begun again in units of the first attempt's."""
 
@@ -128,7 +126,7 @@ class ContactSolver:
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort()
         state = self._follow_path(problem, indenter, start, effort, fineness=1)
-        if state is None and self._may_restart(effort.last):
+        if state is None and self._forgets_its_path and not self._has_passed_through(effort.last):
             effort.restarts += 1
             state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
         if state is None:
@@ -138,11 +136,6 @@ class ContactSolver:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
-
-    def _may_restart(self, last: Iterate | None) -> bool:
-        """Whether other steps may lead where a path has failed: a cell that is folded will be so by any."""
-        is_folded = last is not None and last.elastic.min_jacobian < FOLDED
-        return self._forgets_its_path and not is_folded and not self._has_passed_through(last)
 
     @property
     def _forgets_its_path(self) -> bool:
@@ -190,7 +183,7 @@ class ContactSolver:
                 state, pose = self._result(problem, iterate, next_pose, effort), next_pose
                 strides.succeed()
             else:
-                strides.fail(iterate.elastic.min_jacobian)
+                strides.fail(state.min_jacobian)
                 effort.cutbacks = before_cutbacks + strides.cutbacks
         return None if strides.gave_up else state
 

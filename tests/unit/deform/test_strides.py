@@ -1,4 +1,4 @@
-from magicsim.deform.strides import LEAPS, SHORTEST, Care, Strides
+from magicsim.deform.strides import LEAPS, SHORTEST, SHORTEST_BEFORE_LEAP, Care, Strides
 
 
 def fail_until_given_up(strides: Strides, *, min_jacobian: float) -> list[tuple[float, Care]]:
@@ -27,8 +27,8 @@ def test_a_step_that_fails_is_halved_with_care_and_patience_down_to_the_shortest
     assert strides.cutbacks == 6
 
 
-def test_only_shorter_steps_are_tried_where_a_cell_is_about_to_fold():
-    tried = fail_until_given_up(Strides(usual=0.25, may_leap=True), min_jacobian=0.05)
+def test_only_shorter_steps_are_tried_where_a_cell_is_folded():
+    tried = fail_until_given_up(Strides(usual=0.25, may_leap=True), min_jacobian=0.01)
     assert [target for target, _ in tried] == [0.25 / 2**halvings for halvings in range(6)]
     assert Care.PATIENT not in {care for _, care in tried}
 
@@ -39,7 +39,21 @@ def test_longer_steps_are_tried_where_the_shortest_failed_and_the_path_does_not_
     assert tried[-len(LEAPS) :] == [(leap * 0.1, Care.CAREFUL) for leap in LEAPS]
     near_the_end = Strides(usual=0.5, may_leap=True)
     tried = fail_until_given_up(near_the_end, min_jacobian=0.5)
-    assert [target for target, _ in tried[-3:]] == [0.5 * SHORTEST, 0.75, 1.0]
+    assert [target for target, _ in tried[-3:]] == [0.5 * SHORTEST_BEFORE_LEAP, 0.75, 1.0]
+
+
+def test_nearly_folded_states_leap_but_have_no_patience():
+    tried = fail_until_given_up(Strides(usual=0.1, may_leap=True), min_jacobian=0.05)
+    assert len(tried) == 4 + len(LEAPS)
+    assert Care.PATIENT not in {care for _, care in tried}
+
+
+def test_a_step_that_was_cut_at_the_end_is_halved_as_it_was():
+    strides = Strides(usual=0.4, may_leap=False)
+    strides.succeed()
+    strides.succeed()
+    strides.fail(0.5)
+    assert round(strides.target, 9) == 0.9
 
 
 def test_after_a_leap_the_path_goes_on_in_usual_steps():
