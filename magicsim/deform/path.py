@@ -178,11 +178,13 @@ class ContactSolver:
             target = strides.target
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
+            stuck = effort.last
             iterate = self._solve_pose(problems[strides.care], moved, before, state, effort)
             if self._is_valid(problem, iterate, moved):
                 state, pose = self._result(problem, iterate, next_pose, effort), next_pose
                 strides.succeed()
             else:
+                effort.last = stuck if strides.is_leap else iterate  # a leap may end far from what went wrong
                 strides.fail(state.min_jacobian)
                 effort.cutbacks = before_cutbacks + strides.cutbacks
         return None if strides.gave_up else state

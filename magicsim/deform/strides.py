@@ -2,17 +2,17 @@
 
 A step that fails is halved and iterated with more care (`Problem.careful`), then with patience (`Problem.patient`),
 down to the shortest one. Where the face snaps from one shape to another no step is short enough: where the equilibrium
-does not depend on the path, a longer one leaps over the snap. A state that is nearly folded is spared the costlier of
-these: shorter steps bring it to its fold, and nothing leads beyond.
+does not depend on the path, longer ones, which leap over the snap, are tried before the shortest. A state that is
+nearly folded is spared the costlier of these: shorter steps bring it to its fold, and nothing leads beyond.
 """
 
 from dataclasses import dataclass
 from enum import Enum
 
 SHORTEST, SHORTEST_BEFORE_LEAP = 1 / 32, 1 / 8
-"""Shortest load steps in units of the usual one; after a leap that fails too the whole path may be begun again."""
+"""Shortest load steps in units of the usual one, of all and of those before leaps."""
 LEAPS = (1.5, 2.0, 3.0, 4.0)
-"""Steps that are tried in turn where the shortest one failed, in the same units."""
+"""Longer steps that are tried in turn, in the same units."""
 GROWTH = 1.5
 """Of a step after one that succeeded."""
 NEARLY_FOLDED, FOLDED = 0.1, 0.02
@@ -41,9 +41,13 @@ class Strides:
     cutbacks: int = 0
     """Steps that were halved."""
     gave_up: bool = False
+    is_leap: bool = False
+    """Whether the next step is longer than the usual one."""
     _stride: float = 0.0
-    _leaps: int = 0
-    """How many were tried."""
+    _halved: float = 0.0
+    """The step to go on with when no leap succeeds."""
+    _leaps: tuple[float, ...] = LEAPS
+    """Those that were not tried yet."""
 
     def __post_init__(self) -> None:
         """Begins with the usual step."""
@@ -59,7 +63,7 @@ class Strides:
         """The step was solved."""
         self.done, self.care = self.target, Care.ORDINARY
         self._stride = min(self._stride * GROWTH, self.usual)
-        self._leaps = 0
+        self.is_leap, self._leaps = False, LEAPS
 
     def fail(self, min_jacobian: float) -> None:
         """The step was not solved.
@@ -67,22 +71,16 @@ class Strides:
         Args:
             min_jacobian: Smallest Jacobian of the state that it began from.
         """
-        if self.care is Care.CAREFUL and not self._leaps and min_jacobian > NEARLY_FOLDED:
+        if self.care is Care.CAREFUL and not self.is_leap and min_jacobian > NEARLY_FOLDED:
             self.care = Care.PATIENT
             return
         self.care = Care.CAREFUL
-        may_leap = self.may_leap and min_jacobian > FOLDED
-        if not self._leaps:
-            self._stride = (self.target - self.done) / 2
+        if self.is_leap:
+            self._leaps = () if self.target == 1 else self._leaps[1:]
+        else:
+            self._halved = (self.target - self.done) / 2
             self.cutbacks += 1
-            if self._stride >= self.usual * (SHORTEST_BEFORE_LEAP if may_leap else SHORTEST):
-                return
-        self.gave_up = not (may_leap and self._can_leap())
-
-    def _can_leap(self) -> bool:
-        was_to_the_end = self._leaps > 0 and self.target == 1
-        if was_to_the_end or self._leaps == len(LEAPS):
-            return False
-        self._stride = LEAPS[self._leaps] * self.usual
-        self._leaps += 1
-        return True
+        is_short = self._halved < SHORTEST_BEFORE_LEAP * self.usual
+        self.is_leap = self.may_leap and is_short and min_jacobian > FOLDED and len(self._leaps) > 0
+        self._stride = self._leaps[0] * self.usual if self.is_leap else self._halved
+        self.gave_up = not self.is_leap and self._halved < SHORTEST * self.usual

@@ -1,4 +1,4 @@
-from magicsim.deform.strides import LEAPS, SHORTEST, SHORTEST_BEFORE_LEAP, Care, Strides
+from magicsim.deform.strides import LEAPS, SHORTEST, Care, Strides
 
 
 def fail_until_given_up(strides: Strides, *, min_jacobian: float) -> list[tuple[float, Care]]:
@@ -33,19 +33,13 @@ def test_only_shorter_steps_are_tried_where_a_cell_is_folded():
     assert Care.PATIENT not in {care for _, care in tried}
 
 
-def test_longer_steps_are_tried_where_the_shortest_failed_and_the_path_does_not_matter():
-    strides = Strides(usual=0.1, may_leap=True)
-    tried = fail_until_given_up(strides, min_jacobian=0.5)
-    assert tried[-len(LEAPS) :] == [(leap * 0.1, Care.CAREFUL) for leap in LEAPS]
-    near_the_end = Strides(usual=0.5, may_leap=True)
-    tried = fail_until_given_up(near_the_end, min_jacobian=0.5)
-    assert [target for target, _ in tried[-3:]] == [0.5 * SHORTEST_BEFORE_LEAP, 0.75, 1.0]
-
-
-def test_nearly_folded_states_leap_but_have_no_patience():
+def test_longer_steps_are_tried_before_the_shortest_where_the_path_does_not_matter():
     tried = fail_until_given_up(Strides(usual=0.1, may_leap=True), min_jacobian=0.05)
-    assert len(tried) == 4 + len(LEAPS)
-    assert Care.PATIENT not in {care for _, care in tried}
+    halved = [0.1 / 2**halvings for halvings in range(6)]
+    assert [target for target, _ in tried] == [*halved[:4], *(leap * 0.1 for leap in LEAPS), *halved[4:]]
+    assert Care.PATIENT not in {care for _, care in tried}  # nearly folded
+    tried = fail_until_given_up(Strides(usual=0.5, may_leap=True), min_jacobian=0.05)
+    assert [target for target, _ in tried[4:]] == [0.75, 1.0, 0.5 / 16, 0.5 * SHORTEST]
 
 
 def test_a_step_that_was_cut_at_the_end_is_halved_as_it_was():
