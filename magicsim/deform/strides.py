@@ -74,11 +74,14 @@ class Strides:
         if self.care is Care.CAREFUL and not self.is_leap and min_jacobian > NEARLY_FOLDED:
             self.care = Care.PATIENT
             return
-        self.care = Care.CAREFUL
+        was_ordinary, self.care = self.care is Care.ORDINARY, Care.CAREFUL
         if self.is_leap:
             self._leaps = () if self.target == 1 else self._leaps[1:]
         else:
-            self._halved = (self.target - self.done) / 2
+            step = (
+                self._stride if was_ordinary else self.target - self.done
+            )  # the last one may be cut: again, with care
+            self._halved = step / 2
             self.cutbacks += 1
         is_short = self._halved < SHORTEST_BEFORE_LEAP * self.usual
         self.is_leap = self.may_leap and is_short and min_jacobian > FOLDED and len(self._leaps) > 0

@@ -42,12 +42,13 @@ def test_longer_steps_are_tried_before_the_shortest_where_the_path_does_not_matt
     assert [target for target, _ in tried[4:]] == [0.75, 1.0, 0.5 / 16, 0.5 * SHORTEST]
 
 
-def test_a_step_that_was_cut_at_the_end_is_halved_as_it_was():
+def test_the_last_step_is_tried_again_with_care_before_it_is_halved():
     strides = Strides(usual=0.4, may_leap=False)
     strides.succeed()
     strides.succeed()
-    strides.fail(0.5)
-    assert round(strides.target, 9) == 0.9
+    tried = fail_until_given_up(strides, min_jacobian=0.05)
+    assert tried[:2] == [(1.0, Care.ORDINARY), (1.0, Care.CAREFUL)]
+    assert [round(target, 9) for target, _ in tried[2:4]] == [0.9, 0.85]
 
 
 def test_after_a_leap_the_path_goes_on_in_usual_steps():
