@@ -105,19 +105,11 @@ def test_block_at_ten_percent(motion: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("motion", "largest"), [("compressed", 0.28), ("sheared", 0.3)])
 def test_block_up_to_thirty_percent(motion: str, largest: float) -> None:
+    """Compressed further, walls of the reference buckle."""
     for found in compare(motion, [0.1, 0.2, largest], 0.25, infill=3, wall=2, skin=3):
         assert abs(found.force) < 0.03
         assert found.corrected < 0.05
         assert found.corrected_rms < 0.85 * found.trilinear_rms
-
-
-@pytest.mark.slow
-def test_stiffness_holds_where_walls_buckle() -> None:
-    """Between 28 and 30 % of compression the middle cell's walls buckle, which no homogenised cell can show."""
-    before, buckled = compare("compressed", [0.1, 0.2, 0.28, 0.3], 0.25, infill=3, wall=2, skin=3)[-2:]
-    assert buckled.corrected > 2 * before.corrected
-    assert abs(buckled.force) < 0.03
-    assert buckled.corrected_rms < 0.9 * buckled.trilinear_rms
 
 
 def test_reference_gradient_and_matrix_agree() -> None:

@@ -24,8 +24,8 @@ PERMUTATION[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1
 PERMUTATION[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1
 TOLERANCE_MM = 1e-9
 RESIDUAL = 1e-7
-ITERATIONS = 100
-"""Where walls buckle the way from the unstable branch to the stable one takes tens of them."""
+ITERATIONS = 40
+"""Enough on a stable branch; where walls buckle the way to the next one may take hundreds."""
 
 
 class NeoHookeanBoxes:
