@@ -78,10 +78,8 @@ class Strides:
         if self.is_leap:
             self._leaps = () if self.target == 1 else self._leaps[1:]
         else:
-            step = (
-                self._stride if was_ordinary else self.target - self.done
-            )  # the last one may be cut: again, with care
-            self._halved = step / 2
+            # the last step of a path may be cut short: it is solved again with care before it is halved
+            self._halved = (self._stride if was_ordinary else self.target - self.done) / 2
             self.cutbacks += 1
         is_short = self._halved < SHORTEST_BEFORE_LEAP * self.usual
         self.is_leap = self.may_leap and is_short and min_jacobian > FOLDED and len(self._leaps) > 0

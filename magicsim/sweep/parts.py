@@ -80,7 +80,10 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
     Raises:
         MagicsimError: The film has no valid frames.
     """
-    film = film_design(sensor, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
+    quality = sweep.quality
+    if "proximity_range_mm" not in sweep.measures:  # nothing else looks at further renderings of the approach
+        quality = quality.model_copy(update={"renderings": 1})
+    film = film_design(sensor, sweep.object, quality, seed=sweep.seed, untouched=untouched)
     parts = _pressed(sensor, sweep, film)
     parts.pictures = _pictures(film)
     wanted, by_similarity = set(sweep.measures), ("sensitivity_per_mm", "sensitivity_per_n")

@@ -24,8 +24,6 @@ PERMUTATION[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1
 PERMUTATION[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1
 TOLERANCE_MM = 1e-9
 RESIDUAL = 1e-7
-ITERATIONS = 40
-"""Enough on a stable branch; where walls buckle the way to the next one may take hundreds."""
 
 
 class NeoHookeanBoxes:
@@ -158,7 +156,7 @@ def follow_path(
     for affine in affine_mm:
         free, before = 2 * free - before, free  # goes on as it went
         state = model.linearise(rest + affine + (moving @ free).reshape(-1, 3), pressure)
-        for iteration in range(ITERATIONS):
+        for iteration in range(40):
             residual = moving.T @ state.gradient
             is_small = np.linalg.norm(residual) < RESIDUAL * np.linalg.norm(state.gradient)
             is_stable = matrix.factorise(state.hessian)
