@@ -120,7 +120,7 @@ def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[
     if view.body is not None:
         world.update(body=view.body, infill=view.infill)
     integrator, media = world.scene.integrator(), design.materials
-    shapes = integrator.shapes(world.scene)
+    shapes = integrator.inventory.shapes(world.scene)
     particles = int(np.clip(PARTICLES_PER_CELL * shapes.cells, LEAST_PARTICLES, MOST_PARTICLES))
     field = integrator.light_fields(world.scene, {ENVIRONMENT: particles}, seed=seed)[ENVIRONMENT]
     infill = media.infill.ior if media.infill is not None else media.body.ior

@@ -66,7 +66,7 @@ def recorded_paths(scene: Any, *, seed: int, samples: int) -> RecordedPaths:
     return record_paths(
         lambda part, room: record_camera(scene, part, samples=samples, seed=seed, capacity=room),
         pixels=columns * rows,
-        centres_mm=integrator.centres_mm(scene),
+        centres_mm=integrator.inventory.centres_mm(scene),
         albedo=integrator.media.infill.albedo,
         samples=samples,
     )
@@ -160,7 +160,7 @@ def seen_beside_anchor(
     integrator = scene.integrator()
     paths, field = known.paths, light_outside(scene, outside, known.light, anchor, seed=seed)
     change = field.fluence - np.sum([careful.fluence for careful in anchor.careful.values()], axis=0)
-    slopes = cell_slopes(change, integrator.centres_mm(scene), integrator.counts)
+    slopes = cell_slopes(change, integrator.inventory.centres_mm(scene), integrator.counts)
     columns, rows = (int(size) for size in scene.sensors()[0].film().size())
     pixels = window.of(np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)).ravel()
     seen = paths.glow(change, slopes, pixels) + paths.seen_outside(outside, field.irradiance, finish, pixels)

@@ -7,24 +7,22 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.cached_light import CachedLight, Piecewise, VoxelField, cell_slopes
 from magicsim.scenes.camera_pass import gather_radiance
 from magicsim.scenes.finish import Finish
-from magicsim.scenes.grid_state import GridState, GridStates
 from magicsim.scenes.integrator_settings import read_medium, read_triple
-from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
+from magicsim.scenes.inventory import Inventory, emitter_of, light_names
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
 from magicsim.scenes.light_starts import EmitterStarts, LightStarts, emitter_chunks
 from magicsim.scenes.medium import Media
-from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
+from magicsim.scenes.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
 from magicsim.scenes.path_starts import CameraStarts, PathStarts
 from magicsim.scenes.recorded_light import LightRecord
-from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
+from magicsim.scenes.shapes import Shapes
 from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
 
@@ -38,8 +36,6 @@ CAMERA_DEPTH = 200
 """Longest camera path [interactions]; four times as long changes the mean radiance by less than 0.01 %."""
 FLASHLIGHT_PART = 4
 """A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
-NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
-"""Stands for an absent object, so that arrays have a size."""
 SEEDS_PER_RENDER = 64
 """Random streams that one seed owns: the camera's, one a light, and those of `untouched_passes`."""
 
@@ -55,7 +51,6 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         """Reads `particles`, and the rest as `integrator_settings` writes it."""
         super().__init__(properties)
         self.particles = properties.get("particles", 200_000)
-        self.triangles_per_cell = properties.get("triangles_per_cell", 12)
         self.finish = Finish(
             color=tuple(properties.get("object_color", mi.ScalarColor3f(0.5))),
             vertex_colors=properties.get("object_vertex_colors", False),
@@ -63,10 +58,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             roughness=properties.get("object_roughness", 0.2),
         )
         self.inside = frozenset(properties.get("lights_inside", "").split(","))
-        self._irradiance_kernels: dict[bool, IrradianceKernel] = {}
-        self.object_mesh: SurfaceMesh | None = None
-        """The object in its own frame: what is smoothed must not depend on the pose that is rendered first."""
-        self.grid = GridStates(self.triangles_per_cell)
+        self.inventory = Inventory(properties.get("triangles_per_cell", 12))
         self.followed_media = Media(
             body_ior=properties["body_ior"],
             infill_ior=properties["infill_ior"],
@@ -102,7 +94,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def darkness(self, scene: Any, outside: Outside | None = None) -> LightField:
         """The light field of a scene without lights, and of what stands outside."""
-        shapes = self.shapes(scene, outside)
+        shapes = self.inventory.shapes(scene, outside)
         return LightField(
             fluence=np.zeros((shapes.cells, 3)),
             body=np.zeros((self.voxels.count if self.voxels is not None else 1, 3)),
@@ -111,10 +103,10 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def shares(self, scene: Any, outside: Outside | None = None) -> dict[str, int]:
         """Particles of each light: all strips together get `particles`, the room as many, a flashlight alone fewer."""
-        names = _light_names(scene, outside)
+        names = light_names(scene, outside)
         strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in names)
         each = max(1, self.particles // max(1, strips))
-        alone = self.shapes(scene, outside).object is None
+        alone = self.inventory.shapes(scene, outside).object is None
         part = FLASHLIGHT_PART if alone else 1
         outer = {FLASHLIGHT: max(1, self.particles // part), ENVIRONMENT: self.particles}
         return {name: outer.get(name, each) for name in names}
@@ -130,16 +122,16 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             seed: Seed of the render; every light has a stream of its own.
             outside: What stands before the block in a scene of its own.
         """
-        shapes = self.shapes(scene, outside)
+        shapes = self.inventory.shapes(scene, outside)
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
         if not particles or (shapes.object is None and not scatters):
             return {name: self.darkness(scene, outside) for name in particles}
-        volumes = self.volumes_mm3(scene)
+        volumes = self.inventory.volumes_mm3(scene)
         tracks = {name: self._tracks(scene, shapes, name, count, seed, outside) for name, count in particles.items()}
         scales = {name: 1 / (FIXED_POINT * count) for name, count in particles.items()}
         landed = [tracks[name].landed.reshape(-1, 3) * scales[name] for name in tracks]
         # One product for all lights: reading the kernel costs more than using it.
-        irradiance = self.irradiance(scene, shapes, np.concatenate(landed, 1))
+        irradiance = self.inventory.irradiance(scene, shapes, np.concatenate(landed, 1))
         return {
             name: LightField(
                 fluence=np.asarray(tracks[name].cells.reshape(-1, 3) * scales[name] / volumes, np.float64),
@@ -153,12 +145,11 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         self, scene: Any, shapes: Shapes, name: str, particles: int, seed: int, outside: Outside | None
     ) -> Tracks:
         """What the particles of one light leave behind."""
-        stream, inside = self.stream(scene, name, seed, outside), name in self.inside
-        emitter = self.emitter(scene, name, outside)
+        stream, emitter = self.stream(scene, name, seed, outside), emitter_of(scene, name, outside)
         return sum_tracks(
             [
                 self.light_pass(scene, shapes, starts, stream=stream, is_room=name == ENVIRONMENT)
-                for starts in emitter_chunks(emitter, particles, seed=stream, inside=inside)
+                for starts in emitter_chunks(emitter, particles, seed=stream, inside=name in self.inside)
             ]
         )
 
@@ -185,7 +176,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
     def stream(self, scene: Any, name: str, seed: int, outside: Outside | None = None) -> int:
         """Random stream of a light."""
-        return SEEDS_PER_RENDER * seed + 1 + _light_names(scene, outside).index(name)
+        return SEEDS_PER_RENDER * seed + 1 + light_names(scene, outside).index(name)
 
     def balance(self, scene: Any, name: str, *, particles: int, seed: int) -> dict[str, float]:
         """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
@@ -199,11 +190,11 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             seed: Random stream.
         """
         starts = EmitterStarts.of(
-            self.emitter(scene, name), first=0, particles=particles, seed=seed, inside=name in self.inside
+            emitter_of(scene, name), first=0, particles=particles, seed=seed, inside=name in self.inside
         )
         tracks = deposit_tracks(
-            scene, starts, self.shapes(scene), self.media, self.voxels, seed=seed, is_room=name == ENVIRONMENT,
-            max_depth=self.light_depth(self.media), balance=True, record=None,
+            scene, starts, self.inventory.shapes(scene), self.media, self.voxels, seed=seed,
+            is_room=name == ENVIRONMENT, max_depth=self.light_depth(self.media), balance=True, record=None,
         )  # fmt: skip
         account, media = tracks.balance, self.media
         scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
@@ -226,7 +217,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         """Radiance of a window of the film from cached light, a tensor of shape (rows, columns, 3)."""
         columns, rows = (int(size) for size in scene.sensors()[0].film().size())
         window = window or Window.whole(columns, rows)
-        shapes = self.shapes(scene)
+        shapes = self.inventory.shapes(scene)
         starts = CameraStarts.of(
             scene.sensors()[0], samples=samples, window=window, pattern=pattern, part=range(samples)
         )
@@ -254,14 +245,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             followed=self.followed, record=record,
         )  # fmt: skip
 
-    def centres_mm(self, scene: Any) -> FloatArray:
-        """Centres of the cells, shape (cells, 3) [mm]; none without a grid."""
-        grid = self._grid(scene)
-        return grid.centres_mm if grid is not None else np.zeros((0, 3))
-
     def _cached(self, scene: Any, shapes: Shapes, field: LightField) -> CachedLight:
         centres, slopes = np.zeros((shapes.cells, 3)), np.zeros((shapes.cells, 3, 3))
-        grid = self._grid(scene)
+        grid = self.inventory.grid(scene)
         if grid is not None and np.prod(self.counts) == shapes.cells:
             centres = grid.centres_mm
             slopes = cell_slopes(field.fluence, centres, self.counts)
@@ -271,55 +257,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             irradiance=_flat(field.irradiance),
         )
 
-    def emitter(self, scene: Any, name: str, outside: Outside | None = None) -> Any:
-        """The emitter of a light by its name."""
-        if outside is not None and name == FLASHLIGHT:
-            return outside.flashlight.emitter()
-        return scene.environment() if name == ENVIRONMENT else shape_named(scene, name).emitter()
-
-    def shapes(self, scene: Any, outside: Outside | None = None) -> Shapes:
-        """The scene's shapes by their role, the object from outside if something is there."""
-        grid = self._grid(scene)
-        return Shapes(
-            body=shape_named(scene, BODY),
-            infill=shape_named(scene, INFILL),
-            object=outside.object if outside is not None else shape_named(scene, OBJECT),
-            triangles_per_cell=self.triangles_per_cell,
-            faces=grid.faces if grid is not None else None,
-            outside=outside.scene if outside is not None and outside.object is not None else None,
-        )
-
-    def _grid(self, scene: Any) -> GridState | None:
-        infill = shape_named(scene, INFILL)
-        # The housing stands around the block, so that its box tells nothing.
-        known = {BODY, INFILL, OBJECT, GHOST, HOUSING}
-        strangers = [shape for shape in scene.shapes() if shape.id() not in known]
-        return self.grid.of(infill, strangers) if infill is not None else None
-
-    def volumes_mm3(self, scene: Any) -> FloatArray:
-        """Volumes of the cells, shape (cells, 1) [mm3]; 1 without a grid."""
-        grid = self._grid(scene)
-        return grid.volumes_mm3[:, None] if grid is not None else np.ones((1, 1))
-
-    def irradiance(self, scene: Any, shapes: Shapes, landed: FloatArray) -> FloatArray:
-        """Irradiance of the object's triangles from the flux on each, both of shape (triangles, channels)."""
-        return self._kernel(shapes).irradiance(landed, wetted(scene, shapes))
-
-    def _kernel(self, shapes: Shapes) -> IrradianceKernel:
-        """Smoothing of the object's irradiance; the object is rigid, so once is enough."""
-        present = shapes.object is not None
-        if present not in self._irradiance_kernels:
-            seen = mesh_of(shapes.object) if present else NOTHING
-            self._irradiance_kernels[present] = irradiance_kernel((self.object_mesh if present else None) or seen)
-        return self._irradiance_kernels[present]
-
     def to_string(self) -> str:
         """One line for logs."""
         return f"FluenceIntegrator[particles={self.particles}]"
-
-
-def _light_names(scene: Any, outside: Outside | None) -> list[str]:
-    return lights(scene) + ([FLASHLIGHT] if outside is not None and outside.flashlight is not None else [])
 
 
 def _flat(values: FloatArray) -> Any:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from magicsim.scenes.backend import dr
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.integrator import SEEDS_PER_RENDER, FluenceIntegrator
+from magicsim.scenes.inventory import emitter_of
 from magicsim.scenes.light_field import LightField
 from magicsim.scenes.light_pass import FIXED_POINT
 from magicsim.scenes.light_starts import emitter_chunks
@@ -37,7 +38,7 @@ def record_camera(scene: Any, part: range, *, samples: int, seed: int, capacity:
     record, window = PathRecord.empty(capacity, len(part)), Window.whole(*(int(size) for size in sensor.film().size()))
     starts = CameraStarts.of(sensor, samples=samples, window=window, pattern=0, part=part)
     seen = integrator.camera_pass(
-        scene, integrator.shapes(scene), integrator.darkness(scene), starts, integrator.finish,
+        scene, integrator.inventory.shapes(scene), integrator.darkness(scene), starts, integrator.finish,
         stream=SEEDS_PER_RENDER * seed, record=record,
     )  # fmt: skip
     dr.eval(seen, record)
@@ -58,9 +59,8 @@ def follow_camera(
         seed: Of the frame.
     """
     integrator = scene.integrator()
-    seen = integrator.camera_pass(
-        scene, integrator.shapes(scene, outside), field, starts, finish, stream=SEEDS_PER_RENDER * seed + MIRRORED
-    )
+    shapes, stream = integrator.inventory.shapes(scene, outside), SEEDS_PER_RENDER * seed + MIRRORED
+    seen = integrator.camera_pass(scene, shapes, field, starts, finish, stream=stream)
     return np.array(seen, np.float64).T
 
 
@@ -74,10 +74,10 @@ def record_light(scene: Any, particles: int, *, seed: int) -> RecordedLight:
     """
     integrator, escapes = scene.integrator(), []
     for name in lights(scene):
-        stream, emitter = integrator.stream(scene, name, seed), integrator.emitter(scene, name)
+        stream, emitter = integrator.stream(scene, name, seed), emitter_of(scene, name)
         for starts in emitter_chunks(emitter, particles, seed=stream, inside=name in integrator.inside):
             record = LightRecord.empty(starts.particles)
-            integrator.light_pass(scene, integrator.shapes(scene), starts, stream=stream, record=record)
+            integrator.light_pass(scene, integrator.inventory.shapes(scene), starts, stream=stream, record=record)
             escapes.append(record.read())
     return RecordedLight.of(np.concatenate(escapes), particles)
 
@@ -92,13 +92,15 @@ def follow_light(scene: Any, outside: Outside, light: RecordedLight, *, seed: in
         seed: Of the frame.
     """
     integrator: FluenceIntegrator = scene.integrator()
-    starts, shapes, dark = light.met(outside), integrator.shapes(scene, outside), integrator.darkness(scene, outside)
+    inventory, starts, dark = integrator.inventory, light.met(outside), integrator.darkness(scene, outside)
     if starts is None:
         return dark
+    shapes = inventory.shapes(scene, outside)
     tracks = integrator.light_pass(scene, shapes, starts, stream=SEEDS_PER_RENDER * seed + LIGHT_BACK)
     scale = 1 / (FIXED_POINT * light.particles)
+    landed = np.asarray(tracks.landed.reshape(-1, 3) * scale, np.float64)
     return LightField(
-        fluence=np.asarray(tracks.cells.reshape(-1, 3) * scale / integrator.volumes_mm3(scene), np.float64),
+        fluence=np.asarray(tracks.cells.reshape(-1, 3) * scale / inventory.volumes_mm3(scene), np.float64),
         body=dark.body,
-        irradiance=integrator.irradiance(scene, shapes, np.asarray(tracks.landed.reshape(-1, 3) * scale, np.float64)),
+        irradiance=inventory.irradiance(scene, shapes, landed),
     )

@@ -33,7 +33,7 @@ def grid_and_scene(deformation, *overrides):
     sensor = Sensor(load_scene("rest", [*SMALL, *overrides]))
     infill = deformation(sensor.elastomer.infill.vertices)
     scene = sensor.renderer.world(View(infill=infill)).scene
-    return scene.integrator().shapes(scene), scene
+    return scene.integrator().inventory.shapes(scene), scene
 
 
 def continued(si, infill, faces, random):
@@ -98,7 +98,7 @@ def test_the_state_of_the_grid_follows_its_mesh():
     for infill in (None, pressed_and_sheared(rest), dented(rest), None):
         scene = sensor.renderer.world(View(infill=infill)).scene
         integrator = scene.integrator()
-        patches = np.array(integrator.shapes(scene).faces.patches).reshape(-1, 28)[:, :27]
+        patches = np.array(integrator.inventory.shapes(scene).faces.patches).reshape(-1, 28)[:, :27]
         lowest.append(patches.reshape(-1, 3).min(0))
         wanted = rest if infill is None else infill
         np.testing.assert_allclose(lowest[-1], wanted.min(0), atol=1e-5)

@@ -27,7 +27,7 @@ def small(name, *overrides):
 
 def smooth_field(integrator, scene, outside):
     """Some light that varies gently enough to stay positive within every cell."""
-    dark, places = integrator.darkness(scene, outside), integrator.centres_mm(scene)
+    dark, places = integrator.darkness(scene, outside), integrator.inventory.centres_mm(scene)
     waves = np.stack([2 + np.sin(places @ [0.2, 0.1 * k, 0.3]) for k in range(3)], 1)
     lit = np.linspace(0.5, 1.5, dark.irradiance.size).reshape(dark.irradiance.shape)
     return LightField(fluence=waves, body=dark.body, irradiance=lit)
@@ -50,7 +50,7 @@ def test_recorded_paths_give_the_gathered_image(name):
     wanted = gathered(seen, field) - gathered(scene, integrator.darkness(scene))
     paths = recorded_paths(scene, seed=SEED, samples=SAMPLES)
     pixels = np.arange(24 * 28, dtype=np.uint32)
-    slopes = cell_slopes(field.fluence, integrator.centres_mm(scene), integrator.counts)
+    slopes = cell_slopes(field.fluence, integrator.inventory.centres_mm(scene), integrator.counts)
     glow = paths.glow(field.fluence, slopes, pixels)
     beyond = paths.seen_outside(outside, field.irradiance, renderer.object_finish, pixels)
     assert np.median(glow) > 0.01

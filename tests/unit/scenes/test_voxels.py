@@ -21,7 +21,7 @@ def integrator_and_scene(*overrides):
 
 def test_parts_of_the_body_add_up_to_walls_and_skin_between_the_strips():
     elastomer, integrator, scene = integrator_and_scene()
-    part = integrator.voxels.body_part(scene, integrator.shapes(scene))
+    part = integrator.voxels.body_part(scene, integrator.inventory.shapes(scene))
     volumes = np.where(np.isfinite(part.volumes_mm3), part.volumes_mm3, 0)
     whole = elastomer.body.volume_mm3() - elastomer.infill.volume_mm3()
     assert volumes.sum() == pytest.approx(whole, rel=0.005)
@@ -30,7 +30,7 @@ def test_parts_of_the_body_add_up_to_walls_and_skin_between_the_strips():
 def test_centres_lie_in_their_voxels():
     _, integrator, scene = integrator_and_scene()
     voxels = integrator.voxels
-    centres = voxels.body_part(scene, integrator.shapes(scene)).centres_mm
+    centres = voxels.body_part(scene, integrator.inventory.shapes(scene)).centres_mm
     found = voxels.index(mi.Point3f(*centres.T.astype(np.float32)))
     np.testing.assert_array_equal(np.array(found), np.arange(voxels.count))
 
