@@ -147,10 +147,11 @@ def _verified(
     path: StressPath, stage: Stage, depth: float, state: Deformation, check: Verification, seconds: float
 ) -> StressRow:
     faults = check.faults(TOLERANCE_MM)
+    found_again = {name: value for name, value in asdict(check).items() if name in FIGURES}
     return _row(
         path, stage, depth, SILENT if faults else VALID, ", ".join(faults), seconds=seconds,
         force_n=float(state.force_n[2]), iterations=state.iterations, cutbacks=state.cutbacks,
-        restarts=state.restarts, **asdict(check),
+        restarts=state.restarts, **found_again,
     )  # fmt: skip
 
 

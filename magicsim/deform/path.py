@@ -2,7 +2,7 @@
 
 A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
 face follows the object before the true surface decides. What is tried where a step fails is in `strides`; when all of
-that fails the path is begun again from rest with `RESTART_STEPS` as many steps.
+that fails the path is begun again from rest, with longer and with shorter steps.
 """
 
 import logging
@@ -40,12 +40,16 @@ TOUCHING_SHARE = 0.01
 ROUNDING = 1e-9
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
+PASSED_SHARE = 0.01
+"""Normal force, in units of the sum of the forces on all points of the face, below which the object has pierced it:
+what is left squeezes its flanks."""
 PASSED_THROUGH = (
     "the object passed through the contact face: it is pressed deeper than it is high, or lattice.spacing_mm is too "
     "coarse for it"
 )
-RESTART_STEPS = 4
-"""Load steps of a path begun again in units of the first attempt's."""
+RESTARTS = (1 / 4, 4)
+"""Numbers of load steps of a path begun again, in units of the first attempt's: long steps do not meet the snaps of a
+face between the bumps of a texture at all, and short ones follow what long ones miss."""
 
 
 @dataclass(slots=True)
@@ -56,7 +60,7 @@ class Effort:
     cutbacks: int = 0
     """Load steps that were halved."""
     restarts: int = 0
-    """Paths begun again from rest with shorter steps."""
+    """Paths begun again from rest."""
     last: Iterate | None = None
     """Where the last load step ended."""
 
@@ -126,9 +130,12 @@ class ContactSolver:
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort()
         state = self._follow_path(problem, indenter, start, effort, fineness=1)
-        if state is None and self._forgets_its_path and not self._has_passed_through(effort.last):
+        may_restart = self._forgets_its_path and not self._has_passed_through(effort.last)
+        for fineness in RESTARTS if may_restart else ():
+            if state is not None:
+                break
             effort.restarts += 1
-            state = self._follow_path(problem, indenter, self._rest, effort, fineness=RESTART_STEPS)
+            state = self._follow_path(problem, indenter, self._rest, effort, fineness=fineness)
         if state is None:
             message = PASSED_THROUGH if self._has_passed_through(effort.last) else _report(problem, effort)
             raise ConvergenceError(message, history=tuple(effort.iterations))
@@ -194,8 +201,14 @@ class ContactSolver:
         return has_converged and not (self._has_passed_through(iterate) and self.can_touch(indenter))
 
     def _has_passed_through(self, iterate: Iterate | None) -> bool:
-        """Whether nothing presses: not an answer below an object, but a dent of a timed path that still recovers."""
-        return self._relaxation is None and iterate is not None and not iterate.contact.pressure_mpa.any()
+        """Whether nothing presses back, as around an object that has pierced the face: not an answer below an object.
+
+        On a timed path it is one: a dent that still recovers.
+        """
+        if self._relaxation is not None or iterate is None:
+            return False
+        forces = self._problem.face.area_mm2[:, None] * iterate.contact.traction_mpa()
+        return bool(forces[:, 2].sum() <= PASSED_SHARE * np.linalg.norm(forces, axis=1).sum())
 
     def _solve_pose(
         self, problem: Problem, indenter: Indenter, before: Indenter, start: Deformation, effort: Effort
