@@ -170,7 +170,7 @@ class ContactSolver:
         return np.asarray(self._problem.face.area_mm2[inside] @ state.contact_traction_mpa[inside])
 
     def _follow_path(
-        self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, fineness: int
+        self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, fineness: float
     ) -> Deformation | None:
         first = start.pose or first_contact(indenter)
         touching = start.contact_points_mm[start.contact_pressure_mpa > 0] - first.position_mm

@@ -81,7 +81,7 @@ def test_valid_state_passes(solved):
     assert verify(*solved).faults(0.002) == ()
 
 
-@pytest.mark.parametrize("fault", ["min J", "penetration", "force balance", "interior residual"])
+@pytest.mark.parametrize("fault", ["min J", "penetration", "force balance", "interior residual", "normal share"])
 def test_each_fault_is_found_without_asking_the_solver(solved, fault):
     lattice, state, indenter = solved
     moved = state.displacements_mm.copy()
@@ -95,6 +95,8 @@ def test_each_fault_is_found_without_asking_the_solver(solved, fault):
     wrong = replace(state, displacements_mm=moved)
     if fault == "force balance":
         wrong = replace(state, force_n=1.01 * state.force_n)
+    elif fault == "normal share":
+        wrong = replace(state, contact_traction_mpa=state.contact_traction_mpa * [1, 1, 0])
     assert any(words.startswith(fault) for words in verify(lattice, wrong, indenter).faults(0.002))
 
 
