@@ -49,6 +49,8 @@ class RenderSetting:
     """Camera samples a pixel."""
     particles: int = 100
     """Light particles of all strips together; `path` has none and is given the fewest that are allowed."""
+    anchor_samples: int | None = None
+    """Camera samples a pixel of the untouched state, with `ANCHOR_PARTICLES` for each; None without one."""
 
 
 FLUENCE = tuple(
@@ -61,10 +63,12 @@ SCALAR = (RenderSetting(estimator="path", samples=1),)
 UNTOUCHED_STATE = "rest"
 """Its frames cost an episode nothing but the anchor."""
 ANCHORED = tuple(
-    RenderSetting(estimator="anchored", samples=samples, particles=particles)
-    for samples, particles in ((6, 80_000), (12, 160_000), (16, 210_000))
+    RenderSetting(estimator="anchored", samples=samples, particles=particles, anchor_samples=anchor)
+    for samples, particles, anchor in ((6, 80_000, 40), (12, 160_000, 80), (16, 210_000, 160))
 )
 """The default of a scene, and finer ones for pressed frames."""
+ANCHOR_PARTICLES = 30_000
+"""Light particles of all strips for each camera sample of the untouched state, as by default."""
 EPISODE_FRAMES = 100
 """Frames that share the time of one anchor."""
 QUICK = (FLUENCE[1], FLUENCE[2], PATH[0], PATH[1])
@@ -218,6 +222,8 @@ def _render_anchored(
     for turn in range(seeds + 1):
         settings = [
             f"render.samples={setting.samples}", f"render.particles={setting.particles}",
+            f"render.anchor_samples={setting.anchor_samples}",
+            f"render.anchor_particles={ANCHOR_PARTICLES * (setting.anchor_samples or 0)}",
             f"render.anchor_seed={1000 + turn}", *size,
         ]  # fmt: skip
         scene = load_scene(state, settings, seed=turn)
