@@ -49,8 +49,8 @@ class RenderSetting:
     """Camera samples a pixel."""
     particles: int = 100
     """Light particles of all strips together; `path` has none and is given the fewest that are allowed."""
-    anchor_samples: int | None = None
-    """Camera samples a pixel of the untouched state, with `ANCHOR_PARTICLES` for each; None without one."""
+    anchor_samples: int = 0
+    """Camera samples a pixel of the untouched state, with `ANCHOR_PARTICLES` for each; 0 without an anchor."""
 
 
 FLUENCE = tuple(
@@ -223,7 +223,7 @@ def _render_anchored(
         settings = [
             f"render.samples={setting.samples}", f"render.particles={setting.particles}",
             f"render.anchor_samples={setting.anchor_samples}",
-            f"render.anchor_particles={ANCHOR_PARTICLES * (setting.anchor_samples or 0)}",
+            f"render.anchor_particles={ANCHOR_PARTICLES * setting.anchor_samples}",
             f"render.anchor_seed={1000 + turn}", *size,
         ]  # fmt: skip
         scene = load_scene(state, settings, seed=turn)

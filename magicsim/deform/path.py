@@ -7,7 +7,7 @@ that fails the path is begun again from rest, with longer and with shorter steps
 
 import logging
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,11 @@ from magicsim.deform import newton
 from magicsim.deform.condensed import Condenser, FirstStep
 from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.effort import MAX_BALANCE, Effort, force_balance, report
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.friction import ContactMemory
-from magicsim.deform.iterate import Iterate, IterationFigures, evaluated
+from magicsim.deform.iterate import Iterate, evaluated
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
 from magicsim.deform.pattern import block_pattern
@@ -33,8 +34,6 @@ from magicsim.geometry.pose import Pose
 
 Array = npt.NDArray[np.float64]
 LOGGER = logging.getLogger(__name__)
-MAX_BALANCE = 1e-6
-"""Largest relative difference between contact force and reaction that is accepted."""
 TOUCHING_SHARE = 0.01
 """Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
 ROUNDING = 1e-9
@@ -50,19 +49,6 @@ PASSED_THROUGH = (
 RESTARTS = (1 / 4, 4)
 """Numbers of load steps of a path begun again, in units of the first attempt's: long steps do not meet the snaps of a
 face between the bumps of a texture at all, and short ones follow what long ones miss."""
-
-
-@dataclass(slots=True)
-class Effort:
-    """What a solve has cost so far."""
-
-    iterations: list[IterationFigures] = field(default_factory=list)
-    cutbacks: int = 0
-    """Load steps that were halved."""
-    restarts: int = 0
-    """Paths begun again from rest."""
-    last: Iterate | None = None
-    """Where the last load step ended."""
 
 
 class ContactSolver:
@@ -84,7 +70,7 @@ class ContactSolver:
         Args:
             lattice: The block.
             tolerance_mm: Largest penetration at any contact point [mm].
-            max_step_mm: Longest motion of the object between two load steps [mm]; halved where a step fails.
+            max_step_mm: Longest motion of the object between two load steps [mm], before anything else is tried.
             friction: Coulomb's coefficient between object and face.
             point_spacing_mm: Largest distance between contact points at rest [mm].
             branches: Relaxation of a timed path; None is the quasi-static, long-term response.
@@ -137,7 +123,7 @@ class ContactSolver:
             effort.restarts += 1
             state = self._follow_path(problem, indenter, self._rest, effort, fineness=fineness)
         if state is None:
-            message = PASSED_THROUGH if self._has_passed_through(effort.last) else _report(problem, effort)
+            message = PASSED_THROUGH if self._has_passed_through(effort.last) else report(problem, effort)
             raise ConvergenceError(message, history=tuple(effort.iterations))
         if self._relaxation is None or start.relaxation is None:
             return state
@@ -197,7 +183,7 @@ class ContactSolver:
         return None if strides.gave_up else state
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
-        has_converged = newton.has_converged(problem, iterate) and _balance(problem, iterate) <= MAX_BALANCE
+        has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= MAX_BALANCE
         return has_converged and not (self._has_passed_through(iterate) and self.can_touch(indenter))
 
     def _has_passed_through(self, iterate: Iterate | None) -> bool:
@@ -273,7 +259,7 @@ class ContactSolver:
             contact_area_mm2=float(face.current_area_mm2(iterate.positions)[touching].sum()),
             max_penetration_mm=contact.max_penetration_mm,
             min_jacobian=iterate.elastic.min_jacobian,
-            force_balance=_balance(problem, iterate),
+            force_balance=force_balance(problem, iterate),
             iterations=len(effort.iterations),
             cutbacks=effort.cutbacks,
             restarts=effort.restarts,
@@ -281,25 +267,3 @@ class ContactSolver:
             unknowns=problem.pattern.size,
             converged=True,
         )
-
-
-def _balance(problem: Problem, iterate: Iterate) -> float:
-    applied = iterate.contact.node_force_n
-    size = float(np.linalg.norm(applied.sum(0)))
-    unbalanced = applied - iterate.elastic.gradient
-    reaction = unbalanced.sum(0) - problem.free_forces(unbalanced).sum(0)
-    return float(np.linalg.norm(applied.sum(0) - reaction)) / size if size > 0 else 0.0
-
-
-def _report(problem: Problem, effort: Effort) -> str:
-    iterate, options = effort.last, problem.options
-    if iterate is None:
-        return "the deformation did not start"
-    return (
-        f"the deformation did not reach a valid equilibrium after {len(effort.iterations)} iterations, "
-        f"{effort.cutbacks} halved steps and {effort.restarts} restarts: residual {iterate.residual:.2g} (at most "
-        f"{options.residual:g}), min J {iterate.elastic.min_jacobian:.3g} (above 0), penetration "
-        f"{iterate.contact.max_penetration_mm:.3g} mm (at most {options.tolerance_mm:g} mm), force balance "
-        f"{_balance(problem, iterate):.2g} (at most {MAX_BALANCE:g}), friction limits off by {iterate.mismatch:.2g} "
-        f"(at most {options.slip_mismatch:g})"
-    )

@@ -24,8 +24,7 @@ class Inventory:
     def __init__(self, triangles_per_cell: int) -> None:
         """For an infill of disjoint cells."""
         self.triangles_per_cell = triangles_per_cell
-        self.object_mesh: SurfaceMesh | None = None
-        """The object in its own frame: what is smoothed must not depend on the pose that is rendered first."""
+        self._object_mesh: SurfaceMesh | None = None
         self._grids = GridStates(triangles_per_cell)
         self._kernels: dict[bool, IrradianceKernel] = {}
 
@@ -34,10 +33,10 @@ class Inventory:
 
         Args:
             topology: How the cells are put together: hits are then looked for in the cell that a ray is in.
-            object_mesh: The object in its own frame.
+            object_mesh: The object in its own frame: its smoothing must not depend on the pose that is rendered first.
         """
         self._grids.topology = topology
-        self.object_mesh = object_mesh
+        self._object_mesh = object_mesh
 
     def shapes(self, scene: Any, outside: Outside | None = None) -> Shapes:
         """The scene's shapes by their role, the object from outside if something is there."""
@@ -74,7 +73,7 @@ class Inventory:
         present = shapes.object is not None
         if present not in self._kernels:  # The object is rigid, so once is enough.
             seen = mesh_of(shapes.object) if present else NOTHING
-            self._kernels[present] = irradiance_kernel((self.object_mesh if present else None) or seen)
+            self._kernels[present] = irradiance_kernel((self._object_mesh if present else None) or seen)
         return self._kernels[present].irradiance(landed, wetted(scene, shapes))
 
 

@@ -17,8 +17,8 @@ LATTICE = box_lattice(
 BALL = place_object(parse_object("sphere:radius_mm=2"), gap_mm=-0.3)
 
 
-def refusing(solver: ContactSolver, times: int, monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """Lets a solver fail so many times; returns a list that fills with the fineness of every attempt."""
+def refusing(times: int, monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Lets the first attempts fail; returns a list that fills with the fineness of every attempt."""
     attempts: list[float] = []
     follow = ContactSolver._follow_path
 
@@ -36,7 +36,7 @@ def test_a_path_is_begun_again_with_longer_and_then_with_shorter_steps(
     failures: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = ContactSolver(LATTICE).solve(BALL)
-    attempts = refusing(ContactSolver(LATTICE), failures, monkeypatch)
+    attempts = refusing(failures, monkeypatch)
     found = ContactSolver(LATTICE).solve(BALL)
     assert attempts == [1, *RESTARTS][: failures + 1]
     assert found.restarts == failures
@@ -46,10 +46,9 @@ def test_a_path_is_begun_again_with_longer_and_then_with_shorter_steps(
 
 @pytest.mark.parametrize(("friction", "tries"), [(0.0, 1 + len(RESTARTS)), (0.5, 1)])
 def test_a_path_with_friction_is_not_begun_again(friction: float, tries: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    solver = ContactSolver(LATTICE, friction=friction)
-    attempts = refusing(solver, 9, monkeypatch)
+    attempts = refusing(9, monkeypatch)
     with pytest.raises(ConvergenceError, match="did not reach a valid equilibrium"):
-        solver.solve(BALL)
+        ContactSolver(LATTICE, friction=friction).solve(BALL)
     assert len(attempts) == tries
 
 

@@ -1,0 +1,58 @@
+"""What the search for one equilibrium has cost, and what is said where it found none."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from magicsim.deform.iterate import Iterate, IterationFigures
+from magicsim.deform.problem import Problem
+
+MAX_BALANCE = 1e-6
+"""Largest relative difference between contact force and reaction that is accepted."""
+
+
+@dataclass(slots=True)
+class Effort:
+    """What a solve has cost so far."""
+
+    iterations: list[IterationFigures] = field(default_factory=list)
+    cutbacks: int = 0
+    """Load steps that were halved."""
+    restarts: int = 0
+    """Paths begun again from rest."""
+    last: Iterate | None = None
+    """Where the last load step ended."""
+
+
+def force_balance(problem: Problem, iterate: Iterate) -> float:
+    """|Contact force - reaction of the bonded face| over the contact force; 0 where nothing presses.
+
+    Args:
+        problem: The lattice.
+        iterate: A state of it.
+    """
+    applied = iterate.contact.node_force_n
+    size = float(np.linalg.norm(applied.sum(0)))
+    unbalanced = applied - iterate.elastic.gradient
+    reaction = unbalanced.sum(0) - problem.free_forces(unbalanced).sum(0)
+    return float(np.linalg.norm(applied.sum(0) - reaction)) / size if size > 0 else 0.0
+
+
+def report(problem: Problem, effort: Effort) -> str:
+    """One line with the figures of the last load step beside what was asked for.
+
+    Args:
+        problem: What was solved.
+        effort: What it has cost.
+    """
+    iterate, options = effort.last, problem.options
+    if iterate is None:
+        return "the deformation did not start"
+    return (
+        f"the deformation did not reach a valid equilibrium after {len(effort.iterations)} iterations, "
+        f"{effort.cutbacks} halved steps and {effort.restarts} restarts: residual {iterate.residual:.2g} (at most "
+        f"{options.residual:g}), min J {iterate.elastic.min_jacobian:.3g} (above 0), penetration "
+        f"{iterate.contact.max_penetration_mm:.3g} mm (at most {options.tolerance_mm:g} mm), force balance "
+        f"{force_balance(problem, iterate):.2g} (at most {MAX_BALANCE:g}), friction limits off by "
+        f"{iterate.mismatch:.2g} (at most {options.slip_mismatch:g})"
+    )
