@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from magicsim.bench.compare import machine
 from magicsim.bench.lattice_method import sphere_at
@@ -108,27 +109,44 @@ def run_cost(*, quick: bool = False, spacings_mm: Sequence[float] | None = None)
         "kind": "cost",
         "quick": quick,
         "results": rows,
-        "fits": {key: fitted_power(rows, key) for key in ("seconds", "seconds_per_iteration", "memory_mb")},
+        "fits": {
+            "seconds": fitted_power(rows, "seconds"),
+            "seconds_per_iteration": fitted_power(rows, "seconds_per_iteration"),
+            "memory_mb": fitted_power(rows, "memory_mb", offset=True),
+        },
         "machine": machine(),
     }
 
 
-def fitted_power(rows: Sequence[dict[str, Any]], key: str) -> dict[str, float] | None:
-    """Least squares of log(value) over log(unknowns): `factor` times unknowns to the `exponent`.
+def fitted_power(rows: Sequence[dict[str, Any]], key: str, *, offset: bool = False) -> dict[str, float] | None:
+    """Least squares in logarithms: value = `offset` + `factor` times unknowns to the `exponent`.
 
     Args:
         rows: Results, those without a value left out.
         key: What to fit.
+        offset: Whether a part does not depend on the size, as the memory of the program itself; otherwise it is 0.
 
     Returns:
-        None where fewer than two sizes have a value.
+        None where there are fewer sizes than figures to fit.
     """
     pairs = [(row["unknowns"], row[key]) for row in rows if row[key] is not None]
-    if len({unknowns for unknowns, _ in pairs}) < 2:  # noqa: PLR2004 -- a line needs two points
+    if len({unknowns for unknowns, _ in pairs}) < 2 + offset:
         return None
-    unknowns, values = np.log(np.array(pairs, float)).T
-    exponent, constant = np.polyfit(unknowns, values, 1)
-    return {"exponent": float(exponent), "factor": float(np.exp(constant))}
+    unknowns, values = np.array(pairs, float).T
+
+    def power(below: float) -> tuple[float, float]:
+        exponent, constant = np.polyfit(np.log(unknowns), np.log(values - below), 1)
+        return float(exponent), float(np.exp(constant))
+
+    def misfit(below: float) -> float:
+        exponent, factor = power(below)
+        return float(np.sum(np.log((below + factor * unknowns**exponent) / values) ** 2))
+
+    below = 0.0
+    if offset:
+        below = float(minimize_scalar(misfit, bounds=(0.0, 0.999 * values.min()), method="bounded").x)
+    exponent, factor = power(below)
+    return {"exponent": exponent, "factor": factor, "offset": below}
 
 
 def _in_own_process(spacing_mm: float) -> dict[str, Any]:

@@ -32,9 +32,11 @@ def plot_cost(data: Mapping[str, Any], target: Path) -> None:
         panel.plot(unknowns, [row[key] for row in rows], "o", color=color, gid=key)
         fit = data["fits"][key]
         if fit is not None:
-            ends = np.array([unknowns.min(), unknowns.max()])
-            panel.plot(ends, fit["factor"] * ends ** fit["exponent"], color=color, linewidth=1.2)
-            panel.text(0.05, 0.92, f"unknowns to the {fit['exponent']:.2f}", transform=panel.transAxes, va="top")
+            sizes = np.geomspace(unknowns.min(), unknowns.max())
+            panel.plot(sizes, fit["offset"] + fit["factor"] * sizes ** fit["exponent"], color=color, linewidth=1.2)
+            constant = f"{fit['offset']:.0f} + " if fit["offset"] else ""
+            law = f"{constant}unknowns to the {fit['exponent']:.2f}"
+            panel.text(0.05, 0.92, law, transform=panel.transAxes, va="top")
         failed = [row["unknowns"] for row in data["results"] if row[key] is None]
         panel.plot(
             failed, np.full(len(failed), 0.97), "x", color="#000000", transform=panel.get_xaxis_transform(),

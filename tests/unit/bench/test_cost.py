@@ -15,6 +15,15 @@ def test_power_law_is_found_again():
     assert fit["factor"] == pytest.approx(3e-6)
 
 
+def test_power_law_above_an_offset_is_found_again():
+    sizes = (5e3, 2e4, 1e5, 4e5)
+    rows = [{"unknowns": unknowns, "memory_mb": 250 + 2e-4 * unknowns**1.3} for unknowns in sizes]
+    fit = fitted_power(rows, "memory_mb", offset=True)
+    assert fit["offset"] == pytest.approx(250, rel=1e-3)
+    assert fit["exponent"] == pytest.approx(1.3, rel=1e-3)
+    assert fitted_power(rows[:2], "memory_mb", offset=True) is None
+
+
 def test_sizes_that_failed_are_left_out_of_the_fit():
     rows = [{"unknowns": 10, "seconds": 1.0}, {"unknowns": 1000, "seconds": None}]
     assert fitted_power(rows, "seconds") is None
