@@ -5,6 +5,7 @@ from pathlib import Path
 import nox
 
 nox.options.default_venv_backend = "venv"
+nox.options.sessions = ["tests", "types", "detectors_only", "wheel", "docs"]
 DETECTORS_ONLY = ("numpy", "opencv-contrib-python-headless")
 
 
@@ -52,3 +53,40 @@ def docs(session: nox.Session) -> None:
     """The documentation, with warnings as errors; it ends in build/docs."""
     session.install("-e", ".[docs]")
     session.run("sphinx-build", "-W", "--keep-going", "-b", "html", "docs", "build/docs", *session.posargs)
+
+
+FIGURES = (
+    "magicsim bench all --out docs/benchmarks",
+    "python docs/pictures.py",
+    "python docs/architecture.py",
+    "python docs/examples/own_sensor.py",
+    "python benchmarks/predictions.py --cases {work}/predictions",
+    "python benchmarks/peers.py --out docs/benchmarks",
+    "python benchmarks/dataset_throughput.py --out {work}/throughput --figures docs/benchmarks/dataset-throughput.json",
+    "python benchmarks/ablations.py --cache {work}/ablations --out docs",
+    "python benchmarks/injected_regressions.py --cache {work}/takes --out docs",
+    "magicsim simulate demo --out {work}/demo",
+    "python benchmarks/detector_options.py {work}/demo --out docs",
+    "python benchmarks/operating_point.py search {work}/search.jsonl --steps 96 --first 48",
+    "python benchmarks/operating_point.py check {work}/search.jsonl",
+    "python benchmarks/operating_point.py report {work}/search.jsonl --out docs",
+    "magicsim dataset docs/examples/learn-touch.toml --out {work}/touches --set rig.camera.columns=48"
+    " --set rig.camera.rows=64 --set rig.camera.field_mm=10.8 --set design.footprint_mm=[12,16]"
+    " --set design.lattice.spacing_mm=1.5 --set design.lattice.cells_across=0",
+    "python docs/examples/learn_touch.py {work}/touches --figures docs/benchmarks/learn-touch.json"
+    " --plot docs/benchmarks/learn-touch.png",
+    "python benchmarks/grasping.py --episodes 50 --out {work}/grasping.jsonl > docs/benchmarks/grasping.json",
+    "magicsim sweep cell-skin --out {work}/sweep",
+    "cp {work}/sweep/sweep.csv docs/benchmarks/sweep-cell-skin.csv",
+)
+"""What the committed pictures, tables and JSON files come from; `{work}` is a folder that may go afterwards."""
+
+
+@nox.session
+def figures(session: nox.Session) -> None:
+    """Every committed figure anew, which takes most of a day: `nox -s figures`, or `-- WORD` for some."""
+    session.install("-e", ".[test,reference]", "taxim[jax-cpu]")
+    work = session.create_tmp()
+    for command in FIGURES:
+        if any(word in command for word in session.posargs) or not session.posargs:
+            session.run("sh", "-c", command.format(work=work), external=True)
