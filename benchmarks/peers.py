@@ -23,6 +23,7 @@ from opaque_gel import DEPTH, REFLECTANCE, SAMPLES, opaque_scene
 from PIL import Image, ImageDraw
 
 from magicsim.bench.compare import machine
+from magicsim.bench.render_statistics import deviation, spread
 from magicsim.bench.rows import NOT_INSTALLED
 from magicsim.plan import can_touch
 from magicsim.scenes.backend import mi
@@ -34,16 +35,12 @@ from magicsim.simulation import Sensor
 
 Images = npt.NDArray[np.float32]
 SEEDS = 4
+INDEPENDENT = ("render.samples=32", "render.particles=800000")
+"""Of the images without an anchor that frames of an episode deviate from."""
 STATES = ("rest", "near", "pressed")
 FAR_MM = 20.0
 """How far away the object of the state `rest` is for Taxim [mm]."""
 TAXIM = "Taxim"
-
-
-def noise(images: list[Images]) -> float:
-    """Root mean square over pixels and channels of the spread between images, in units of each channel's mean."""
-    stack = np.array(images, np.float64)
-    return float(np.sqrt((stack.var(0, ddof=1) / stack.mean((0, 1, 2)) ** 2).mean()))
 
 
 def timed(render: Callable[[int], Images]) -> tuple[list[Images], float]:
@@ -67,11 +64,14 @@ def opaque(state: str) -> tuple[dict[str, float], Images]:
         return np.array(mi.render(scene, spp=SAMPLES, seed=seed), np.float32)
 
     images, seconds = timed(render)
-    return {"seconds": seconds, "relative_noise": noise(images)}, np.mean(images, axis=0)
+    return {"seconds": seconds, "relative_noise": spread(images).value}, np.mean(images, axis=0)
 
 
 def see_through(state: str) -> tuple[dict[str, float], Images]:
-    """The same of a frame of the default sensor, anchored as in an episode."""
+    """The same of a frame of the default sensor, anchored as in an episode.
+
+    Its frames share one pattern of camera samples, so that their spread would not be their noise.
+    """
     scenes = [load_scene(state, [f"render.anchor_seed={100 + seed}"], seed=seed) for seed in range(SEEDS + 1)]
     sensors = [Sensor(scene, untouched=UntouchedStates()) for scene in scenes]
     first = timeline(scenes[0])[0]
@@ -85,7 +85,11 @@ def see_through(state: str) -> tuple[dict[str, float], Images]:
         return sensors[seed].radiance(timeline(sensors[seed].scene)[0], deformation)
 
     images, seconds = timed(render)
-    return {"seconds": seconds, "relative_noise": noise(images)}, np.mean(images, axis=0)
+    fine = Sensor(load_scene(state, INDEPENDENT))
+    view = fine.view(first, deformation)
+    independent = [fine.renderer.plain_radiance(view, turn=turn).astype(np.float64) for turn in range(1, SEEDS + 1)]
+    error = deviation([image.astype(np.float64) for image in images], independent)
+    return {"seconds": seconds, "relative_noise": error.value}, np.mean(images, axis=0)
 
 
 def taxim(state: str, *, with_shadow: bool) -> tuple[dict[str, float], Images]:
@@ -104,7 +108,7 @@ def taxim(state: str, *, with_shadow: bool) -> tuple[dict[str, float], Images]:
         return np.asarray(sensor.render(height.astype(np.float32), with_shadow, depth), np.float32)
 
     images, seconds = timed(render)
-    return {"seconds": seconds, "relative_noise": noise(images)}, np.mean(images, axis=0)
+    return {"seconds": seconds, "relative_noise": spread(images).value}, np.mean(images, axis=0)
 
 
 def deformed(sensor: Sensor) -> npt.NDArray[np.float64] | None:
