@@ -52,7 +52,7 @@ SHEARS = ((1.2, 1.0), (1.6, 1.5))
 SHEAR_SKIN_MM, SHEAR_STEPS = 0.3, 5
 RESOLVED_MARGIN_MM, RESOLVED_GROWTH = 0.85, 2.2
 NOMINAL = Setting(body_mpa=1.523, infill_mpa=0.0157, wall_mm=0.1)
-"""Moduli from `calibrate_moduli.py --wall 0.1`: 33.26 and 17.07 A."""
+"""Moduli from `calibrate_moduli.py --wall 0.1`: 33.24 and 17.06 A."""
 SPACINGS_MM = {"hardness": 0.4, "press": 0.4, "shear": 0.5}
 VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
     "hardness": {
