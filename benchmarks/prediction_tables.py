@@ -64,7 +64,7 @@ def _short(row: dict[str, Any], key: str) -> str:
         return "refused"
     return (
         f"{row['value'][key]:.3g} ± {row['uncertainty'][key]:.2g}"
-        if row.get("differences")
+        if row.get("uncertainty")
         else f"{row['value'][key]:.3g}"
     )
 
