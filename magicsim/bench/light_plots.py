@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from magicsim.bench.error_plot import save
 
+LARGE = 10_000
+"""Work from which ticks are written in thousands."""
 COLORS = ("#222222", "#d55e00", "#e69f00", "#0072b2", "#009e73", "#cc79a7")
 
 
@@ -94,6 +96,8 @@ def plot_light_cost(data: Mapping[str, Any], target: Path) -> None:
             panel.plot(work, [row[key] for row in own], color=color, marker="o", markersize=3, label=label)
         name = {"cell_mm": "cells", "columns": "image columns"}.get(kind, kind)
         panel.set(xscale="log", yscale="log", title=f"exponent {data['exponents'][kind]:.2f}", xlabel=name)
+        panel.set_xticks(work, [f"{each:g}" if each < LARGE else f"{each / 1000:.3g}k" for each in work])
+        panel.minorticks_off()
     panels[0].set_ylabel("seconds")
     _finish(figure, panels, target)
 
