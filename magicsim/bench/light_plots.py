@@ -96,7 +96,7 @@ def plot_light_cost(data: Mapping[str, Any], target: Path) -> None:
             panel.plot(work, [row[key] for row in own], color=color, marker="o", markersize=3, label=label)
         name = {"cell_mm": "cells", "columns": "image columns"}.get(kind, kind)
         panel.set(xscale="log", yscale="log", title=f"exponent {data['exponents'][kind]:.2f}", xlabel=name)
-        panel.set_xticks(work, [f"{each:g}" if each < LARGE else f"{each / 1000:.4g}k" for each in work])
+        panel.set_xticks(work, [f"{each:g}" if each < LARGE else f"{round(each / 1000, 1):g}k" for each in work])
         panel.minorticks_off()
     panels[0].set_ylabel("seconds")
     _finish(figure, panels, target)
