@@ -84,7 +84,7 @@ FIGURES = (
 
 @nox.session
 def figures(session: nox.Session) -> None:
-    """Every committed figure anew, which takes most of a day: `nox -s figures`, or `-- WORD` for some."""
+    """Every committed figure anew, which takes many hours: `nox -s figures`, or `-- WORD` for some."""
     session.install("-e", ".[test,reference]", "taxim[jax-cpu]")
     work = session.create_tmp()
     for command in FIGURES:

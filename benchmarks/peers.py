@@ -4,7 +4,7 @@ Two kinds of them run here: the path-traced opaque gel of `opaque_gel.py`, with 
 default sensor, and Taxim, which draws a GelSight from a calibrated table (its own sensor of 640 x 480 pixels; a ball of
 the same size, as near and as deep). Without `pip install "taxim[jax-cpu]"` its rows say so.
 
-    python benchmarks/peers.py --out docs/benchmarks        # peers.json and peers.jpg, about three minutes
+    python benchmarks/peers.py --out docs/benchmarks        # peers.json and peers.jpg, about six minutes
 """
 
 import argparse
