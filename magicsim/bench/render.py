@@ -64,10 +64,10 @@ UNTOUCHED_STATE = "rest"
 """Its frames cost an episode nothing but the anchor."""
 ANCHORED = tuple(
     RenderSetting(estimator="anchored", samples=samples, particles=particles, anchor_samples=anchor)
-    for samples, particles, anchor in ((6, 80_000, 40), (16, 210_000, 160))
+    for samples, particles, anchor in ((8, 80_000, 32), (16, 200_000, 64))
 )
 """The default of a scene, and a finer one for pressed frames."""
-ANCHOR_PARTICLES = 30_000
+ANCHOR_PARTICLES = 37_500
 """Light particles of all strips for each camera sample of the untouched state, as by default."""
 EPISODE_FRAMES = 100
 """Frames that share the time of one anchor."""

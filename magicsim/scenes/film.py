@@ -50,16 +50,16 @@ class Film:
         return image if self.shading is None else image * self.shading
 
 
-def film(design: ElastomerDesign, rig: Rig, *, whole: bool = False) -> Film:
+def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
     """The ideal image for a camera.
 
     Args:
         design: The block.
         rig: What surrounds it.
-        whole: Whether to read out all pixels, whatever the camera's `region_px`.
+        read: Pixels to read out; those of the camera by default.
     """
     camera, focal = rig.camera, focal_px(design, rig)
-    read = Window.whole(camera.columns, camera.rows) if whole else camera.window
+    read = read or camera.window
     columns, rows, places, window = camera.columns, camera.rows, None, read
     if camera.moves_pixels:
         slopes = pixel_slopes(camera, focal)

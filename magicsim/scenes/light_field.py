@@ -10,8 +10,9 @@ from scipy.ndimage import gaussian_filter
 
 Array = npt.NDArray[np.float64]
 Counts = tuple[int, int, int]
-SMOOTHING_CELLS = 1.0
-"""Standard deviation of the local mean [cells]: well below a scattering free path of 3 mm."""
+SMOOTHING_CELLS = 1.5
+"""Standard deviation of the local mean [cells]: below a scattering free path of 3 mm. Half as much again doubles the
+bias of a pressed image, a third less the noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

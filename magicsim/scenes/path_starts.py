@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.sequence import sequence
 from magicsim.scenes.window import Window
 
 PATTERN_SEED = 1
@@ -21,8 +20,8 @@ class CameraStarts:
     pixel: Any
     """Number of each lane's pixel in the whole film, mi.UInt32."""
     corner: Any
-    shift: list[Any]
-    """Of each pixel's pattern."""
+    scramble: list[Any]
+    """Bits that scramble each pixel's pattern, one mi.UInt32 a dimension."""
     samples: Any
     """Of a pixel in all, mi.UInt32 of size 1."""
     begin: Any
@@ -39,20 +38,20 @@ class CameraStarts:
             sensor: Of the scene.
             samples: Camera samples a pixel.
             window: Part of the film.
-            pattern: Another number shifts every pixel's pattern at random: errors of images are then independent.
+            pattern: Another number scrambles every pixel's pattern at random: errors of images are then independent.
             part: Numbers of the samples of each pixel that are traced; the others count as dark.
         """
         columns, rows = sensor.film().size()
         place = dr.arange(mi.UInt32, window.columns * window.rows)
         pixel = (window.row + place // window.columns) * columns + window.column + place % window.columns
         corner = mi.Point2f(mi.Float(pixel % columns), mi.Float(pixel // columns))
-        shifts = mi.PCG32(size=columns * rows, initstate=dr.opaque(mi.UInt64, PATTERN_SEED + pattern))
-        shift = [dr.gather(mi.UInt32, shifts.next_uint32(), pixel) for _ in range(2)]
-        dr.eval(shift, corner)
+        numbers = mi.PCG32(size=columns * rows, initstate=dr.opaque(mi.UInt64, PATTERN_SEED + pattern))
+        scramble = [dr.gather(mi.UInt32, numbers.next_uint32(), pixel) for _ in range(2)]
+        dr.eval(scramble, corner)
         # Opaque: the compiled kernel then serves any number of samples.
         per_pixel, begin, end = (dr.opaque(mi.UInt32, number) for number in (samples, part.start, part.stop))
         return cls(
-            sensor=sensor, columns=columns, rows=rows, pixel=pixel, corner=corner, shift=shift, samples=per_pixel,
+            sensor=sensor, columns=columns, rows=rows, pixel=pixel, corner=corner, scramble=scramble, samples=per_pixel,
             begin=begin, end=end,
         )  # fmt: skip
 
@@ -62,8 +61,9 @@ class CameraStarts:
 
     def ray(self, index: Any) -> Any:
         """The first ray of each lane's path."""
-        jitter = mi.Point2f(*sequence(index, self.shift))
-        position = mi.Point2f((self.corner.x + jitter.x) / self.columns, (self.corner.y + jitter.y) / self.rows)
+        number, (across, down) = mi.UInt32(index), self.scramble
+        right, below = mi.radical_inverse_2(number, across), mi.sobol_2(number, down)
+        position = mi.Point2f((self.corner.x + right) / self.columns, (self.corner.y + below) / self.rows)
         sampled = self.sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))
         return mi.Ray3f(sampled[0])
 

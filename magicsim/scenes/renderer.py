@@ -11,14 +11,16 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.anchor import Anchor
 from magicsim.scenes.backend import mi
 from magicsim.scenes.estimator import choose_estimator, integrator_entry
-from magicsim.scenes.film import film
+from magicsim.scenes.film import Film, film
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.shared_noise import REACH_PX, without_shared_noise
 from magicsim.scenes.untouched import Recorded, UntouchedState, UntouchedStates, untouched_key
 from magicsim.scenes.view import View
+from magicsim.scenes.window import Window
 from magicsim.scenes.world import World
 from magicsim.scenes.worlds import Worlds
 
@@ -66,8 +68,11 @@ class Renderer:
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self.uses_records = True
         """Whether frames in which nothing touches are made from recorded paths; otherwise in full, for comparison."""
-        self._film = film(elastomer.design, rig)
-        self._whole = film(elastomer.design, rig, whole=True)
+        camera, all_pixels = rig.camera, Window.whole(rig.camera.columns, rig.camera.rows)
+        self._around = camera.window.grown(REACH_PX, camera.columns, camera.rows)
+        self._film, self._wide_film, self._whole_film = (
+            film(elastomer.design, rig, read) for read in (camera.window, self._around, all_pixels)
+        )
         self._worlds: Worlds | None = None
         self._untouched = untouched if untouched is not None else UntouchedStates()
         self._anchor: Anchor | None = None
@@ -95,8 +100,9 @@ class Renderer:
         for name in fields.keys() & anchor.careful.keys():
             fields[name] = fields[name].anchored(anchor.cheap[name], anchor.careful[name], counts, voxels)
         field = total([integrator.darkness(world.scene), *fields.values()])
-        image = self._gather(world, field, self.settings.samples, self.seed)
-        return np.asarray(np.maximum(image - window.of(anchor.cheap_image) + window.of(anchor.image), 0))
+        image = self._gather(world, field, self.settings.samples, self.seed, read=self._wide_film)
+        clean = without_shared_noise(image, *(self._around.of(rest) for rest in (anchor.cheap_image, anchor.image)))
+        return np.asarray(window.within(self._around).of(clean))
 
     def _stands_free(self, view: View) -> bool:
         is_fluence = self.estimator == "fluence" and self.elastomer.grid is not None
@@ -152,7 +158,7 @@ class Renderer:
         if self.estimator == "fluence" and self.settings.anchor_samples:
             return self.anchor().image
         world = self.world(View())
-        return self._lit(world, _lights(world), whole=True)
+        return self._lit(world, _lights(world), read=self._whole_film)
 
     def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
         """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
@@ -196,18 +202,18 @@ class Renderer:
             refinement.add(self._lit(world, names, turn=refinement.passes))
         return refinement
 
-    def _lit(self, world: World, names: list[str], *, turn: int = 0, whole: bool = False) -> FloatImage:
+    def _lit(self, world: World, names: list[str], *, turn: int = 0, read: Film | None = None) -> FloatImage:
         """An image by some lights, others being off; every turn is independent of the others."""
         seed = self.seed + turn
         if self.estimator == "path":
-            used = self._whole if whole else self._film
+            used = read or self._film
             image = np.array(mi.render(world.scene, spp=self.settings.samples, seed=seed), np.float32)
             return used.seen(_checked(np.asarray(used.window.of(image))))
         integrator = world.scene.integrator()
         shares = integrator.shares(world.scene)
         fields = integrator.light_fields(world.scene, {name: shares[name] for name in names}, seed=seed)
         field = total([integrator.darkness(world.scene), *fields.values()])
-        return self._gather(world, field, self.settings.samples, seed, pattern=turn, whole=whole)
+        return self._gather(world, field, self.settings.samples, seed, pattern=turn, read=read)
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
@@ -242,7 +248,7 @@ class Renderer:
             self._anchor = Anchor(
                 cheap=cheap,
                 careful=careful.fields,
-                cheap_image=self._gather(world, field, self.settings.samples, self.seed, whole=True),
+                cheap_image=self._gather(world, field, self.settings.samples, self.seed, read=self._whole_film),
                 image=careful.image,
             )
         return self._anchor
@@ -258,15 +264,15 @@ class Renderer:
             many = max(1, self.settings.anchor_particles // max(1, len(names)))
             fields = integrator.light_fields(world.scene, dict.fromkeys(names, many), seed=seed)
             field = total([integrator.darkness(world.scene), *fields.values()])
-            image = self._gather(world, field, self.settings.anchor_samples, seed, whole=True)
+            image = self._gather(world, field, self.settings.anchor_samples, seed, read=self._whole_film)
             state = UntouchedState(fields=fields, image=image)
             self._untouched.keep(key, state)
         return state
 
     def _gather(
-        self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0, whole: bool = False
+        self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0, read: Film | None = None
     ) -> FloatImage:
-        used = self._whole if whole else self._film
+        used = read or self._film
         image = world.scene.integrator().gather(
             world.scene, field, samples=samples, seed=seed, pattern=pattern, window=used.window
         )

@@ -56,15 +56,15 @@ class RenderSettings(Config):
 
     estimator: Literal["fluence", "path"] = "fluence"
     """Cached fluence, or Mitsuba's volumetric path tracer."""
-    samples: Annotated[int, Field(ge=1, le=65536)] = 6
-    """Camera samples a pixel."""
+    samples: Annotated[int, Field(ge=1, le=65536)] = 8
+    """Camera samples a pixel; powers of two are spread most evenly over it."""
     particles: Annotated[int, Field(ge=100, le=100_000_000)] = 80_000
     """Light particles shared by the LED strips; an outside light gets as many again, a quarter
     where a flashlight shines on no object."""
     forward_collisions: Annotated[int, Field(ge=0, le=64)] = 8
     """First collisions of a camera path in an infill with `anisotropy` that follow its true phase function; from then
     on, and with 0 from the start, scattering is reduced to isotropic."""
-    anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 40
+    anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 32
     """Camera samples of the untouched state, to which every frame is anchored; 0 means no anchor."""
     anchor_particles: Annotated[int, Field(ge=100, le=100_000_000)] = 1_200_000
     """Light particles of the untouched state."""

@@ -1,6 +1,6 @@
 """Part of an image: a rectangle of whole pixels."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 
@@ -17,6 +17,16 @@ class Window:
     def whole(cls, columns: int, rows: int) -> Self:
         """The whole image."""
         return cls(column=0, row=0, columns=columns, rows=rows)
+
+    def grown(self, margin: int, columns: int, rows: int) -> Self:
+        """With a margin on each side, as far as the image of so many columns and rows goes."""
+        left, top = max(0, self.column - margin), max(0, self.row - margin)
+        right, bottom = min(columns, self.column + self.columns + margin), min(rows, self.row + self.rows + margin)
+        return replace(self, column=left, row=top, columns=right - left, rows=bottom - top)
+
+    def within(self, other: Self) -> Self:
+        """The same pixels, counted from the first ones of another window."""
+        return replace(self, column=self.column - other.column, row=self.row - other.row)
 
     def of(self, image: Any) -> Any:
         """That part of an image, shape (rows, columns, ...)."""

@@ -12,12 +12,13 @@ SMALL = (
 REGION = "rig.camera.region_px=[9, 20, 24, 30]"
 
 
-def frames(small_scene, *overrides):
-    return simulate(small_scene("near", *SMALL, *overrides)).frames
+def frames(small_scene, *overrides, state="near"):
+    return simulate(small_scene(state, *SMALL, *overrides)).frames
 
 
-def test_region_is_the_crop_of_the_whole_frame(small_scene):
-    whole, part = frames(small_scene), frames(small_scene, REGION)
+@pytest.mark.parametrize("state", ["near", "pressed"])
+def test_region_is_the_crop_of_the_whole_frame(small_scene, state):
+    whole, part = frames(small_scene, state=state), frames(small_scene, REGION, state=state)
     for one, other in zip(whole, part, strict=True):
         np.testing.assert_array_equal(other.image, one.image[20:50, 9:33])
         np.testing.assert_array_equal(other.contact_mask, one.contact_mask[20:50, 9:33])
