@@ -6,13 +6,14 @@ be told from them; lights that are not as strong as when the detector was calibr
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.roc import roc_curve
 from magicsim.detectors.verdict import Contact
-from magicsim.sweep.bootstrap import Statistic, interval
+from magicsim.sweep.bootstrap import Indices, mean_over
 from magicsim.sweep.detector import TEST, FittedDetector
 from magicsim.sweep.film import Film, Shown
 from magicsim.sweep.measures import Measured
@@ -63,32 +64,36 @@ def contact_scores(film: Film, detector: FittedDetector, draws: int, *, drift: f
     )
 
 
-def contact_auc(scores: ContactScores, *, seed: int) -> Measured:
-    """Area under the ROC curve of the similarity, touched against near and untouched, bootstrapped over places.
+def contact_auc(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
+    """Area under the ROC curve of the similarity, touched against near and untouched; mean over renderings.
 
     Outside light is none of it: it lowers the similarity more than any touch does, and only both algorithms together
     tell it from one.
+
+    Args:
+        renderings: Scores of each.
+        seed: Of the bootstrap over renderings and places.
     """
-
-    def area(places: npt.NDArray[np.int64]) -> float:
-        positive = scores.touched[places].ravel()
-        negative = np.concatenate([scores.near[places].ravel(), scores.clear])
-        labels = np.arange(len(positive) + len(negative)) < len(positive)
-        return roc_curve(-np.concatenate([positive, negative]), labels).area
-
-    return _over_places(area, len(scores.touched), seed)
+    return mean_over([partial(_area, scores) for scores in renderings], len(renderings[0].touched), seed=seed)
 
 
-def contact_accuracy(scores: ContactScores, *, seed: int) -> Measured:
-    """Balanced accuracy of the combined verdict, alarms mean over what is no touch, bootstrapped over places."""
+def contact_accuracy(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
+    """Balanced accuracy of the combined verdict, alarms mean over what is no touch; mean over renderings.
 
-    def accuracy(places: npt.NDArray[np.int64]) -> float:
-        alarms = [each.mean() for each in (scores.near_alarm[places], scores.light_alarm, scores.clear_alarm)]
-        return float(scores.hit[places].mean() + 1 - np.mean(alarms)) / 2
+    Args:
+        renderings: Scores of each.
+        seed: Of the bootstrap over renderings and places.
+    """
+    return mean_over([partial(_accuracy, scores) for scores in renderings], len(renderings[0].touched), seed=seed)
 
-    return _over_places(accuracy, len(scores.touched), seed)
+
+def _area(scores: ContactScores, places: Indices) -> float:
+    positive = scores.touched[places].ravel()
+    negative = np.concatenate([scores.near[places].ravel(), scores.clear])
+    labels = np.arange(len(positive) + len(negative)) < len(positive)
+    return roc_curve(-np.concatenate([positive, negative]), labels).area
 
 
-def _over_places(statistic: Statistic, places: int, seed: int) -> Measured:
-    low, high = interval(statistic, places, seed=seed)
-    return Measured(value=statistic(np.arange(places)), low=low, high=high)
+def _accuracy(scores: ContactScores, places: Indices) -> float:
+    alarms = [each.mean() for each in (scores.near_alarm[places], scores.light_alarm, scores.clear_alarm)]
+    return float(scores.hit[places].mean() + 1 - np.mean(alarms)) / 2

@@ -1,13 +1,14 @@
 """One design filmed: an approach, a press, touches all over the face and outside light, on one set of references.
 
-All frames share the sensor's untouched state and its Monte Carlo seed; the camera's noise is drawn afterwards, so
-that every state can be seen many times for the price of one rendering. Every depth is solved once, in the middle of the
-face, and moved to each touched place (see `deform.central`).
+All frames of a film share the sensor's untouched state and its Monte Carlo seed; the camera's noise is drawn
+afterwards, so that every state can be seen many times for the price of one rendering. A design is filmed several times,
+each with random numbers of its own, so that what the rendering's noise does to a measure shows. Every depth is solved
+once, in the middle of the face, and moved to each touched place (see `deform.central`).
 """
 
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
@@ -15,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.dataset.points import unit_points
-from magicsim.deform.press import press
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.deform.press import PressResult, press
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.plan import plan_scene
 from magicsim.scenes.exposure import Exposure, FloatImage, Frame, expose
@@ -65,7 +65,7 @@ class Shown:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Film:
-    """Everything that the image measures of a design are taken from."""
+    """Everything that the image measures of a design are taken from, as one set of random numbers renders it."""
 
     camera: Camera
     exposure: Exposure
@@ -74,8 +74,6 @@ class Film:
     untouched: Shown
     approach: tuple[Shown, ...]
     """On the axis, gaps falling."""
-    approach_again: tuple[tuple[Shown, ...], ...]
-    """The same, each time rendered with random numbers of its own."""
     press: tuple[Shown, ...]
     """On the axis, depths rising."""
     near: tuple[Shown, ...]
@@ -117,43 +115,56 @@ class Film:
 
 def film_design(
     sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int, untouched: UntouchedStates
-) -> Film:
-    """Simulates everything that a film shows.
+) -> list[Film]:
+    """Simulates everything that a film shows, once for each of `quality.renderings`.
 
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    places = touched_places(sensor, quality, seed=seed)
-    keyframes = _keyframes(places, quality)
-    camera = camera_of(sensor, quality)
-    scene = SceneConfig.model_validate(
+    own = press(sensor.design, thing, depth_mm=quality.touch_depth_mm)
+
+    @cache
+    def pressed(depth_mm: float) -> CentralPress:
+        return press_centrally(sensor.design, thing, depth_mm, cells_across=quality.cells_across)
+
+    films = []
+    for turn in range(quality.renderings):
+        scene = _scene(sensor, thing, quality, seed=seed, turn=turn)
+        # What else looks at the sensor, such as the plates, has the random numbers of the first film.
+        simulated = Sensor(scene, untouched=untouched if turn == 0 else UntouchedStates())
+        simulated.warm_up(plan_scene(scene))
+        films.append(_film(simulated, pressed, quality, own))
+    return films
+
+
+def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int, turn: int) -> SceneConfig:
+    render = render_of(sensor, quality)
+    return SceneConfig.model_validate(
         {
             "schema_version": 1,
             "design": followed_finely(sensor.design),
-            "rig": sensor.rig.model_copy(update={"camera": camera}),
-            "seed": seed,
+            "rig": sensor.rig.model_copy(update={"camera": camera_of(sensor, quality)}),
+            "seed": seed + turn,
             "references": 0,
             "object": thing,
-            "render": render_of(sensor, quality),
+            "render": render.model_copy(update={"anchor_seed": render.anchor_seed + turn}),
             "output": OutputSettings(**dict.fromkeys(OutputSettings.model_fields, False)),
-            "keyframes": keyframes,
+            "keyframes": _keyframes(touched_places(sensor, quality, seed=seed), quality),
         }
     )
-    own = press(sensor.design, thing, depth_mm=quality.touch_depth_mm)
-    simulated = Sensor(scene, untouched=untouched)
-    simulated.warm_up(plan_scene(scene))
+
+
+def _film(simulated: Sensor, pressed: Callable[[float], CentralPress], quality: Quality, own: PressResult) -> Film:
     rest = simulated.radiance(UNTOUCHED, simulated.rest)
-    shown = list(_shown(simulated, sensor.design, thing, quality))
-    near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * len(places)
+    shown = list(_shown(simulated, pressed))
+    near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches
     parts = [shown[a:b] for a, b in _runs([near, depths, touches, len(LIGHTS_MM)])]
-    nothing = Shown(number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest, force_n=0.0, seconds=0.0)
     return Film(
-        camera=camera,
+        camera=simulated.scene.rig.camera,
         exposure=sensor_exposure(simulated, rest),
-        seed=seed,
-        untouched=nothing,
+        seed=simulated.scene.seed,
+        untouched=Shown(number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest, force_n=0.0, seconds=0.0),
         approach=tuple(parts[0]),
-        approach_again=tuple(_approach_again(scene, thing, quality, rest, first=len(shown) + 1)),
         press=tuple(parts[1]),
         near=tuple(parts[2][::3]),
         light_touches=tuple(parts[2][1::3]),
@@ -164,14 +175,8 @@ def film_design(
     )
 
 
-def _shown(
-    simulated: Sensor, design: ElastomerDesign, thing: ObjectConfig, quality: Quality, *, first: int = 1
-) -> Iterator[Shown]:
-    @cache
-    def pressed(depth_mm: float) -> CentralPress:
-        return press_centrally(design, thing, depth_mm, cells_across=quality.cells_across)
-
-    for number, state in enumerate(timeline(simulated.scene), first):
+def _shown(simulated: Sensor, pressed: Callable[[float], CentralPress]) -> Iterator[Shown]:
+    for number, state in enumerate(timeline(simulated.scene), 1):
         depth = -(state.gap_mm or 0.0)
         deformation = moved(simulated, state, pressed(depth)) if depth > 0 else simulated.rest
         before = time.perf_counter()
@@ -185,20 +190,6 @@ def _shown(
             force_n=float(deformation.force_n[2]),
             seconds=time.perf_counter() - before,
         )
-
-
-def _approach_again(
-    scene: SceneConfig, thing: ObjectConfig, quality: Quality, rest: FloatImage, *, first: int
-) -> Iterator[tuple[Shown, ...]]:
-    """The approach as other random numbers show it: what it changes, put on the film's own untouched state."""
-    gaps = len(quality.gaps_mm)
-    for turn in range(1, quality.renderings):
-        render = scene.render.model_copy(update={"anchor_seed": scene.render.anchor_seed + turn})
-        changed = {"render": render, "seed": scene.seed + turn, "keyframes": scene.keyframes[:gaps]}
-        simulated = Sensor(scene.model_copy(update=changed), untouched=UntouchedStates())
-        own_rest = simulated.radiance(UNTOUCHED, simulated.rest)
-        shown = _shown(simulated, scene.design, thing, quality, first=first + (turn - 1) * gaps)
-        yield tuple(replace(each, radiance=rest + (each.radiance - own_rest)) for each in shown)
 
 
 def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.NDArray[np.float64]:

@@ -4,12 +4,13 @@ The features are six numbers a frame. With a dozen touches, whole small images a
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame
-from magicsim.sweep.bootstrap import interval
+from magicsim.sweep.bootstrap import Indices, mean_over
 from magicsim.sweep.film import Film
 from magicsim.sweep.measures import Measured
 
@@ -42,19 +43,32 @@ def change_centroids(frame: npt.ArrayLike, reference: Array) -> Array:
     return np.concatenate(parts)
 
 
-def localisation_error(film: Film, *, seed: int) -> tuple[Measured, Array]:
-    """Root mean square error of the place of a touch [mm], and the predicted places, shape (touches, 2) [mm]."""
-    reference = np.mean(film.references(), axis=0)
-    features = np.stack([_mean_features(film.frames(each, DRAWS, first=FIRST), reference) for each in film.touches])
-    places = np.array([[each.x_mm, each.y_mm] for each in film.touches])
-    predicted = left_out_predictions(features, places)
-    squared = ((predicted - places) ** 2).sum(1)
+def localisation_error(predicted: Sequence[Array], places: Array, *, seed: int) -> Measured:
+    """Root mean square error of the place of a touch, mean over renderings [mm].
 
-    def error(numbers: npt.NDArray[np.int64]) -> float:
+    Args:
+        predicted: Places of each rendering's touches, shape (touches, 2) [mm].
+        places: Where they are, of the same shape [mm].
+        seed: Of the bootstrap over renderings and places.
+    """
+
+    def error(squared: Array, numbers: Indices) -> float:
         return float(np.sqrt(squared[numbers].mean()))
 
-    low, high = interval(error, len(places), seed=seed)
-    return Measured(value=error(np.arange(len(places))), low=low, high=high), predicted
+    errors = [partial(error, ((each - places) ** 2).sum(1)) for each in predicted]
+    return mean_over(errors, len(places), seed=seed)
+
+
+def predicted_places(film: Film) -> Array:
+    """Place of each touch as the regressor says that has seen the others, shape (touches, 2) [mm]."""
+    reference = np.mean(film.references(), axis=0)
+    features = np.stack([_mean_features(film.frames(each, DRAWS, first=FIRST), reference) for each in film.touches])
+    return left_out_predictions(features, true_places(film))
+
+
+def true_places(film: Film) -> Array:
+    """Place of each touch, shape (touches, 2) [mm]."""
+    return np.array([[each.x_mm, each.y_mm] for each in film.touches])
 
 
 def left_out_predictions(features: Array, targets: Array) -> Array:

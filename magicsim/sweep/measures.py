@@ -39,11 +39,12 @@ MEASURES: dict[str, MeasureKind] = {
     "sensitivity_per_mm": MeasureKind(
         title="Sensitivity to depth", unit="1/mm", digits=3, better="higher",
         meaning="Loss of grid similarity for each mm of a light touch, from 0.1 to 0.3 mm, mean over places; interval: "
-        "bootstrap over places.",
+        "bootstrap over renderings and places.",
     ),
     "sensitivity_per_n": MeasureKind(
         title="Sensitivity to force", unit="1/N", digits=3, better="higher",
-        meaning="Loss of grid similarity for each newton between the same touches; interval: bootstrap over places.",
+        meaning="Loss of grid similarity for each newton between the same touches; interval: bootstrap over "
+        "renderings and places.",
     ),
     "proximity_range_mm": MeasureKind(
         title="Proximity range", unit="mm", digits=1, better="higher",
@@ -53,13 +54,13 @@ MEASURES: dict[str, MeasureKind] = {
     "contact_auc": MeasureKind(
         title="Contact AUC", unit="", digits=3, better="higher",
         meaning="Chance that a frame of a touch 0.1 mm deep has a lower similarity than an untouched or near one, at "
-        "places that the detector was not calibrated on, lights 2 % stronger or weaker than then; interval: bootstrap "
-        "over places.",
+        "places that the detector was not calibrated on, lights 2 % stronger or weaker than then; mean over "
+        "renderings, interval: bootstrap over them and places.",
     ),
     "contact_accuracy": MeasureKind(
         title="Contact accuracy", unit="", digits=3, better="higher",
         meaning="Balanced accuracy of the combined verdict on the same frames and under outside light, with the "
-        "thresholds of this design; interval: bootstrap over places.",
+        "thresholds of this design; mean and interval likewise.",
     ),
     "dot_spacing_mm": MeasureKind(
         title="Smallest dot spacing", unit="mm", digits=2, better="lower",
@@ -74,7 +75,8 @@ MEASURES: dict[str, MeasureKind] = {
     "localisation_mm": MeasureKind(
         title="Localisation error", unit="mm", digits=2, better="lower",
         meaning="Root mean square distance between a touch's place and what ridge regression on the centroids of "
-        "what changes in each channel says, each place left out in turn; interval: bootstrap over places.",
+        "what changes in each channel says, each place left out in turn; interval: bootstrap over "
+        "renderings and places.",
     ),
     "printability": MeasureKind(
         title="Printability", unit="", digits=2, better="higher", is_exact=True,

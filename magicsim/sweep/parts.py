@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, partial
+from operator import attrgetter
 from typing import Any, Self
 
 import numpy as np
@@ -15,7 +16,7 @@ from magicsim.scenes.untouched import UntouchedStates
 from magicsim.sweep.contact import contact_accuracy, contact_auc, contact_scores
 from magicsim.sweep.detector import FittedDetector, fit_detector, fixed_detector
 from magicsim.sweep.film import Film, film_design
-from magicsim.sweep.localisation import localisation_error
+from magicsim.sweep.localisation import localisation_error, predicted_places, true_places
 from magicsim.sweep.measures import Measured
 from magicsim.sweep.mechanics import hardness, press_curve, spacing_error
 from magicsim.sweep.plates import Pattern, PlateFrames, press_plate
@@ -27,6 +28,8 @@ from magicsim.sweep.sensors import SweptSensor
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.texture import TOLD_APART, Observation, observe, smallest_spacing, try_finest_first
 
+Filmed = tuple[Film, FittedDetector]
+"""A rendering of the film, and a detector of its own."""
 SHOWN_GAPS = 3
 """Nearest states of the approach that have a picture."""
 
@@ -80,32 +83,30 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
     Raises:
         MagicsimError: The film has no valid frames.
     """
-    quality = sweep.quality
-    if "proximity_range_mm" not in sweep.measures:  # nothing else looks at further renderings of the approach
-        quality = quality.model_copy(update={"renderings": 1})
-    film = film_design(sensor, sweep.object, quality, seed=sweep.seed, untouched=untouched)
-    parts = _pressed(sensor, sweep, film)
-    parts.pictures = _pictures(film)
+    films = film_design(sensor, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
+    first = films[0]
+    parts = _pressed(sensor, sweep, first)
+    parts.pictures = _pictures(first)
     wanted, by_similarity = set(sweep.measures), ("sensitivity_per_mm", "sensitivity_per_n")
     by_detector = ("proximity_range_mm", "contact_auc", "contact_accuracy")
     draws, seed = sweep.quality.draws, sweep.seed
     if "localisation_mm" in wanted:
-        found, predicted = localisation_error(film, seed=seed)
-        parts.measures["localisation_mm"] = found
+        places, predicted = true_places(first), [predicted_places(film) for film in films]
+        parts.measures["localisation_mm"] = localisation_error(predicted, places, seed=seed)
         parts.curves["localisation"] = {
-            "x_mm": [each.x_mm for each in film.touches],
-            "y_mm": [each.y_mm for each in film.touches],
-            "predicted_x_mm": predicted[:, 0].tolist(),
-            "predicted_y_mm": predicted[:, 1].tolist(),
+            "x_mm": places[:, 0].tolist(),
+            "y_mm": places[:, 1].tolist(),
+            "predicted_x_mm": predicted[0][:, 0].tolist(),
+            "predicted_y_mm": predicted[0][:, 1].tolist(),
         }
     if wanted & set(by_similarity):
         try:
-            parts.add(_touched(film, fixed_detector(film), draws, seed))
+            parts.add(_touched([(film, fixed_detector(film)) for film in films], draws, seed))
         except FrameError as error:  # no pixel is bright enough
             parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_similarity}
     if wanted & set(by_detector):
         try:
-            parts.add(_detected(film, fit_detector(film), sweep.quality, seed))
+            parts.add(_detected([(film, fit_detector(film)) for film in films], sweep.quality, seed))
         except ConfigError as error:  # no option of the detector sees a grid
             parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_detector}
     return parts
@@ -186,8 +187,12 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
     )
 
 
-def _touched(film: Film, detector: FittedDetector, draws: int, seed: int) -> Parts:
-    light, firm = (mean_similarity(each, film, detector, draws) for each in (film.light_touches, film.touches))
+def _touched(films: Sequence[Filmed], draws: int, seed: int) -> Parts:
+    light, firm = (
+        np.array([mean_similarity(touches(film), film, detector, draws) for film, detector in films])
+        for touches in (attrgetter("light_touches"), attrgetter("touches"))
+    )
+    film, detector = films[0]
     first, last = film.light_touches[0], film.touches[0]
     deeper, harder = (first.gap_mm or 0.0) - (last.gap_mm or 0.0), last.force_n - first.force_n
     return Parts(
@@ -204,25 +209,33 @@ def _touched(film: Film, detector: FittedDetector, draws: int, seed: int) -> Par
     )
 
 
-def _detected(film: Film, detector: FittedDetector, quality: Quality, seed: int) -> Parts:
-    curve = approach_curve(film, detector, quality.draws)
-    scores = contact_scores(film, detector, quality.draws, drift=quality.drift)
+def _detected(films: Sequence[Filmed], quality: Quality, seed: int) -> Parts:
+    approaches = [approach_curve(film, detector, quality.draws) for film, detector in films]
+    scores = [contact_scores(film, detector, quality.draws, drift=quality.drift) for film, detector in films]
+    entropy, correlation, rate = (
+        np.mean(values, axis=0).tolist()
+        for values in (
+            [each.entropy.mean(1) for each in approaches],
+            [each.correlation.mean(1) for each in approaches],
+            [each.all_rates() for each in approaches],
+        )
+    )
     return Parts(
         measures={
-            "proximity_range_mm": proximity_range(curve, seed=seed),
+            "proximity_range_mm": proximity_range(approaches, seed=seed),
             "contact_auc": contact_auc(scores, seed=seed),
             "contact_accuracy": contact_accuracy(scores, seed=seed),
         },
         curves={
             "approach": {
-                "gap_mm": curve.gaps_mm.tolist(),
-                "entropy": curve.entropy.mean((1, 2)).tolist(),
-                "correlation": curve.correlation.mean((1, 2)).tolist(),
-                "rate": curve.all_rates().tolist(),
+                "gap_mm": approaches[0].gaps_mm.tolist(),
+                "entropy": entropy,
+                "correlation": correlation,
+                "rate": rate,
             }
         },
         profile={
-            name: value for name, value in asdict(detector.profile).items()
+            name: value for name, value in asdict(films[0][1].profile).items()
             if name.startswith("tau_") or name in {"polarity", "similarity", "grid_blur_px", "difference_blur_px"}
         },
     )  # fmt: skip

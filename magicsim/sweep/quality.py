@@ -29,7 +29,8 @@ class Quality(Config):
     anchor_particles: Annotated[int, Field(ge=1000, le=100_000_000)] = 200_000
     """Its light particles."""
     renderings: Annotated[int, Field(ge=1, le=20)] = 3
-    """Of the approach, each with random numbers of its own, so that their noise is in the interval of its range."""
+    """Of every frame that image measures are taken from, each with random numbers, references and thresholds of its
+    own, so that the rendering's noise is in the intervals."""
     draws: Annotated[int, Field(ge=4, le=200)] = 12
     """Frames with camera noise of their own that every state is seen in."""
     drift: Annotated[float, Field(ge=0, le=0.5)] = 0.02

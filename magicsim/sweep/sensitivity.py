@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.sweep.bootstrap import Indices, interval
+from magicsim.sweep.bootstrap import Indices, interval, mean_over
 from magicsim.sweep.detector import FittedDetector
 from magicsim.sweep.film import Film, Shown
 from magicsim.sweep.measures import Measured
@@ -24,7 +25,7 @@ DETECTED = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ApproachCurve:
-    """What an approach looks like to a detector; all of shape (gaps,) or (gaps, renderings, draws)."""
+    """What one rendering of an approach looks like to a detector; all of shape (gaps,) or (gaps, draws)."""
 
     gaps_mm: Array
     """Falling."""
@@ -34,16 +35,19 @@ class ApproachCurve:
     """Of untouched frames, shape (frames,)."""
     tau_c: float
 
-    def rates(self, renderings: Indices, draws: Indices, clear: Indices) -> Array:
+    def rates(self, draws: Indices, clear: Indices) -> Array:
         """Share of some frames called Approaching at each gap, the threshold set on some clear frames."""
         tau_e = np.quantile(self.clear_entropy[clear], 1 - FALSE_ALARMS)
         seen = (self.entropy > tau_e) & (self.correlation < self.tau_c)
-        return np.asarray(seen[:, renderings][:, :, draws].mean((1, 2)))
+        return np.asarray(seen[:, draws].mean(1))
 
     def all_rates(self) -> Array:
         """The same of all frames."""
-        counts = (*self.entropy.shape[1:], len(self.clear_entropy))
-        return self.rates(*(np.arange(count) for count in counts))
+        return self.rates(np.arange(self.entropy.shape[1]), np.arange(len(self.clear_entropy)))
+
+    def range_mm(self) -> float:
+        """From where on the object is noticed (see `noticed_from`) [mm]."""
+        return noticed_from(self.gaps_mm, self.all_rates())
 
 
 def mean_similarity(shown: Sequence[Shown], film: Film, detector: FittedDetector, draws: int) -> Array:
@@ -52,30 +56,27 @@ def mean_similarity(shown: Sequence[Shown], film: Film, detector: FittedDetector
 
 
 def contact_sensitivity(light: Array, firm: Array, *, step: float, seed: int) -> Measured:
-    """Loss of similarity between two light touches, mean over places.
+    """Loss of similarity between two light touches, mean over renderings and places.
 
     Places differ by how the contact lies on the grid, which is more than the camera's noise.
 
     Args:
-        light: Similarity of the lighter touch of each place, shape (places,).
-        firm: Of the firmer one, shape (places,).
+        light: Similarity of the lighter touch of each place, shape (renderings, places).
+        firm: Of the firmer one, of the same shape.
         step: What they differ by, in depth [mm] or force [N].
-        seed: Of the bootstrap over places.
+        seed: Of the bootstrap over renderings and places.
     """
     slopes = (light - firm) / step
 
-    def slope(places: Indices) -> float:
-        return float(slopes[places].mean())
+    def mean(values: Array, places: Indices) -> float:
+        return float(values[places].mean())
 
-    low, high = interval(slope, len(slopes), seed=seed)
-    return Measured(value=slope(np.arange(len(slopes))), low=low, high=high)
+    return mean_over([partial(mean, each) for each in slopes], slopes.shape[1], seed=seed)
 
 
 def approach_curve(film: Film, detector: FittedDetector, draws: int) -> ApproachCurve:
     """Features of the approach and of untouched frames."""
-    renderings = (film.approach, *film.approach_again)
-    features = [[detector.features(film.frames(shown, draws)) for shown in each] for each in renderings]
-    seen = np.stack(features, axis=1)
+    seen = np.stack([detector.features(film.frames(shown, draws)) for shown in film.approach])
     clear = detector.features(film.frames(film.untouched, CLEAR_FRAMES, first=CLEAR_FIRST))
     return ApproachCurve(
         gaps_mm=np.array([shown.gap_mm for shown in film.approach], float),
@@ -86,19 +87,23 @@ def approach_curve(film: Film, detector: FittedDetector, draws: int) -> Approach
     )
 
 
-def proximity_range(curve: ApproachCurve, *, seed: int) -> Measured:
-    """Distance from which on an approaching object is noticed for good, in half of the frames."""
-    _, renderings, draws = curve.entropy.shape
-    clear = len(curve.clear_entropy)
+def proximity_range(renderings: Sequence[ApproachCurve], *, seed: int) -> Measured:
+    """Distance from which on an approaching object is noticed for good, in half of the frames; mean over renderings.
+
+    Args:
+        renderings: Curve of each.
+        seed: Of the bootstrap over renderings, the camera's noise, and the frames that set the threshold.
+    """
+    draws, clear = renderings[0].entropy.shape[1], len(renderings[0].clear_entropy)
     random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, clear])))
 
-    def drawn(numbers: Indices) -> float:
-        chosen, untouched = (random.integers(0, count, count) for count in (renderings, clear))
-        return noticed_from(curve.gaps_mm, curve.rates(chosen, numbers, untouched))
+    def drawn(curve: ApproachCurve, numbers: Indices) -> float:
+        return noticed_from(curve.gaps_mm, curve.rates(numbers, random.integers(0, clear, clear)))
 
-    value = noticed_from(curve.gaps_mm, curve.all_rates())
-    low, high = interval(drawn, draws, seed=seed)
-    if value >= curve.gaps_mm[0]:
+    ranges = [curve.range_mm() for curve in renderings]
+    value, largest = float(np.mean(ranges)), renderings[0].gaps_mm[0]
+    low, high = interval([partial(drawn, curve) for curve in renderings], draws, seed=seed)
+    if max(ranges) >= largest:
         return Measured(value=value, low=low, high=None, note="at least: noticed at the largest distance tried")
     note = "not noticed at any distance tried" if value == 0 else ""
     return Measured(value=value, low=low, high=high, note=note)

@@ -103,7 +103,7 @@ def smallest_spacing(spacings_mm: Array, observed: Sequence[Observation], *, see
 
     count = len(observed[0].around)
     value = crossing(np.arange(count))
-    low, high = interval(crossing, count, seed=seed)
+    low, high = interval([crossing], count, seed=seed)
     if value == np.inf:
         note = f"above the largest spacing tried, {spacings_mm[0]:g} mm"
         return Measured(value=None, low=float(spacings_mm[0]), note=note)

@@ -13,19 +13,27 @@ def scores(touched: np.ndarray, *, alarm_under_light: bool = False) -> ContactSc
 
 def test_touches_that_all_lower_the_similarity_are_told_apart():
     found = scores(np.full((6, 4), 0.8))
-    assert contact_auc(found, seed=1).value == 1
-    assert contact_accuracy(found, seed=1).value == 1
+    assert contact_auc([found], seed=1).value == 1
+    assert contact_accuracy([found], seed=1).value == 1
 
 
 def test_place_that_is_missed_widens_the_interval():
     touched = np.full((6, 4), 0.8)
     touched[2] = 0.99
-    area, accuracy = contact_auc(scores(touched), seed=1), contact_accuracy(scores(touched), seed=1)
+    area, accuracy = contact_auc([scores(touched)], seed=1), contact_accuracy([scores(touched)], seed=1)
     assert abs(area.value - 5 / 6) < 1e-9
     assert abs(accuracy.value - (5 / 6 + 1) / 2) < 1e-9
     assert area.low < area.value < area.high <= 1
 
 
 def test_outside_light_that_is_taken_for_a_touch_costs_a_third_of_the_alarms():
-    found = contact_accuracy(scores(np.full((6, 4), 0.8), alarm_under_light=True), seed=1)
+    found = contact_accuracy([scores(np.full((6, 4), 0.8), alarm_under_light=True)], seed=1)
     assert abs(found.value - (1 + 2 / 3) / 2) < 1e-9
+
+
+def test_rendering_in_which_touches_are_missed_counts_as_much_as_the_others():
+    seen, missed = scores(np.full((6, 4), 0.8)), scores(np.full((6, 4), 0.99))
+    found = contact_auc([seen, seen, missed], seed=1)
+    assert abs(found.value - 2 / 3) < 1e-9
+    assert found.low < 0.4
+    assert found.high == 1
