@@ -13,11 +13,11 @@ from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation import Sensor
 
 REPEATS = 5
-DEFAULT = {"cell_mm": 0.8, "columns": 240, "samples": 6, "particles": 80_000}
+DEFAULT = {"cell_mm": 0.8, "columns": 240, "samples": 8, "particles": 80_000}
 SWEEPS: dict[str, tuple[float, ...]] = {
     "cell_mm": (2.0, 1.2, 0.8, 0.5, 0.35),
     "columns": (60, 120, 240, 480),
-    "samples": (2, 6, 18, 54),
+    "samples": (2, 8, 16, 64),
     "particles": (20_000, 80_000, 320_000, 1_280_000),
 }
 """What is varied, one at a time; the rest is `DEFAULT`."""

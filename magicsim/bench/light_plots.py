@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from magicsim.bench.error_plot import save
+from magicsim.scenes.scene import RenderSettings
 
 LARGE = 10_000
 """Work from which ticks are written in thousands."""
@@ -41,7 +42,7 @@ def plot_verdicts(data: Mapping[str, Any], target: Path) -> None:
             samples = [row["samples"] for row in own]
             panel.errorbar(samples, [row[name] for row in own], yerr=[row[f"{name}_sd"] for row in own],
                            color=color, marker="o", markersize=3, label=state)  # fmt: skip
-        panel.axvline(6, color="#999999", linestyle=":", linewidth=1)
+        panel.axvline(RenderSettings().samples, color="#999999", linestyle=":", linewidth=1)
         panel.set(xscale="log", title=name, xlabel="camera samples a pixel (dotted: default)")
     _finish(figure, panels, target)
 

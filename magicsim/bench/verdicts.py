@@ -20,7 +20,7 @@ from magicsim.scenes.untouched import shared_states
 from magicsim.simulation import Sensor
 
 STATES = ("rest", "near", "pressed", "flashlight")
-SETTINGS = ((1, 10_000), (2, 20_000), (3, 40_000), (6, 80_000), (12, 160_000), (24, 320_000), (96, 1_280_000))
+SETTINGS = ((1, 10_000), (2, 20_000), (4, 40_000), (8, 80_000), (16, 160_000), (32, 320_000), (64, 1_280_000))
 """Camera samples a pixel and light particles; the fourth is the default."""
 PROFILE = "calibrated"
 SEEDS, QUICK_SEEDS = 3, 2
