@@ -28,7 +28,7 @@ class Quality(Config):
     """Camera samples of the untouched state, which all frames share."""
     anchor_particles: Annotated[int, Field(ge=1000, le=100_000_000)] = 200_000
     """Its light particles."""
-    renderings: Annotated[int, Field(ge=1, le=20)] = 3
+    renderings: Annotated[int, Field(ge=1, le=20)] = 2
     """Of every frame that image measures are taken from, each with random numbers, references and thresholds of its
     own, so that the rendering's noise is in the intervals."""
     draws: Annotated[int, Field(ge=4, le=200)] = 12
