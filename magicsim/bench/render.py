@@ -10,8 +10,10 @@ pattern of camera samples, so their spread alone would flatter them: their error
 best images without an anchor.
 
     python -m magicsim.bench.render rest       # one state in this process; one JSON object
+    python -m magicsim.bench.render pressed --first-seed 101      # the same with other random numbers
 """
 
+import argparse
 import json
 import logging
 import os
@@ -100,17 +102,19 @@ def run_render(*, quick: bool = False, states: Sequence[str] = STATES) -> dict[s
     }
 
 
-def measure_state(state: str, *, quick: bool) -> dict[str, Any]:
+def measure_state(state: str, *, quick: bool, first_seed: int = 1) -> dict[str, Any]:
     """All settings on one state, with this process's variant.
 
     Args:
         state: Name of a scene.
         quick: Few settings and a small image.
+        first_seed: Of each setting's images.
     """
     variant = activate_variant()
     settings = QUICK if quick else (*FLUENCE, *(() if state == UNTOUCHED_STATE else ANCHORED), *PATH)
     settings = settings if variant == LLVM_VARIANT else SCALAR
-    seeds = QUICK_SEEDS if quick else SEEDS
+    count = QUICK_SEEDS if quick else SEEDS
+    seeds = range(first_seed, first_seed + count)
     found = {setting: _render(state, setting, seeds, quick=quick) for setting in settings}
     best = {
         estimator: max((each for each in found if each.estimator == estimator), key=lambda each: each.samples)
@@ -123,7 +127,7 @@ def measure_state(state: str, *, quick: bool) -> dict[str, Any]:
         images, seconds = [image for image, _ in pairs], [each for _, each in pairs]
         error = deviation(images, independent) if setting in ANCHORED else spread(images)
         rows.append(
-            {"state": state, "variant": variant, **asdict(setting), "seeds": seeds,
+            {"state": state, "variant": variant, **asdict(setting), "seeds": count,
              "seconds": float(np.median(seconds)), "error": error.value, "error_of_error": error.error,
              "flip": flip(images[0], reference) if setting not in best.values() else None,
              "mean": np.mean(images, axis=(0, 1, 2)).tolist()}
@@ -185,7 +189,7 @@ def flip(image: np.ndarray, reference: np.ndarray) -> float | None:
     return float(found[1])
 
 
-def _render(state: str, setting: RenderSetting, seeds: int, *, quick: bool) -> list[tuple[np.ndarray, float]]:
+def _render(state: str, setting: RenderSetting, seeds: range, *, quick: bool) -> list[tuple[np.ndarray, float]]:
     from magicsim.plan import can_touch
     from magicsim.scenes.timeline import timeline
     from magicsim.simulation import Sensor
@@ -204,7 +208,7 @@ def _render(state: str, setting: RenderSetting, seeds: int, *, quick: bool) -> l
     view = sensor.view(frame, deformation)
     sensor.renderer.plain_radiance(view)  # compiles
     pairs = []
-    for turn in range(1, seeds + 1):
+    for turn in seeds:
         start = time.perf_counter()
         image = sensor.renderer.plain_radiance(view, turn=turn)
         pairs.append((image.astype(np.float64), time.perf_counter() - start))
@@ -212,14 +216,14 @@ def _render(state: str, setting: RenderSetting, seeds: int, *, quick: bool) -> l
 
 
 def _render_anchored(
-    state: str, setting: RenderSetting, seeds: int, size: Sequence[str]
+    state: str, setting: RenderSetting, seeds: range, size: Sequence[str]
 ) -> list[tuple[np.ndarray, float]]:
     from magicsim.plan import can_touch
     from magicsim.scenes.timeline import UNTOUCHED, timeline
     from magicsim.simulation import Sensor
 
     pairs = []
-    for turn in range(seeds + 1):
+    for turn in (0, *seeds):
         settings = [
             f"render.samples={setting.samples}", f"render.particles={setting.particles}",
             f"render.anchor_samples={setting.anchor_samples}",
@@ -254,4 +258,9 @@ def _in_own_process(state: str, *, quick: bool, variant: str) -> dict[str, Any]:
 
 if __name__ == "__main__":
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(message)s")
-    sys.stdout.write(json.dumps(measure_state(sys.argv[1], quick="--quick" in sys.argv)) + "\n")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("state", choices=STATES)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--first-seed", type=int, default=1)
+    asked = parser.parse_args()
+    sys.stdout.write(json.dumps(measure_state(asked.state, quick=asked.quick, first_seed=asked.first_seed)) + "\n")
