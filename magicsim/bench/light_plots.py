@@ -27,6 +27,8 @@ def plot_blur(data: Mapping[str, Any], target: Path) -> None:
                 frequencies, row["transfer"], yerr=row["error"], color=color, marker="o", markersize=3, label=method
             )
         panel.set(xscale="log", title=f"edge at {gap:g} mm", xlabel="cycles per mm")
+        panel.set_xticks(frequencies, [f"{each:g}" for each in frequencies])
+        panel.minorticks_off()
     panels[0].set_ylabel("modulation transfer")
     _finish(figure, panels, target)
 
