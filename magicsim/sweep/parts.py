@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, partial
-from operator import attrgetter
 from typing import Any, Self
 
 import numpy as np
@@ -188,10 +187,8 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
 
 
 def _touched(films: Sequence[Filmed], draws: int, seed: int) -> Parts:
-    light, firm = (
-        np.array([mean_similarity(touches(film), film, detector, draws) for film, detector in films])
-        for touches in (attrgetter("light_touches"), attrgetter("touches"))
-    )
+    light = np.array([mean_similarity(film.light_touches, film, detector, draws) for film, detector in films])
+    firm = np.array([mean_similarity(film.touches, film, detector, draws) for film, detector in films])
     film, detector = films[0]
     first, last = film.light_touches[0], film.touches[0]
     deeper, harder = (first.gap_mm or 0.0) - (last.gap_mm or 0.0), last.force_n - first.force_n
