@@ -4,7 +4,8 @@
     python benchmarks/frame_cost.py --repeat 60 --set rig.camera.columns=60 --set rig.camera.rows=80   # 2,000 and more
 
 Prints one JSON object: for every kind of state the number of frames and the median seconds of light and camera with the
-update of the meshes (no solving), and the resident memory after each repetition of the episode.
+update of the meshes (no solving), and the resident memory after each repetition of the episode. `warping_seconds` is
+what new vertices cost of a touching frame, and `still_cells` the share of cells that hardly moved since the one before.
 """
 
 import argparse
@@ -37,6 +38,31 @@ def resident_mib() -> float:
     """Memory of this process now [MiB]."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize() / 2**20
+
+
+STILL_MM = 1e-4
+
+
+def warping(sensor: Sensor, touching: list[tuple[FrameState, Deformation]]) -> dict[str, float]:
+    """Median seconds of new vertices, and median share of cells none of whose vertices moved by more than `STILL_MM`.
+
+    Args:
+        sensor: In its scene.
+        touching: States in which the block is deformed, in order.
+    """
+    seconds, still, before = [], [], None
+    cells = int(np.prod(sensor.elastomer.grid.counts)) if sensor.elastomer.grid is not None else 0
+    for state, deformation in touching:
+        start = time.perf_counter()
+        now = sensor.view(state, deformation).infill
+        seconds.append(time.perf_counter() - start)
+        if now is not None and before is not None:
+            still.append(float((np.abs(now - before).reshape(cells, -1).max(1) < STILL_MM).mean()))
+        before = now
+    return {
+        "warping_seconds": round(statistics.median(seconds), 4) if seconds else 0.0,
+        "still_cells": statistics.median(still) if still else 1.0,
+    }
 
 
 def measure(scene: str, settings: list[str], repeat: int) -> dict[str, object]:
@@ -73,6 +99,7 @@ def measure(scene: str, settings: list[str], repeat: int) -> dict[str, object]:
         "seconds": {kind: round(statistics.median(values), 4) for kind, values in seconds.items()},
         "states": {kind: len(values) // repeat for kind, values in seconds.items()},
         "median_seconds": round(statistics.median(lit), 4),
+        **warping(sensor, [each for each in states if not each[1].is_rest]),
         "memory_mib": memory,
         "mean_radiance": (checksum / (repeat * len(states))).tolist(),
     }

@@ -1,7 +1,8 @@
 """Decides before work starts what a scene needs, and says why the rest is left out.
 
 Every rule for frames is exact: leaving out changes no frame, which tests hold by rendering with and without. The one
-that is not, the coarse far field of the lattice, states its bound.
+that is not, the coarse far field of the lattice, states its bound. What only an exposed image tells, that an object is
+too far to be seen, is left to the renderer (`magicsim.scenes.reach`).
 """
 
 from collections import Counter

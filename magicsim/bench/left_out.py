@@ -7,7 +7,7 @@ explains; it leaves out the fixed pattern of camera samples, of which each way h
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -34,6 +34,8 @@ SMALL = (
 HELD = "[{frame=0}, {frame=1, gap_mm=2.0}, {frame=2, gap_mm=-0.5}, {frame=5, gap_mm=-0.5}, {frame=6, gap_mm=2.0}]"
 """An object that comes, is held for four frames and goes back to where it was."""
 OTHER_SEED = 1000
+FAR_MM = 1500.0
+"""Distance of an object that is too far to be seen [mm]."""
 MIDDLE = 4
 """A region of interest is the middle of the image, a quarter of its columns and rows."""
 
@@ -150,11 +152,36 @@ def _recorded(state: str) -> Callable[[tuple[str, ...]], Rule]:
     return make
 
 
-def _image(scene: SceneConfig, *, whole: bool = False) -> Run:
-    """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths."""
+def _out_of_reach(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("near", [*settings, f"keyframes=[{{frame=0, gap_mm={FAR_MM}}}]"])
+    return Rule(
+        name=f"an object {FAR_MM / 1000:g} m away", result="bounded", full=_image(scene, far=True), lean=_image(scene)
+    )
+
+
+def _still_meshes(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("near", [*settings, "keyframes=[{frame=0, gap_mm=1.2}, {frame=1, gap_mm=1.0}]"])
+    sensor = Sensor(scene)
+    sensor.renderer.uses_records = False
+    body, infill = sensor.elastomer.body, sensor.elastomer.infill
+
+    def run(*, anew: bool) -> Array:
+        views = [sensor.view(state, sensor.rest) for state in timeline(scene)]
+        if anew and infill is not None:
+            views = [replace(view, body=body.vertices.copy(), infill=infill.vertices.copy()) for view in views]
+        return np.array([sensor.renderer.radiance(view) for view in views], float)
+
+    return Rule(
+        name="vertices of meshes that did not move, beside one that did", result="exact", full=lambda: run(anew=True),
+        lean=lambda: run(anew=False),
+    )  # fmt: skip
+
+
+def _image(scene: SceneConfig, *, whole: bool = False, far: bool = False) -> Run:
+    """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths, `far` at any distance."""
     sensor, state = Sensor(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
-    sensor.renderer.uses_records = not whole
+    sensor.renderer.uses_records, sensor.renderer.leaves_out_far = not whole, not far
     sensor.renderer.prepare(sensor.view(state, deformation))
     return lambda: sensor.radiance(state, deformation).astype(np.float64)
 
@@ -211,5 +238,5 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
 
 RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (
     _repeated_states, _far_field, _nothing_scatters, _dark_flashlight, _recorded("near"),
-    _recorded("flashlight"), _region, _outputs,
+    _recorded("flashlight"), _out_of_reach, _still_meshes, _region, _outputs,
 )  # fmt: skip

@@ -129,8 +129,8 @@ def light_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: An
         careful = now.anchored(careful, careful, integrator.counts, None)
         added.append(replace(back, fluence=dark.fluence))
     if outside.flashlight is not None:
-        particles = integrator.shares(scene, outside)[FLASHLIGHT]
-        added += integrator.light_fields(scene, {FLASHLIGHT: particles}, seed=seed, outside=outside).values()
+        particles = {FLASHLIGHT: integrator.particles}  # Nothing else is traced from a light.
+        added += integrator.light_fields(scene, particles, seed=seed, outside=outside).values()
     return total([replace(careful, irradiance=dark.irradiance), *added])
 
 

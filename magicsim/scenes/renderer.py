@@ -1,5 +1,6 @@
 """Radiance of one sensor in any state, with as little work as the state needs."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from magicsim.scenes.estimator import choose_estimator, integrator_entry
 from magicsim.scenes.film import Film, film
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.light_field import LightField, total
+from magicsim.scenes.reach import is_out_of_reach
 from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
@@ -68,6 +70,8 @@ class Renderer:
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self.uses_records = True
         """Whether frames in which nothing touches are made from recorded paths; otherwise in full, for comparison."""
+        self.leaves_out_far = True
+        """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
         camera, all_pixels = rig.camera, Window.whole(rig.camera.columns, rig.camera.rows)
         self._around = camera.window.grown(REACH_PX, camera.columns, camera.rows)
         self._film, self._wide_film, self._whole_film = (
@@ -86,7 +90,7 @@ class Renderer:
         """
         if self.estimator == "path" or not self.settings.anchor_samples:
             return self.plain_radiance(view)
-        anchor = self.anchor()
+        view, anchor = self._within_reach(view), self.anchor()
         window = self.rig.camera.window
         if view.is_untouched:
             return np.asarray(window.of(anchor.image))
@@ -103,6 +107,15 @@ class Renderer:
         image = self._gather(world, field, self.settings.samples, self.seed, read=self._wide_film)
         clean = without_shared_noise(image, *(self._around.of(rest) for rest in (anchor.cheap_image, anchor.image)))
         return np.asarray(window.within(self._around).of(clean))
+
+    def _within_reach(self, view: View) -> View:
+        """The view without an object that is too far to be seen."""
+        placed = self._placed(view)
+        if placed is None or not self.leaves_out_far:
+            return view
+        gap_mm, design = -float(placed[:, 2].max()), self.elastomer.design
+        is_gone = is_out_of_reach(gap_mm, self.object_finish, design, self.rig, self.anchor().image)
+        return replace(view, indenter=None) if is_gone else view
 
     def _stands_free(self, view: View) -> bool:
         is_fluence = self.estimator == "fluence" and self.elastomer.grid is not None
@@ -234,7 +247,8 @@ class Renderer:
         """Computes what all frames like this one share: the untouched sensor, and its camera paths where they serve."""
         if self.estimator == "fluence" and self.settings.anchor_samples:
             self.anchor()
-            if not view.is_untouched and self._stands_free(view):
+            seen = self._within_reach(view)
+            if not seen.is_untouched and self._stands_free(seen):
                 self._recorded()
 
     def anchor(self) -> Anchor:

@@ -13,7 +13,7 @@ from magicsim.geometry.objects import ObjectConfig
 from magicsim.presets import find_preset
 from magicsim.scenes.rig import Rig
 
-GapMm = Annotated[float, Field(ge=-12, le=200)]
+GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
 
 

@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from magicsim.bench.left_out import SMALL, LeftOutRow, Rule, _far_field, _measured, _outputs, _recorded
+from magicsim.bench.left_out import (
+    SMALL,
+    LeftOutRow,
+    Rule,
+    _far_field,
+    _measured,
+    _out_of_reach,
+    _outputs,
+    _recorded,
+    _still_meshes,
+)
 from magicsim.bench.run import draw
 from magicsim.deform.zone import FAR_FIELD_BOUND
 
@@ -22,12 +32,17 @@ def test_row_says_what_a_rule_saves_and_changes() -> None:
     assert row.noise == pytest.approx(np.hypot(0.3, 0.4) / np.sqrt(2) / 2)
 
 
-def test_exact_rule_changes_nothing() -> None:
-    assert _measured(_outputs(SMALL), 1).difference == 0
+@pytest.mark.parametrize("rule", [_outputs, _still_meshes])
+def test_exact_rule_changes_nothing(rule) -> None:
+    assert _measured(rule(SMALL), 1).difference == 0
 
 
 def test_bounded_rule_stays_within_its_bound() -> None:
     assert 0 < _measured(_far_field(SMALL), 1).difference < FAR_FIELD_BOUND
+
+
+def test_far_object_changes_next_to_nothing() -> None:
+    assert 0 < _measured(_out_of_reach((*SMALL, "object.radius_mm=100")), 1).difference < 1e-3
 
 
 def test_recorded_paths_differ_by_their_noise() -> None:
