@@ -1,22 +1,19 @@
-"""Radiance of one sensor in any state, with as little work as the state needs."""
+"""Radiance of one sensor in any state, anchored to its untouched one, with as little work as the state needs."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.anchor import Anchor
 from magicsim.scenes.backend import mi
-from magicsim.scenes.estimator import choose_estimator, integrator_entry
-from magicsim.scenes.film import Film, film
+from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
-from magicsim.scenes.light_field import LightField, total
+from magicsim.scenes.light_field import total
+from magicsim.scenes.plain_renderer import FloatImage, PlainRenderer, checked, lights_of
 from magicsim.scenes.reach import is_out_of_reach
-from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.shared_noise import REACH_PX, without_shared_noise
@@ -24,16 +21,12 @@ from magicsim.scenes.untouched import Recorded, UntouchedState, UntouchedStates,
 from magicsim.scenes.view import View
 from magicsim.scenes.window import Window
 from magicsim.scenes.world import World
-from magicsim.scenes.worlds import Worlds
 
 if TYPE_CHECKING:
     from magicsim.scenes.outside import Outside, Outsides
 
-Array = npt.NDArray[np.float64]
-FloatImage = npt.NDArray[np.float32]
 
-
-class Renderer:
+class Renderer(PlainRenderer):
     """Owns the Mitsuba scenes of one elastomer on one rig, and the anchor of one episode."""
 
     def __init__(
@@ -47,7 +40,7 @@ class Renderer:
         object_finish: Finish | None = None,
         untouched: UntouchedStates | None = None,
     ) -> None:
-        """Prepares; scenes are loaded when a view first needs them.
+        """As `PlainRenderer`.
 
         Args:
             elastomer: The block.
@@ -57,27 +50,15 @@ class Renderer:
             object_mesh: The object in its own frame, if one will come.
             object_finish: Its surface; grey by default.
             untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
-
-        Raises:
-            RenderError: The estimator cannot do what the materials ask for.
         """
-        self.elastomer = elastomer
-        self.rig = rig
-        self.settings = settings
-        self.seed = seed
-        self.object_mesh = object_mesh
-        self.object_finish = object_finish or Finish()
-        self.estimator = choose_estimator(settings.estimator, elastomer, rig)
+        super().__init__(elastomer, rig, settings, seed=seed, object_mesh=object_mesh, object_finish=object_finish)
         self.uses_records = True
         """Whether frames in which nothing touches are made from recorded paths; otherwise in full, for comparison."""
         self.leaves_out_far = True
         """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
         camera, all_pixels = rig.camera, Window.whole(rig.camera.columns, rig.camera.rows)
         self._around = camera.window.grown(REACH_PX, camera.columns, camera.rows)
-        self._film, self._wide_film, self._whole_film = (
-            film(elastomer.design, rig, read) for read in (camera.window, self._around, all_pixels)
-        )
-        self._worlds: Worlds | None = None
+        self._wide_film, self._whole_film = (film(elastomer.design, rig, read) for read in (self._around, all_pixels))
         self._untouched = untouched if untouched is not None else UntouchedStates()
         self._anchor: Anchor | None = None
         self._outsides: Outsides | None = None
@@ -135,12 +116,6 @@ class Renderer:
             self._outsides = Outsides(self.rig, self.object_mesh, self.object_finish)
         return self._outsides.of(self._placed(view), view.flashlight_x_mm)
 
-    def _placed(self, view: View) -> Array | None:
-        """Vertices of the object in the sensor's frame [mm], or None where there is none."""
-        if view.indenter is None or self.object_mesh is None:
-            return None
-        return view.indenter.pose.to_sensor(self.object_mesh.vertices)
-
     def _recorded(self) -> Recorded:
         """Camera paths and light of the untouched sensor."""
         from magicsim.scenes.approach import recorded
@@ -163,7 +138,7 @@ class Renderer:
             self.world(View()).scene, self._outside(view), self._recorded(), anchor, self.object_finish,
             self._film.window, samples=self.settings.samples, seed=self.seed,
         )  # fmt: skip
-        image = self._film.seen(_checked(change.astype(np.float32)))
+        image = self._film.seen(checked(change.astype(np.float32)))
         return np.asarray(np.maximum(image + self.rig.camera.window.of(anchor.image), 0))
 
     def metered(self) -> FloatImage:
@@ -171,62 +146,7 @@ class Renderer:
         if self.estimator == "fluence" and self.settings.anchor_samples:
             return self.anchor().image
         world = self.world(View())
-        return self._lit(world, _lights(world), read=self._whole_film)
-
-    def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
-        """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
-
-        Args:
-            view: What to see.
-            turn: Another number is an independent image of the same view.
-        """
-        world = self.world(view)
-        return self._lit(world, _lights(world), turn=turn)
-
-    def basis(self, view: View, *, turn: int = 0) -> dict[str, FloatImage]:
-        """One linear radiance image for each light that a view has, each of shape (rows, columns, 3).
-
-        Rendering is linear in the lights and all images share their random numbers: those of `plain_radiance` are their
-        sum, and other strengths or colours of the lights a weighted one (see `relight`).
-
-        Args:
-            view: What to see.
-            turn: Another number gives independent images of the same view.
-        """
-        world, images = self.world(view), {}
-        try:
-            for name in _lights(world):
-                world.light_only(name)
-                images[name] = self._lit(world, [name], turn=turn)
-        finally:
-            world.light_only(None)
-        return images
-
-    def refined(self, view: View, relative_error: float) -> Refinement:
-        """Independent images of a view until their mean is as good as asked for, or `MAX_PASSES` have been taken.
-
-        Args:
-            view: What to see.
-            relative_error: Root mean square error over pixels and channels in units of the mean, see `Refinement`.
-        """
-        world = self.world(view)
-        names, refinement = _lights(world), Refinement()
-        while not refinement.is_within(relative_error) and refinement.passes < MAX_PASSES:
-            refinement.add(self._lit(world, names, turn=refinement.passes))
-        return refinement
-
-    def _lit(self, world: World, names: list[str], *, turn: int = 0, read: Film | None = None) -> FloatImage:
-        """An image by some lights, others being off; every turn is independent of the others."""
-        seed = self.seed + turn
-        if self.estimator == "path":
-            used = read or self._film
-            image = np.array(mi.render(world.scene, spp=self.settings.samples, seed=seed), np.float32)
-            return used.seen(_checked(np.asarray(used.window.of(image))))
-        integrator = world.scene.integrator()
-        shares = integrator.shares(world.scene)
-        fields = integrator.light_fields(world.scene, {name: shares[name] for name in names}, seed=seed)
-        field = total([integrator.darkness(world.scene), *fields.values()])
-        return self._gather(world, field, self.settings.samples, seed, pattern=turn, read=read)
+        return self._lit(world, lights_of(world), read=self._whole_film)
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
@@ -240,7 +160,7 @@ class Renderer:
             mi.render(world.scene, spp=1, seed=self.seed)
             return
         integrator = world.scene.integrator()
-        fields = integrator.light_fields(world.scene, dict.fromkeys(_lights(world), 64), seed=self.seed)
+        fields = integrator.light_fields(world.scene, dict.fromkeys(lights_of(world), 64), seed=self.seed)
         self._gather(world, total([integrator.darkness(world.scene), *fields.values()]), 1, self.seed)
 
     def prepare(self, view: View) -> None:
@@ -255,7 +175,7 @@ class Renderer:
         """The untouched state of this episode, computed once."""
         if self._anchor is None:
             world = self.world(View())
-            integrator, names = world.scene.integrator(), _lights(world)
+            integrator, names = world.scene.integrator(), lights_of(world)
             cheap = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
             careful = self._careful(world, names)
             field = total([integrator.darkness(world.scene), *careful.fields.values()])
@@ -282,38 +202,3 @@ class Renderer:
             state = UntouchedState(fields=fields, image=image)
             self._untouched.keep(key, state)
         return state
-
-    def _gather(
-        self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0, read: Film | None = None
-    ) -> FloatImage:
-        used = read or self._film
-        image = world.scene.integrator().gather(
-            world.scene, field, samples=samples, seed=seed, pattern=pattern, window=used.window
-        )
-        return used.seen(_checked(np.array(image, np.float32)))
-
-    def world(self, view: View) -> World:
-        """The Mitsuba scene that shows a view, loaded when it is first needed."""
-        if self._worlds is None:
-            self._worlds = Worlds(
-                self.elastomer, self.rig, self.object_mesh, self.object_finish, self.integrator_entry()
-            )
-        return self._worlds.of(view, self._placed(view))
-
-    def integrator_entry(self) -> dict[str, Any]:
-        """The integrator's entry of a scene dictionary."""
-        return integrator_entry(self.estimator, self.elastomer, self.rig, self.settings, self.object_finish)
-
-
-def _lights(world: World) -> list[str]:
-    from magicsim.scenes.shapes import lights
-
-    return lights(world.scene)
-
-
-def _checked(image: FloatImage) -> FloatImage:
-    bad = int(np.count_nonzero(~np.isfinite(image)))
-    if bad:
-        msg = f"the rendered image holds {bad} values that are not finite"
-        raise RenderError(msg)
-    return image
