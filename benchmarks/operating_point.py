@@ -23,6 +23,7 @@ import numpy as np
 from magicsim.detectors import load_profile
 from magicsim.errors import MagicsimError
 from magicsim.fit.constants import CONSTANTS, value_of
+from magicsim.operating_point.counts import counts
 from magicsim.operating_point.ensemble import summarise
 from magicsim.operating_point.filming import QUALITY, film_states, search_scene
 from magicsim.operating_point.reading import read_states, scaled
@@ -137,6 +138,7 @@ def report(path: Path, out: Path) -> None:
     checked = checked_file(path)
     if checked.is_file():
         summary["check"] = json.loads(checked.read_text(encoding="utf-8"))
+    summary["counts"] = counts(rows, summary.get("check", {}).get("default_small", {}).get("quantities"))
     (out / "operating-point.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     (out / "operating-point-tables.txt").write_text(tables(summary), encoding="utf-8")
     print(json.dumps(summary["distance"], indent=1))

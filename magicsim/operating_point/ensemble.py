@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.operating_point.search import CAMERA_NAMES, OPTICAL_NAMES
+from magicsim.operating_point.search import CAMERA_NAMES, OPTICAL_NAMES, value_at
 from magicsim.operating_point.targets import TARGETS, distances
 
 BEST_SHARE = 0.05
@@ -74,6 +74,7 @@ def _narrowed(members: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
                 "median": float(np.median(kept[:, place])),
                 "high": float(kept[:, place].max()),
                 "spread": float(kept[:, place].std() * np.sqrt(12)),
+                "values": [value_at(name, share) for share in kept[:, place]],
             }
     return found
 

@@ -76,6 +76,15 @@ def camera_values(point: Sequence[float]) -> dict[str, float]:
     return {name: (CONSTANTS[name] if name in CAMERA else EXTRA[name]).at(shares[name]) for name in (*CAMERA, *EXTRA)}
 
 
+def value_at(name: str, share: float) -> float | str:
+    """Value of a constant, or the choice, at a share of its range."""
+    if name == "grid_reading":
+        return " ".join(_chosen(READINGS, share))
+    if name in CHOICES:
+        return _chosen(CHOICES[name][1], share)
+    return _chosen(WALLS_MM, share) if name == "wall" else (EXTRA.get(name) or CONSTANTS[name]).at(share)
+
+
 def grid_reading(point: Sequence[float]) -> tuple[Polarity, Similarity]:
     """Polarity and similarity at the last of these shares."""
     return _chosen(READINGS, point[-1])

@@ -6,6 +6,7 @@ from typing import Any
 from magicsim.markdown import markdown_table
 
 DASH = "-"
+THOUSAND = 1000
 
 
 def tables(summary: Mapping[str, Any]) -> str:
@@ -22,6 +23,7 @@ def tables(summary: Mapping[str, Any]) -> str:
         _quantities(summary, check),
         _constants(summary),
         _colours(summary, check),
+        _counts(summary),
     ]
     if check.get("members"):
         parts.append(_members(check["members"]))
@@ -59,10 +61,47 @@ def _quantities(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
 
 def _constants(summary: Mapping[str, Any]) -> str:
     rows = [
-        [f"`{name}`", f"{found['low']:.2f}", f"{found['median']:.2f}", f"{found['high']:.2f}", f"{found['spread']:.2f}"]
+        [
+            f"`{name}`",
+            f"{found['low']:.2f}",
+            f"{found['median']:.2f}",
+            f"{found['high']:.2f}",
+            f"{found['spread']:.2f}",
+            _values(found["values"]),
+        ]
         for name, found in summary["constants"].items()
     ]
-    return markdown_table(["constant, share of its range", "low", "median", "high", "spread (1 = even)"], rows)
+    head = ["constant, share of its range", "low", "median", "high", "spread (1 = even)", "value"]
+    return markdown_table(head, rows)
+
+
+def _counts(summary: Mapping[str, Any]) -> str:
+    found, total, targets = summary["counts"], summary["candidates"], summary["targets"]
+    settled = ", ".join(f"{_number(best)} after {steps}" for steps, best in found["settled"].items())
+    rows = [
+        ["best distance, by steps", settled],
+        *([f"sensors that meet: {targets[name]['says']}", f"{met} of {total}"] for name, met in found["met"].items()),
+        *(
+            [f"mean C near an object, {part} third of the crosstalk", _number(value)]
+            for part, value in found["crosstalk"].items()
+        ),
+    ]
+    if found["as_near"] is not None:
+        rows.append(["at least as near as the default in every quantity", _as_near(found["as_near"], total)])
+    return markdown_table(["of all sensors", "found"], rows)
+
+
+def _as_near(found: Sequence[float], total: int) -> str:
+    apart = f", at distances of {found[0]:.2f} to {found[-1]:.2f}" if found else ""
+    return f"{len(found)} of {total}{apart}"
+
+
+def _values(values: Sequence[float | str]) -> str:
+    numbers = [each for each in values if not isinstance(each, str)]
+    if len(numbers) < len(values):
+        return ", ".join(sorted({str(each) for each in values}))
+    ends = (min(numbers), max(numbers))
+    return " to ".join(f"{each:.0f}" if each >= THOUSAND else f"{each:.3g}" for each in ends)
 
 
 def _colours(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:

@@ -1,7 +1,9 @@
 import json
 
 import numpy as np
+import pytest
 
+from magicsim.operating_point.counts import counts
 from magicsim.operating_point.ensemble import LEAST, summarise
 from magicsim.operating_point.reading import Reading
 from magicsim.operating_point.search import (
@@ -54,12 +56,12 @@ def test_ensemble_is_the_best_candidate_of_the_best_steps():
 
 
 def test_summary_is_json_and_its_tables_name_every_target_and_constant():
-    found = json.loads(json.dumps(summarise(rows()), allow_nan=False))
-    text = tables(found)
+    summary = summarise(rows()) | {"counts": counts(rows(), candidate(9).reading.quantities)}
+    text = tables(json.loads(json.dumps(summary, allow_nan=False)))
     assert all(each.says in text for each in TARGETS.values())
     assert all(f"`{name}`" in text for name in (*OPTICAL_NAMES, *CAMERA_NAMES))
     widths = {line.count("|") for line in text.splitlines() if line.startswith("|")}
-    assert widths == {6, 8}
+    assert widths == {3, 7, 8}
 
 
 def test_candidates_are_read_back():
@@ -74,3 +76,15 @@ def test_points_of_the_cube_become_values_in_the_ranges():
     assert camera_values([1.0] * len(CAMERA_NAMES))["gamma"] == 2.4
     assert grid_reading([0.0] * len(CAMERA_NAMES)) == ("dark", "recall")
     assert grid_reading([1.0] * len(CAMERA_NAMES)) == ("bright", "iou")
+
+
+def test_counts_are_those_of_all_sensors():
+    found = counts(rows(), candidate(3).reading.quantities)
+    # Places 0 to 20, the inner ones twice: e_rest is met up to 0.5, and the default's 0.7 is reached by places 0 to 3.
+    assert found["met"]["e_rest"] == 3
+    assert found["met"]["s_light"] == 40
+    assert len(found["as_near"]) == 7
+    assert found["as_near"][0] == 0
+    assert found["settled"] == {10: 0, 14: 0, 18: 0, 21: 0}
+    assert counts(rows()[5:15])["settled"][5] == pytest.approx(candidate(5).distance, abs=1e-4)
+    assert counts(rows())["as_near"] is None
