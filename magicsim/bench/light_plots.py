@@ -119,7 +119,7 @@ def plot_left_out(data: Mapping[str, Any], target: Path) -> None:
                       xytext=(8, 0), textcoords="offset points", va="center", fontsize=8)  # fmt: skip
     axes.set(xscale="log", xlabel="seconds", yticks=range(len(rows)), ylim=(len(rows) - 0.4, -0.6))
     axes.set_yticklabels([row["rule"] for row in rows])
-    axes.set_xlim(right=50 * max(row["seconds_full"] for row in rows))
+    axes.set_xlim(right=200 * max(row["seconds_full"] for row in rows))
     _finish(figure, [axes], target)
 
 
