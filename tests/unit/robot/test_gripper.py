@@ -150,6 +150,7 @@ def test_half_a_turn_about_y_swaps_the_images():
         width = seeing.touching_width_mm - 1
         seeing.close(width, place=ObjectPlace(x_mm=1))
         right = seeing.frames()
+        seeing.reset()  # A path through the other grasp would end only as near as solves are exact.
         seeing.close(width, place=ObjectPlace(x_mm=-1))
         left = seeing.frames()
     assert (right.upper.contact_mask == left.lower.contact_mask).all()
