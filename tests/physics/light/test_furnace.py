@@ -10,6 +10,8 @@ pytestmark = pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="need
 SMALL = ("design.footprint_mm=[8, 9]", "rig.camera.field_mm=7.5")
 DECLARED: dict[str, str] = {}
 """What a case that cannot be had says instead."""
+TOO_BRIGHT = pytest.mark.xfail(strict=True, reason="rays start a micrometre off a wall: fluence 0.7 % too high")
+EXTREME = [pytest.param(case, marks=TOO_BRIGHT) if case == "scattering 10 per mm" else case for case in CASES]
 QUICK = ("default, rest", "default, 1 mm press")
 
 
@@ -30,7 +32,7 @@ def test_small_sensor_keeps_its_light(case):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", EXTREME)
 def test_extreme_sensor_keeps_its_light_or_says_why_not(case):
     if case in DECLARED:
         with pytest.raises(MagicsimError, match=DECLARED[case]):
