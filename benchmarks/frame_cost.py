@@ -24,6 +24,9 @@ from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation import Sensor
 
+STILL_MM = 1e-4
+"""A cell none of whose vertices moved by more stands still [mm]."""
+
 
 def kind_of(state: FrameState, deformation: Deformation) -> str:
     """`flashlight`, `touching`, `near` or `untouched`."""
@@ -40,11 +43,8 @@ def resident_mib() -> float:
     return pages * resource.getpagesize() / 2**20
 
 
-STILL_MM = 1e-4
-
-
-def warping(sensor: Sensor, touching: list[tuple[FrameState, Deformation]]) -> dict[str, float]:
-    """Median seconds of new vertices, and median share of cells none of whose vertices moved by more than `STILL_MM`.
+def warping(sensor: Sensor, touching: list[tuple[FrameState, Deformation]]) -> dict[str, float | None]:
+    """Median seconds of new vertices and their checks, and median share of cells that stand still; None without any.
 
     Args:
         sensor: In its scene.
@@ -60,8 +60,8 @@ def warping(sensor: Sensor, touching: list[tuple[FrameState, Deformation]]) -> d
             still.append(float((np.abs(now - before).reshape(cells, -1).max(1) < STILL_MM).mean()))
         before = now
     return {
-        "warping_seconds": round(statistics.median(seconds), 4) if seconds else 0.0,
-        "still_cells": statistics.median(still) if still else 1.0,
+        "warping_seconds": round(statistics.median(seconds), 4) if seconds else None,
+        "still_cells": statistics.median(still) if still else None,
     }
 
 

@@ -167,8 +167,9 @@ def _still_meshes(settings: tuple[str, ...]) -> Rule:
 
     def run(*, anew: bool) -> Array:
         views = [sensor.view(state, sensor.rest) for state in timeline(scene)]
-        if anew and infill is not None:
-            views = [replace(view, body=body.vertices.copy(), infill=infill.vertices.copy()) for view in views]
+        if anew:
+            cells = infill.vertices.copy() if infill is not None else None
+            views = [replace(view, body=body.vertices.copy(), infill=cells) for view in views]
         return np.array([sensor.renderer.radiance(view) for view in views], float)
 
     return Rule(

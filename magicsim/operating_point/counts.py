@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.operating_point.search import CAMERA_NAMES
-from magicsim.operating_point.targets import TARGETS, distances
+from magicsim.operating_point.targets import distances
 
 Rows = Sequence[Mapping[str, Any]]
 SETTLED = (1 / 2, 2 / 3, 5 / 6, 1)
@@ -21,12 +21,11 @@ def counts(rows: Rows, default: Mapping[str, float] | None = None) -> dict[str, 
         default: Quantities of the default sensor, if it was read.
 
     Returns:
-        `settled`: best distance after so many steps; `met`: how many sensors meet each target, whatever becomes of the
-        others; `crosstalk`: mean C near an object in the lowest and the highest third of the crosstalk; `as_near`:
-        distances of those that are at least as near as the default in every quantity.
+        `settled`: best distance after so many steps; `crosstalk`: mean C near an object in the lowest and the highest
+        third of the crosstalk; `as_near`: distances of those that are at least as near as the default in every
+        quantity.
     """
     everything = [each for row in rows for each in row["candidates"]]
-    gone = [distances(each["reading"]["quantities"]) for each in everything]
     place = CAMERA_NAMES.index("crosstalk")
     near = {
         part: [each["reading"]["quantities"]["c_near"] for each in everything if low <= each["camera"][place] <= high]
@@ -36,11 +35,10 @@ def counts(rows: Rows, default: Mapping[str, float] | None = None) -> dict[str, 
     aim = distances(default) if default is not None else None
     return {
         "settled": {end: _best(rows[:end]) for end in ends},
-        "met": {name: sum(each[name] == 0 for each in gone) for name in TARGETS},
         "crosstalk": {part: float(np.mean(values)) if values else None for part, values in near.items()},
         "as_near": None if aim is None else sorted(
-            each["distance"] for each, left in zip(everything, gone, strict=True)
-            if all(abs(left[name]) <= abs(aim[name]) for name in TARGETS)
+            each["distance"] for each in everything
+            if all(abs(left) <= abs(aim[name]) for name, left in distances(each["reading"]["quantities"]).items())
         ),
     }  # fmt: skip
 

@@ -65,24 +65,26 @@ class Candidate:
 def optical_fields(point: Sequence[float]) -> dict[str, object]:
     """Values of a scene's fields at shares of the ranges of `OPTICAL_NAMES`."""
     shares = dict(zip(OPTICAL_NAMES, point, strict=True))
-    fields: dict[str, object] = {CONSTANTS[name].path: CONSTANTS[name].at(shares[name]) for name in OPTICAL}
-    fields[CONSTANTS["wall"].path] = _chosen(WALLS_MM, shares["wall"])
+    fields: dict[str, object] = {CONSTANTS[name].path: constant_at(name, shares[name]) for name in OPTICAL}
     return fields | {path: _chosen(options, shares[name]) for name, (path, options) in CHOICES.items()}
 
 
 def camera_values(point: Sequence[float]) -> dict[str, float]:
     """Values at shares of the ranges of `CAMERA_NAMES`, by name; the reading of S left out."""
     shares = dict(zip(CAMERA_NAMES, point, strict=True))
-    return {name: (CONSTANTS[name] if name in CAMERA else EXTRA[name]).at(shares[name]) for name in (*CAMERA, *EXTRA)}
+    return {name: constant_at(name, shares[name]) for name in (*CAMERA, *EXTRA)}
+
+
+def constant_at(name: str, share: float) -> float:
+    """Value of a constant at a share of its range."""
+    return _chosen(WALLS_MM, share) if name == "wall" else (EXTRA.get(name) or CONSTANTS[name]).at(share)
 
 
 def value_at(name: str, share: float) -> float | str:
     """Value of a constant, or the choice, at a share of its range."""
     if name == "grid_reading":
         return " ".join(_chosen(READINGS, share))
-    if name in CHOICES:
-        return _chosen(CHOICES[name][1], share)
-    return _chosen(WALLS_MM, share) if name == "wall" else (EXTRA.get(name) or CONSTANTS[name]).at(share)
+    return _chosen(CHOICES[name][1], share) if name in CHOICES else constant_at(name, share)
 
 
 def grid_reading(point: Sequence[float]) -> tuple[Polarity, Similarity]:

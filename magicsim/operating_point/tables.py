@@ -44,7 +44,7 @@ def _quantities(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
                 *defaults,
                 f"{found['low']:.2f} to {found['high']:.2f}",
                 f"{found['distance_median']:+.1f}",
-                f"{100 * found['reached_alone']:.0f} %",
+                f"{round(summary['candidates'] * found['reached_alone'])} of {summary['candidates']}",
             ]
         )
     head = [
@@ -76,11 +76,10 @@ def _constants(summary: Mapping[str, Any]) -> str:
 
 
 def _counts(summary: Mapping[str, Any]) -> str:
-    found, total, targets = summary["counts"], summary["candidates"], summary["targets"]
+    found, total = summary["counts"], summary["candidates"]
     settled = ", ".join(f"{_number(best)} after {steps}" for steps, best in found["settled"].items())
     rows = [
         ["best distance, by steps", settled],
-        *([f"sensors that meet: {targets[name]['says']}", f"{met} of {total}"] for name, met in found["met"].items()),
         *(
             [f"mean C near an object, {part} third of the crosstalk", _number(value)]
             for part, value in found["crosstalk"].items()

@@ -13,12 +13,11 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.exposure import Exposure, FloatImage, meter
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.rig import Camera, Rig
+from magicsim.scenes.world import AIR_GAP_MM
 
 Array = npt.NDArray[np.float64]
 FAINT_LEVELS = 0.5
 """What cannot change any pixel by more is left out [grey levels]: rounding to 8 bit does as much."""
-STRIP_MM = 1.0
-"""How far the lights beside the block stand out of it, at most [mm]."""
 
 
 def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig: Rig, untouched: FloatImage) -> bool:
@@ -43,7 +42,7 @@ def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig:
 def brightest_return(gap_mm: float, finish: Finish, design: ElastomerDesign, rig: Rig) -> Array:
     """Bound of the radiance of each channel that a matte object sends back, shape (3,); arguments as above."""
     height = design.height_mm + rig.lens.thickness_mm
-    radius = float(np.linalg.norm([*design.footprint_mm, height])) / 2 + STRIP_MM
+    radius = float(np.linalg.norm([*design.footprint_mm, height])) / 2 + AIR_GAP_MM
     distance = gap_mm + height / 2
     if distance <= radius:
         return np.full(3, np.inf)

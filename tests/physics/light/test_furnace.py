@@ -10,7 +10,7 @@ pytestmark = pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="need
 SMALL = ("design.footprint_mm=[8, 9]", "rig.camera.field_mm=7.5")
 DECLARED: dict[str, str] = {}
 """What a case that cannot be had says instead."""
-TOO_BRIGHT = pytest.mark.xfail(strict=True, reason="rays start a micrometre off a wall: fluence 0.7 % too high")
+TOO_BRIGHT = pytest.mark.xfail(strict=True, reason="fluence 0.7 % too high, maybe since rays start off the wall")
 EXTREME = [pytest.param(case, marks=TOO_BRIGHT) if case == "scattering 10 per mm" else case for case in CASES]
 QUICK = ("default, rest", "default, 1 mm press")
 
