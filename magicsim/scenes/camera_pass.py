@@ -30,6 +30,7 @@ from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.outside import nearer_hit
 from magicsim.scenes.path_record import PathRecord
 from magicsim.scenes.path_starts import PathStarts
+from magicsim.scenes.ray_start import leave
 from magicsim.scenes.shapes import Shapes
 
 ROULETTE_WEIGHT = 1 / 32
@@ -143,7 +144,7 @@ def gather_radiance(
         keep_reflected = dr.minimum(dr.max(weight) * reflectance / ROULETTE_WEIGHT, 1)
         set_aside = active & split & (sampler.next_float32(active) < keep_reflected)
         waiting_weight[set_aside] = weight * reflectance * dr.rcp(dr.maximum(keep_reflected, 1e-9))
-        waiting_ray[set_aside] = si.spawn_ray(si.to_world(reflected))
+        waiting_ray[set_aside] = leave(si, si.to_world(reflected))
         waiting_collisions[set_aside] = collisions
         waiting |= set_aside
         weight[dielectric] *= branch
@@ -154,7 +155,7 @@ def gather_radiance(
         radiance[on_object] += weight * light.on_object(si.prim_index, on_object) * finish.diffuse(si, on_object)
         if environment is not None:
             # The room lights the object from the side that varies most, so it is looked at instead of cached.
-            upward = si.spawn_ray(si.to_world(mi.warp.square_to_cosine_hemisphere(sample2)))
+            upward = leave(si, si.to_world(mi.warp.square_to_cosine_hemisphere(sample2)))
             sky = scene.ray_intersect(upward, on_object)
             seen = on_object & ~sky.is_valid()
             radiance[seen] += weight * environment.eval(sky, seen) * finish.diffuse(si, seen) * dr.pi
@@ -169,7 +170,7 @@ def gather_radiance(
             weight *= value
         outward = mi.Frame3f.cos_theta(local) > 0
         in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
-        spawned = si.spawn_ray(si.to_world(local))
+        spawned = leave(si, si.to_world(local))
         if forward is not None:
             in_body = dr.select(scatter, segment.in_body, in_body)
             spawned.o = dr.select(scatter, ray(way), spawned.o)

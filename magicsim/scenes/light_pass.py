@@ -18,6 +18,7 @@ from magicsim.scenes.light_starts import TURNS, LightStarts
 from magicsim.scenes.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.outside import nearer_hit
+from magicsim.scenes.ray_start import leave
 from magicsim.scenes.recorded_light import LightRecord, take_down
 from magicsim.scenes.shapes import Shapes
 from magicsim.scenes.voxels import Voxels
@@ -176,7 +177,7 @@ def deposit_tracks(
         outward = mi.Frame3f.cos_theta(local) > 0
         arrived = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         in_body = dr.select(scatter, segment.in_body, arrived)
-        spawned = si.spawn_ray(si.to_world(local))
+        spawned = leave(si, si.to_world(local))
         ray.o = dr.select(scatter, ray(way), spawned.o)
         ray.d = dr.select(
             scatter,

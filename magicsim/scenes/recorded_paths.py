@@ -19,6 +19,7 @@ from magicsim.scenes.finish import Finish
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
 from magicsim.scenes.path_starts import MirroredStarts
+from magicsim.scenes.ray_start import leave
 
 Array = npt.NDArray[np.float64]
 Follow = Callable[[MirroredStarts], Array]
@@ -124,7 +125,7 @@ def _mirror(scene: Any, thing: Any, finish: Finish, rays: Any, numbers: Any, see
     weight *= share * dr.opaque(mi.Float, samples)
     survive = dr.minimum(weight / ROULETTE_WEIGHT, 1)
     kept = si.is_valid() & (si.shape == thing) & (sampler.next_float32() < survive)
-    result = si.spawn_ray(si.to_world(direction)), dr.select(kept, weight / survive, 0)
+    result = leave(si, si.to_world(direction)), dr.select(kept, weight / survive, 0)
     dr.eval(result)
     return result
 

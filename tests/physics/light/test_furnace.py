@@ -10,8 +10,6 @@ pytestmark = pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="need
 SMALL = ("design.footprint_mm=[8, 9]", "rig.camera.field_mm=7.5")
 DECLARED: dict[str, str] = {}
 """What a case that cannot be had says instead."""
-TOO_BRIGHT = pytest.mark.xfail(strict=True, reason="fluence 0.7 % too high, maybe since rays start off the wall")
-EXTREME = [pytest.param(case, marks=TOO_BRIGHT) if case == "scattering 10 per mm" else case for case in CASES]
 QUICK = ("default, rest", "default, 1 mm press")
 
 
@@ -32,7 +30,7 @@ def test_small_sensor_keeps_its_light(case):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", EXTREME)
+@pytest.mark.parametrize("case", CASES)
 def test_extreme_sensor_keeps_its_light_or_says_why_not(case):
     if case in DECLARED:
         with pytest.raises(MagicsimError, match=DECLARED[case]):

@@ -5,6 +5,7 @@ import pytest
 
 from magicsim.scenes.backend import VARIANT, dr, mi
 from magicsim.scenes.next_hit import IN_CELL, IN_WALL, next_hit, whereabouts
+from magicsim.scenes.ray_start import leave
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.view import View
 from magicsim.simulation import Sensor
@@ -44,7 +45,7 @@ def continued(si, infill, faces, random):
     local = mi.warp.square_to_cosine_hemisphere(mi.Point2f(random.next_float32(), random.next_float32()))
     local.z = dr.select(outside, local.z, -local.z)
     way = si.to_world(dr.select(turned, local, -si.wi))
-    return si.spawn_ray(way), whereabouts(si, on_wall, mi.Bool(False), outside, faces), on_wall
+    return leave(si, way), whereabouts(si, on_wall, mi.Bool(False), outside, faces), on_wall
 
 
 @pytest.mark.parametrize(
