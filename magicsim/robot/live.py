@@ -10,14 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.face import contact_face, point_spacing_mm
 from magicsim.episode import FrameTruth, SimulatedFrame
 from magicsim.errors import ConfigError
-from magicsim.plan import can_touch
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
-from magicsim.robot.motion import waypoints
-from magicsim.robot.slip import slip_mm, slip_share
+from magicsim.robot.slip import slip_share
+from magicsim.robot.travel import contact_areas_mm2, travel
 from magicsim.robot.workspace import Workspace, bounded
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
@@ -53,7 +51,7 @@ class LiveSensor:
         self.workspace = workspace or Workspace()
         self._darkroom: Darkroom | None = Darkroom(Sensor(bounded(scene, self.workspace)))
         self._frames_per_second = scene.frames_per_second
-        self._area_mm2 = _contact_areas_mm2(self.sensor)
+        self._area_mm2 = contact_areas_mm2(self.sensor)
         self.reset()
 
     def reset(self, *, seed: int | None = None) -> None:
@@ -270,22 +268,8 @@ class LiveSensor:
         self.workspace.check(state)
         if state == self._state:
             return
-        (self._deformation, self._slid_mm), self._state = self._solved(state), state
-
-    def _solved(self, state: FrameState) -> tuple[Deformation, float]:
-        """The equilibrium at the end of a straight way to a state, and the way of slip until then [mm]."""
-        sensor, deformation, slid_mm = self.sensor, self._deformation, self._slid_mm
-        has_friction = sensor.scene.contact.friction > 0
-        reach = sensor.lattice.zone.radius_mm if sensor.lattice.zone is not None else 0.0
-        way = waypoints(self._state, state, has_friction=has_friction, reach_mm=reach)
-        if not way:
-            return sensor.rest, slid_mm
-        if not can_touch(self._state):
-            deformation = sensor.rest
-        for each in way:
-            before, deformation = deformation, sensor.deform(each, deformation)
-            slid_mm += slip_mm(before, deformation, self._area_mm2)
-        return sensor.rest if deformation.is_rest else deformation, slid_mm
+        deformation, slid_mm = travel(sensor, self._state, state, self._deformation, self._area_mm2)
+        self._state, self._deformation, self._slid_mm = state, deformation, self._slid_mm + slid_mm
 
 
 def live_sensor(
@@ -303,9 +287,3 @@ def live_sensor(
         MagicsimError: As `load_scene` and `LiveSensor`.
     """
     return LiveSensor(load_scene(scene, overrides, seed=seed), workspace=workspace)
-
-
-def _contact_areas_mm2(sensor: Sensor) -> npt.NDArray[np.float64]:
-    target = sensor.scene.object
-    spacing = {"point_spacing_mm": point_spacing_mm(target.shape())} if target is not None else {}
-    return contact_face(sensor.lattice, **spacing).area_mm2
