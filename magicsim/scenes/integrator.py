@@ -27,13 +27,13 @@ from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
 
 FloatArray = npt.NDArray[np.float64]
-LIGHT_DEPTH = 400
-"""Longest light path [interactions], and as many more as light needs to diffuse through the block; five times as long
-changes the mean radiance of the default sensor by less than 0.01 %."""
+LIGHT_DEPTH = 2000
+"""Longest light path [interactions], and as many more as light needs to diffuse through the block. Roulette ends those of
+the default sensor before 400; without absorption, around an infill of index 1, a white furnace lacks 0.3 % of them."""
 DIFFUSION = 3.0
 """Collisions to diffuse across a block, in units of its scattering times its reduced scattering depth."""
-CAMERA_DEPTH = 200
-"""Longest camera path [interactions]; four times as long changes the mean radiance by less than 0.01 %."""
+CAMERA_DEPTH = 1000
+"""Longest camera path [interactions]; roulette ends those of the default sensor before 200."""
 FLASHLIGHT_PART = 4
 """A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
 SEEDS_PER_RENDER = 64
