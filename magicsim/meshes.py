@@ -19,7 +19,7 @@ from magicsim.scenes.scene import ContactSettings
 Array = npt.NDArray[np.float64]
 WET_OVERLAP_MM = 0.008
 """How far the object's surface stands out of the skin where they are in optical contact [mm]: more than the
-3 micrometres that the renderer needs to see them as one."""
+3 micrometres that `volpath` needs to see them as one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

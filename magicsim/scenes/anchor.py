@@ -17,7 +17,7 @@ class Anchor:
     A frame with the same seed differs from the cheap rendering only where something changed, so what the cheap image
     differs by from the careful one can be taken off as far as frames share it (see `shared_noise`). The
     fluence behind it is the careful one times a change of local means (see `LightField.anchored`): far less noisy, and
-    biased only where light changes within a cell's width. The careful state has a seed of its own, the same for every
+    biased only where light changes within a few cells. The careful state has a seed of its own, the same for every
     episode: an untouched sensor always looks the same.
     """
 

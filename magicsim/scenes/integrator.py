@@ -29,11 +29,11 @@ from magicsim.scenes.window import Window
 FloatArray = npt.NDArray[np.float64]
 LIGHT_DEPTH = 2000
 """Longest light path [interactions], and as many more as light needs to diffuse through the block. Roulette ends those of
-the default sensor before 400; without absorption, around an infill of index 1, a white furnace lacks 0.3 % of them."""
+the default sensor before 400; so short, they leave the white furnace of an infill of index 1 0.3 % too dark."""
 DIFFUSION = 3.0
 """Collisions to diffuse across a block, in units of its scattering times its reduced scattering depth."""
-CAMERA_DEPTH = 1000
-"""Longest camera path [interactions]; roulette ends those of the default sensor before 200."""
+CAMERA_DEPTH = 200
+"""Longest camera path [interactions], below `path_record.STEPS`; roulette ends those of the default sensor before."""
 FLASHLIGHT_PART = 4
 """A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
 SEEDS_PER_RENDER = 64

@@ -7,7 +7,9 @@ import pytest
 
 from magicsim.scenes.backend import VARIANT
 from magicsim.scenes.finish import Finish
+from magicsim.scenes.integrator import CAMERA_DEPTH
 from magicsim.scenes.light_field import LightField
+from magicsim.scenes.path_record import STEPS
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.shapes import lights
 from magicsim.scenes.timeline import timeline
@@ -93,6 +95,10 @@ def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
 
 def blocks(image):
     return image.reshape(4, 7, 4, 6, 3).mean((1, 3))
+
+
+def test_every_interaction_of_a_path_has_a_number_of_its_own():
+    assert CAMERA_DEPTH < STEPS
 
 
 def test_mirrored_paths_are_none_without_a_mirror():
