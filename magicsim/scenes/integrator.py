@@ -28,8 +28,8 @@ from magicsim.scenes.window import Window
 
 FloatArray = npt.NDArray[np.float64]
 LIGHT_DEPTH = 2000
-"""Longest light path [interactions], and as many more as light needs to diffuse through the block. Roulette ends those of
-the default sensor before 400; so short, they leave the white furnace of an infill of index 1 0.3 % too dark."""
+"""Longest light path [interactions], and as many more as light needs to diffuse through the block. Roulette ends those
+of the default sensor before 400; so short, they leave the white furnace of an infill of index 1 0.3 % too dark."""
 DIFFUSION = 3.0
 """Collisions to diffuse across a block, in units of its scattering times its reduced scattering depth."""
 CAMERA_DEPTH = 200
