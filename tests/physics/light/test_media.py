@@ -39,10 +39,10 @@ def means(scene, turns):
     return np.mean(found, 0), np.std(found, 0, ddof=1) / np.sqrt(turns)
 
 
-def compare(small_scene, overrides, *, particles, samples):
+def compare(small_scene, overrides, *, particles, samples, images=4):
     """Relative difference of the channels' means from those by path tracing, and its standard error."""
     ours, error = means(
-        small_scene("near", *TINY, *overrides, "render.samples=32", f"render.particles={particles}"), turns=4
+        small_scene("near", *TINY, *overrides, "render.samples=32", f"render.particles={particles}"), turns=images
     )
     theirs, path_error = means(
         small_scene("near", *TINY, *overrides, "render.estimator=path", f"render.samples={samples}"), turns=6
@@ -60,7 +60,7 @@ def test_mean_radiance_is_that_of_path_tracing(case, small_scene):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_mean_radiance_is_that_of_path_tracing_within_one_percent(case, small_scene):
-    difference, noise = compare(small_scene, CASES[case], particles=1_000_000, samples=1024)
+    difference, noise = compare(small_scene, CASES[case], particles=1_000_000, samples=1024, images=12)
     assert noise.max() < 0.005
     assert (np.abs(difference) < 0.01).all(), f"differ by {difference}, standard error {noise}"
 
