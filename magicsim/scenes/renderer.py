@@ -8,6 +8,7 @@ import numpy as np
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.anchor import Anchor
+from magicsim.scenes.anchored_image import REACH_PX, anchored_image
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
@@ -16,7 +17,6 @@ from magicsim.scenes.plain_renderer import FloatImage, PlainRenderer, checked, l
 from magicsim.scenes.reach import is_out_of_reach
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
-from magicsim.scenes.shared_noise import REACH_PX, without_shared_noise
 from magicsim.scenes.untouched import Recorded, UntouchedState, UntouchedStates, untouched_key
 from magicsim.scenes.view import View
 from magicsim.scenes.window import Window
@@ -86,7 +86,7 @@ class Renderer(PlainRenderer):
             fields[name] = fields[name].anchored(anchor.cheap[name], anchor.careful[name], counts, voxels)
         field = total([integrator.darkness(world.scene), *fields.values()])
         image = self._gather(world, field, self.settings.samples, self.seed, read=self._wide_film)
-        clean = without_shared_noise(image, *(self._around.of(rest) for rest in (anchor.cheap_image, anchor.image)))
+        clean = anchored_image(image, *(self._around.of(rest) for rest in (anchor.cheap_image, anchor.image)))
         return np.asarray(window.within(self._around).of(clean))
 
     def _within_reach(self, view: View) -> View:

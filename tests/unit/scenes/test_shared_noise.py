@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from magicsim.scenes.shared_noise import REACH_PX, without_shared_noise
+from magicsim.scenes.shared_noise import change_and_noise
 
 SHAPE = (60, 50, 3)
 RNG_SEED = 7
+SIGMA = 0.1
 
 
 def noise(rng):
-    return rng.normal(scale=0.1, size=SHAPE)
+    return rng.normal(scale=SIGMA, size=SHAPE)
 
 
 def images(*arrays):
@@ -22,31 +23,51 @@ def rng():
     return np.random.default_rng(RNG_SEED)
 
 
-def test_untouched_frame_is_the_careful_image(rng):
+def test_untouched_frame_has_no_change_and_no_noise(rng):
     careful = 1 + 0.3 * rng.random(SHAPE)
     cheap = careful + noise(rng)
-    found = without_shared_noise(*images(cheap, cheap, careful))
-    np.testing.assert_allclose(found, careful, atol=1e-6)
+    change, variance = change_and_noise(*images(cheap, cheap, careful))
+    np.testing.assert_allclose(change, 0, atol=1e-6)
+    np.testing.assert_allclose(variance, 0, atol=1e-6)
 
 
 def test_frame_without_noise_in_the_untouched_images_stays(rng):
-    careful, now = 1 + rng.random(SHAPE), 1 + rng.random(SHAPE)
-    np.testing.assert_array_equal(without_shared_noise(*images(now, careful, careful)), now.astype(np.float32))
+    now, careful = images(1 + rng.random(SHAPE), 1 + rng.random(SHAPE))
+    change, variance = change_and_noise(now, careful, careful)
+    np.testing.assert_array_equal(change, now.astype(np.float64) - careful)
+    assert not variance.any()
 
 
 def test_foreign_noise_grows_by_less_than_a_hundredth(rng):
     # A plain control variate doubles its variance.
     careful, own = np.ones(SHAPE), noise(rng)
-    found = without_shared_noise(*images(careful + own, careful + noise(rng), careful))
-    assert np.var(found) < 1.01 * np.var(own)
+    change, variance = change_and_noise(*images(careful + own, careful + noise(rng), careful))
+    assert np.var(change) < 1.01 * np.var(own)
+    assert variance.mean() == pytest.approx(3 * SIGMA**2, rel=0.05)
 
 
 @pytest.mark.parametrize("correlation", [0.5, 0.8])
-def test_shared_part_is_taken_off(rng, correlation):
+def test_shared_part_is_taken_off_and_the_rest_is_told(rng, correlation):
     careful, shared = np.ones(SHAPE), noise(rng)
     now = careful + correlation * shared + np.sqrt(1 - correlation**2) * noise(rng)
-    found = without_shared_noise(*images(now, careful + shared, careful))
-    assert np.var(found) == pytest.approx((1 - correlation**2) * np.var(shared), rel=0.03)
+    change, variance = change_and_noise(*images(now, careful + shared, careful))
+    assert np.var(change) == pytest.approx((1 - correlation**2) * np.var(shared), rel=0.03)
+    assert variance.mean() == pytest.approx(3 * np.var(change), rel=0.1)
+
+
+@pytest.mark.parametrize(("level", "told"), [(0.2, 0.04), (1.0, 1.0), (5.0, 1.0)])
+def test_darker_frames_have_less_noise_and_brighter_ones_are_not_taken_for_noisier(rng, level, told):
+    careful = np.ones(SHAPE)
+    variance = change_and_noise(*images(level * (careful + noise(rng)), careful + noise(rng), careful))[1]
+    # Where all of the light changes, chance lets frames seem to share some noise, and less is told.
+    assert 0.6 < variance.mean() / (3 * told * SIGMA**2) < 1.05
+
+
+def test_dimmed_frame_with_all_of_the_noise_is_told_to_have_little(rng):
+    careful = np.ones(SHAPE)
+    cheap = careful + noise(rng)
+    variance = change_and_noise(*images(0.2 * cheap, cheap, careful))[1]
+    assert variance.mean() < 0.25 * 3 * (0.2 * SIGMA) ** 2
 
 
 def test_a_change_far_greater_than_the_noise_keeps_its_mean(rng):
@@ -55,14 +76,7 @@ def test_a_change_far_greater_than_the_noise_keeps_its_mean(rng):
     found = []
     for _ in range(400):
         shared = noise(rng)
-        found.append(without_shared_noise(*images(careful + change + shared, careful + shared, careful)))
+        found.append(change_and_noise(*images(careful + change + shared, careful + shared, careful))[0])
     error = np.std(found, axis=0)[25:35, 20:30].mean() / np.sqrt(400)
     block = np.mean(found, axis=0)[25:35, 20:30]
-    assert abs(block.mean() - 3) < 4 * error / np.sqrt(block.size / 3)
-
-
-def test_crop_with_its_margin_is_the_crop_of_the_whole(rng):
-    whole = images(*(1 + noise(rng) for _ in range(3)))
-    part = [image[3:, 5:] for image in whole]
-    inner = without_shared_noise(*part)[REACH_PX:, REACH_PX:]
-    np.testing.assert_array_equal(inner, without_shared_noise(*whole)[3 + REACH_PX :, 5 + REACH_PX :])
+    assert abs(block.mean() - 2) < 4 * error / np.sqrt(block.size / 3)
