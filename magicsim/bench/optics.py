@@ -127,8 +127,7 @@ def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[
     due = 4 * np.pi * infill**2
     even = replace(field, fluence=np.full_like(field.fluence, due))
     if integrator.voxels is not None:
-        volumes = integrator.voxels.body_part(world.scene, shapes).volumes_mm3
-        held = np.where(np.isfinite(volumes), volumes, 0.0)[:, None]
+        held = integrator.held_mm3(world.scene)
         even = replace(even, body=np.broadcast_to(4 * np.pi * media.body.ior**2 * held, field.body.shape))
     image = np.array(integrator.gather(world.scene, even, samples=scene.render.samples, seed=seed))
     mirrored = ((media.body.ior - 1) / (media.body.ior + 1)) ** 2

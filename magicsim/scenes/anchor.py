@@ -25,3 +25,5 @@ class Anchor:
     careful: dict[str, LightField]
     cheap_image: FloatImage
     image: FloatImage
+    held_mm3: npt.NDArray[np.float64]
+    """Volume of the body in each voxel, shape (voxels, 1); 1 where the body is clear."""

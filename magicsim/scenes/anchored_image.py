@@ -14,7 +14,7 @@ def anchored_image(now: FloatImage, cheap: FloatImage, careful: FloatImage) -> F
     """The careful image and the change that a frame shows, less shared noise, as far as it stands out of its own.
 
     A press changes much in a few pixels and next to nothing in most of them, where the frame's noise would otherwise be
-    all that differs from rest. Local means are kept; detail fainter than the noise is not.
+    all that differs from rest. Local means are kept; detail fainter than noise at rest is not.
 
     Args:
         now: Radiance of the frame, shape (rows, columns, 3).

@@ -141,6 +141,12 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             for number, name in enumerate(tracks)
         }
 
+    def held_mm3(self, scene: Any) -> FloatArray:
+        """Volume of the body in each voxel, shape (voxels, 1), 0 where it is next to nothing; 1 where it is clear."""
+        if self.voxels is None:
+            return np.ones((1, 1))
+        return self.voxels.body_part(scene, self.inventory.shapes(scene)).held_mm3[:, None]
+
     def _tracks(
         self, scene: Any, shapes: Shapes, name: str, particles: int, seed: int, outside: Outside | None
     ) -> Tracks:
@@ -267,7 +273,8 @@ def _flat(values: FloatArray) -> Any:
 
 
 def _body_field(voxels: Voxels, part: BodyPart, field: LightField) -> VoxelField:
-    fluence = field.body / part.volumes_mm3[:, None]
+    held = part.held_mm3[:, None]
+    fluence = np.divide(field.body, held, out=np.zeros_like(field.body), where=held > 0)
     slopes, inner = np.zeros((len(fluence), 3, 3)), voxels.inner
     slopes[inner] = cell_slopes(fluence[inner], part.centres_mm[inner], voxels.inner_counts)
     values = Piecewise(values=_flat(fluence), slopes=_flat(slopes), centres=_flat(part.centres_mm))

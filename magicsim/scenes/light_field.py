@@ -26,21 +26,26 @@ class LightField:
     irradiance: Array
     """Irradiance of each of the object's triangles and channel, shape (triangles, 3)."""
 
-    def anchored(self, cheap: Self, careful: Self, counts: Counts | None, voxels: Counts | None) -> "LightField":
+    def anchored(
+        self, cheap: Self, careful: Self, counts: Counts | None, voxels: Counts | None, growth: Array | float = 1.0
+    ) -> "LightField":
         """The careful field, changed as much as this one differs from it, less the noise shared with the cheap one.
 
         What changes fluence from cell to cell is scattering over a free path of several cells, so the change is taken
         between local means: noise falls several times, and a field that equals the cheap one gives the careful one.
+        What was dark takes this field's own light.
 
         Args:
             cheap: The untouched state with this field's seed and particles.
             careful: The untouched state with many particles.
             counts: Cells along x, y and z, or None without a grid.
             voxels: Voxels of the body along x, y and z, or None where it does not scatter.
+            growth: What each voxel holds of the body over what it held when untouched, shape (voxels, 1): a voxel that
+                is squeezed empty is not a dark one.
         """
         return LightField(
             fluence=_carried_over(self.fluence, cheap.fluence, careful.fluence, counts),
-            body=_carried_over(self.body, cheap.body, careful.body, voxels),
+            body=_carried_over(self.body, growth * cheap.body, growth * careful.body, voxels),
             irradiance=self.irradiance,
         )
 
@@ -52,7 +57,7 @@ def _carried_over(now: Array, cheap: Array, careful: Array, counts: Counts | Non
     clean = local_mean(now - _share(now - careful, noise, careful) * noise, counts)
     before = local_mean(careful, counts)
     change = np.divide(clean, before, out=np.ones_like(now), where=before > 0)
-    return np.asarray(careful * np.maximum(change, 0))
+    return np.where(careful > 0, careful * np.maximum(change, 0), now)
 
 
 def _share(change: Array, noise: Array, level: Array) -> float:

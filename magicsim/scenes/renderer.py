@@ -82,8 +82,9 @@ class Renderer(PlainRenderer):
         counts = self.elastomer.grid.counts if self.elastomer.grid is not None else None
         voxels = integrator.voxels.counts if integrator.voxels is not None else None
         fields = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
+        growth = _ratio(integrator.held_mm3(world.scene), anchor.held_mm3)
         for name in fields.keys() & anchor.careful.keys():
-            fields[name] = fields[name].anchored(anchor.cheap[name], anchor.careful[name], counts, voxels)
+            fields[name] = fields[name].anchored(anchor.cheap[name], anchor.careful[name], counts, voxels, growth)
         field = total([integrator.darkness(world.scene), *fields.values()])
         image = self._gather(world, field, self.settings.samples, self.seed, read=self._wide_film)
         clean = anchored_image(image, *(self._around.of(rest) for rest in (anchor.cheap_image, anchor.image)))
@@ -184,6 +185,7 @@ class Renderer(PlainRenderer):
                 careful=careful.fields,
                 cheap_image=self._gather(world, field, self.settings.samples, self.seed, read=self._whole_film),
                 image=careful.image,
+                held_mm3=integrator.held_mm3(world.scene),
             )
         return self._anchor
 
@@ -202,3 +204,8 @@ class Renderer(PlainRenderer):
             state = UntouchedState(fields=fields, image=image)
             self._untouched.keep(key, state)
         return state
+
+
+def _ratio(now: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """What is 0 before stays 0."""
+    return np.asarray(np.divide(now, before, out=np.zeros_like(now), where=before > 0))

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from magicsim.scenes.wiener import local_mean
+from magicsim.scenes.wiener import detail, local_mean
 
 FloatImage = npt.NDArray[np.float32]
 Array = npt.NDArray[np.float64]
@@ -17,16 +17,17 @@ SPREAD_PX = 6.0
 REACH_PX = 12
 """Largest distance of a neighbour along columns and rows [px]."""
 NOISE_SPREAD_PX = 3.0
-"""Standard deviation of the mean of squared noise [px]."""
+"""Standard deviation of the mean of squared noise [px]: wider than edges, which a press moves, are apart from it."""
 NOISE_REACH_PX = 6
 
 
 def change_and_noise(now: FloatImage, cheap: FloatImage, careful: FloatImage) -> tuple[Array, Array]:
     """How a frame differs from the untouched sensor, less the noise that both share, and how noisy that still is.
 
-    The share is the linear regression of the frame on that noise over the channels of all neighbours. A pixel's own
-    values are left out, so that its own noise does not choose its share: the mean stays as it is (a control variate
-    with a coefficient that is independent of what it multiplies). Every pixel sums in one order: crops are exact.
+    The share is the linear regression of the frame on that noise over all neighbours, with a constant for each channel.
+    A pixel's own values are left out, so that its own noise does not choose its share: the mean stays as it is (a
+    control variate with a coefficient that is independent of what it multiplies). Every pixel sums in one order: crops
+    are exact.
 
     Args:
         now: Radiance of the frame, shape (rows, columns, 3).
@@ -34,14 +35,14 @@ def change_and_noise(now: FloatImage, cheap: FloatImage, careful: FloatImage) ->
         careful: The untouched sensor with many samples, of the same shape.
 
     Returns:
-        The change, shape (rows, columns, 3), and the variance of its noise, summed over the channels, shape (rows,
-        columns, 1). That takes a frame to be as noisy as the untouched sensor for the light that it gets, never more.
+        The change and the variance of its noise in detail (see `wiener.detail`), both of that shape. The variance takes
+        a frame to be as noisy as the untouched sensor for the light that it gets, never more.
     """
     noise = cheap.astype(np.float64) - careful
     changed = now.astype(np.float64) - careful
-    shared, squared = _of_neighbours(changed * noise), _of_neighbours(noise**2)
+    shared, squared = _covariance(changed, noise), _covariance(noise, noise)
     share = np.clip(np.divide(shared, squared, out=np.zeros_like(shared), where=squared > 0), 0, 1)
-    variance = local_mean((noise**2).sum(2, keepdims=True), NOISE_SPREAD_PX, NOISE_REACH_PX)
+    variance = local_mean(detail(noise) ** 2, NOISE_SPREAD_PX, NOISE_REACH_PX)
     before, after = (
         local_mean(image.sum(2, keepdims=True, dtype=np.float64), NOISE_SPREAD_PX, NOISE_REACH_PX)
         for image in (careful, now)
@@ -50,14 +51,21 @@ def change_and_noise(now: FloatImage, cheap: FloatImage, careful: FloatImage) ->
     return changed - share * noise, variance * np.maximum(level**2 - share**2, 0)
 
 
+def _covariance(one: Array, other: Array) -> Array:
+    """Over the neighbours of each pixel, summed over the channels, shape (rows, columns, 1)."""
+    each = _of_neighbours(one * other) - _of_neighbours(one) * _of_neighbours(other)
+    return np.asarray(each.sum(2, keepdims=True))
+
+
 def _of_neighbours(values: Array) -> Array:
-    """Weighted sum over channels and pixels around each, without itself, shape (rows, columns, 1)."""
-    flat = values.sum(2)
-    around = gaussian_filter(flat, SPREAD_PX, mode="nearest", radius=REACH_PX)
-    return np.asarray(around - _own_weight() * flat)[:, :, None]
+    """Weighted mean over the pixels around each, without itself, in every channel."""
+    own = _own_weight()
+    # Mirrored at the border, which the mean then does not count again.
+    around = gaussian_filter(values, SPREAD_PX, mode="mirror", radius=REACH_PX, axes=(0, 1))
+    return np.asarray((around - own * values) / (1 - own))
 
 
 def _own_weight() -> float:
     pulse = np.zeros(2 * REACH_PX + 1)
     pulse[REACH_PX] = 1
-    return float(gaussian_filter1d(pulse, SPREAD_PX, mode="nearest", radius=REACH_PX)[REACH_PX]) ** 2
+    return float(gaussian_filter1d(pulse, SPREAD_PX, radius=REACH_PX)[REACH_PX]) ** 2

@@ -29,8 +29,8 @@ LEAST_SHARE = 0.02
 class BodyPart:
     """What voxels hold of the body in one state."""
 
-    volumes_mm3: Array
-    """Volume, shape (voxels,) [mm3]; infinite where it is next to nothing."""
+    held_mm3: Array
+    """Volume, shape (voxels,) [mm3]; 0 where it is next to nothing."""
     centres_mm: Array
     """Centroid, shape (voxels, 3) [mm]."""
 
@@ -90,8 +90,8 @@ class Voxels:
         known = points > LEAST_SHARE * per_voxel
         centres = np.stack(sums, 1) / np.maximum(points, 1)[:, None]
         centres[~known] = np.stack([np.array(axis).reshape(-1, per_voxel).mean(1) for axis in position], 1)[~known]
-        volumes = np.where(known, points / per_voxel * np.prod(self.size_mm), np.inf)
-        return BodyPart(volumes_mm3=volumes, centres_mm=centres)
+        held = np.where(known, points / per_voxel * np.prod(self.size_mm), 0.0)
+        return BodyPart(held_mm3=held, centres_mm=centres)
 
 
 def body_voxels(elastomer: Elastomer, inset_mm: float) -> Voxels:

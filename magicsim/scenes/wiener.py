@@ -2,6 +2,7 @@
 
 Local means stay. What is left of them is weighted by its share of signal in the local energy (Lee 1980,
 doi:10.1109/TPAMI.1980.4766994), found twice: from the noisy detail, then from the detail that the first weights kept.
+One weight serves all channels, each of which counts in units of its own noise.
 """
 
 import numpy as np
@@ -21,20 +22,26 @@ def filtered(image: Array, variance: Array) -> Array:
     """The image with detail weighted down where it is not more than noise.
 
     Args:
-        image: Shape (rows, columns, channels); the weights are the same for all channels.
-        variance: Of the noise, summed over channels, shape (rows, columns, 1); 0 leaves a pixel as it is.
+        image: Shape (rows, columns, channels).
+        variance: Of the noise in the image's detail, of the same shape; a value of 0 leaves a channel as it is.
 
     Returns:
-        Shape (rows, columns, channels).
+        Of the same shape.
     """
-    mean = local_mean(image, SPREAD_PX, REACH_PX)
-    detail = image - mean
-    seen = _energy(detail)
-    first = np.divide(seen - variance, seen, out=np.zeros_like(seen), where=seen > variance)
-    signal = _energy(first * detail)
-    found = signal + variance
-    weight = np.divide(signal, found, out=np.ones_like(signal), where=variance > 0)
-    return mean + weight * detail
+    fine = detail(image)
+    is_noisy = variance > 0
+    units = np.divide(fine, np.sqrt(variance), out=np.zeros_like(fine), where=is_noisy)
+    noise = is_noisy.sum(2, keepdims=True)
+    seen = _energy(units)
+    first = np.divide(seen - noise, seen, out=np.zeros_like(seen), where=seen > noise)
+    signal = _energy(first * units)
+    weight = np.divide(signal, signal + noise, out=np.ones_like(signal), where=noise > 0)
+    return np.where(is_noisy, image - (1 - weight) * fine, image)
+
+
+def detail(image: Array) -> Array:
+    """What an image differs by from its local means, shape (rows, columns, channels)."""
+    return image - local_mean(image, SPREAD_PX, REACH_PX)
 
 
 def local_mean(image: Array, spread_px: float, reach_px: int) -> Array:
@@ -48,6 +55,6 @@ def local_mean(image: Array, spread_px: float, reach_px: int) -> Array:
     return np.asarray(gaussian_filter(image, spread_px, mode="nearest", radius=reach_px, axes=(0, 1)))
 
 
-def _energy(detail: Array) -> Array:
+def _energy(fine: Array) -> Array:
     """Local mean of the square, summed over channels, shape (rows, columns, 1)."""
-    return local_mean((detail**2).sum(2, keepdims=True), SPREAD_PX, REACH_PX)
+    return local_mean((fine**2).sum(2, keepdims=True), SPREAD_PX, REACH_PX)

@@ -1,5 +1,7 @@
 """Anchored frames: unbiased, and still where nothing changed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,6 +27,37 @@ def test_anchor_changes_no_mean(small_scene, name):
     view = sensor.view(timeline(scene)[0], sensor.rest)
     anchored, plain = sensor.renderer.radiance(view), sensor.renderer.plain_radiance(view)
     np.testing.assert_allclose(anchored.mean((0, 1)), plain.mean((0, 1)), rtol=0.02)
+
+
+def blocks(image):
+    return image.reshape(8, 8, 6, 8, 3).mean((1, 3))
+
+
+def test_anchor_changes_no_mean_of_a_pressed_frame(small_scene):
+    # Noise of the plain images alone makes blocks of 8 x 8 pixels differ by 1 % rms.
+    found = []
+    for seed in (1, 2):
+        scene = small_scene("pressed", *ANCHOR, "render.particles=200000", "render.samples=32", seed=seed)
+        sensor, state = Sensor(scene), timeline(scene)[0]
+        view = sensor.view(state, sensor.deform(state, sensor.rest))
+        found.append([sensor.renderer.radiance(view), sensor.renderer.plain_radiance(view, turn=10 + seed)])
+    anchored, plain = np.mean(found, 0)
+    np.testing.assert_allclose(anchored.mean((0, 1)), plain.mean((0, 1)), rtol=0.01)
+    assert np.sqrt(((blocks(anchored) / blocks(plain) - 1) ** 2).mean()) < 0.03
+
+
+def test_light_of_a_squeezed_scattering_body_is_carried_over_per_volume(small_scene):
+    # Carried over as what its voxels hold, the image would be 8 % darker.
+    hazy = (
+        "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28",
+        "object.radius_mm=3", "design.materials.body.sigma_s_per_mm=0.6", "design.materials.infill.sigma_s_per_mm=0",
+        "render.particles=200000", "render.samples=32",
+    )  # fmt: skip
+    scene = small_scene("pressed", *ANCHOR, *hazy)
+    sensor, state = Sensor(scene), replace(timeline(scene)[0], gap_mm=-2.5)
+    view = sensor.view(state, sensor.deform(state, sensor.rest))
+    plain = np.mean([sensor.renderer.plain_radiance(view, turn=turn) for turn in (1, 2)], 0)
+    np.testing.assert_allclose(sensor.renderer.radiance(view).mean(), plain.mean(), rtol=0.025)
 
 
 def test_preparations_change_no_frame(small_scene):

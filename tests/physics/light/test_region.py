@@ -24,12 +24,22 @@ def test_region_is_the_crop_of_the_whole_frame(small_scene, state):
         np.testing.assert_array_equal(other.contact_mask, one.contact_mask[20:50, 9:33])
 
 
-def test_region_under_a_distorting_lens_is_the_crop_to_rounding(small_scene):
+def test_region_far_from_the_border_is_the_crop_of_a_pressed_frame(small_scene):
+    # More than what an anchored pixel looks at stays outside, on every side.
+    large = ("rig.camera.columns=80", "rig.camera.rows=96", "rig.camera.field_mm=7")
+    region = "rig.camera.region_px=[32, 40, 16, 16]"
+    whole = frames(small_scene, *large, state="pressed")
+    part = frames(small_scene, *large, region, state="pressed")
+    np.testing.assert_array_equal(part[-1].image, whole[-1].image[40:56, 32:48])
+
+
+@pytest.mark.parametrize("state", ["near", "pressed"])
+def test_region_under_a_distorting_lens_is_the_crop_to_rounding(small_scene, state):
     lens = (
         "rig.camera.distortion=[-0.1,0.01,0.002,0.001,0]", "rig.camera.vignetting=0.3",
         "rig.camera.principal_offset_px=[2,-3]",
     )  # fmt: skip
-    whole, part = frames(small_scene, *lens), frames(small_scene, *lens, REGION)
+    whole, part = frames(small_scene, *lens, state=state), frames(small_scene, *lens, REGION, state=state)
     difference = whole[-1].image[20:50, 9:33].astype(int) - part[-1].image
     assert np.abs(difference).max() <= 1
     assert (difference != 0).mean() < 0.01

@@ -64,11 +64,35 @@ def test_change_is_kept_in_the_mean(careful):
     assert np.mean(found) == pytest.approx(truth.mean(), rel=0.003)
 
 
-def test_dark_cells_stay_as_they_were(careful):
+def test_dark_cells_take_the_light_that_they_get(careful):
     dark = np.zeros_like(careful)
-    anchored = light(dark).anchored(light(dark), light(dark), COUNTS, None)
-    np.testing.assert_array_equal(anchored.fluence, dark)
-    assert np.isfinite(light(careful).anchored(light(dark), light(dark), COUNTS, None).fluence).all()
+    np.testing.assert_array_equal(light(dark).anchored(light(dark), light(dark), COUNTS, None).fluence, dark)
+    np.testing.assert_array_equal(light(careful).anchored(light(dark), light(dark), COUNTS, None).fluence, careful)
+
+
+def test_squeezed_voxels_are_as_bright_as_before(careful):
+    random = np.random.default_rng(1)
+    held = np.ones((CELLS, 1))
+    held[100:140] = 0.2
+    cheap = noisy(careful, random)
+    fields = [
+        LightField(fluence=careful, body=body, irradiance=np.zeros((1, 3))) for body in (held * cheap, cheap, careful)
+    ]
+    body = fields[0].anchored(fields[1], fields[2], None, COUNTS, held).body
+    np.testing.assert_allclose(body, held * careful, rtol=1e-9)
+
+
+def test_half_of_a_noise_that_is_shared_in_half_is_taken_off(careful):
+    # Half of the variance is common to both, so the best share is the correlation, and 1 - 1/4 of the variance stays.
+    random, errors = np.random.default_rng(1), []
+    for _ in range(40):
+        common, own, other = (np.sqrt(careful) * NOISE * random.standard_normal(careful.shape) for _ in range(3))
+        now, cheap = (careful + np.sqrt(0.5) * (common + each) for each in (own, other))
+        alone = light(now).anchored(light(careful), light(careful), COUNTS, None).fluence
+        both = light(now).anchored(light(cheap), light(careful), COUNTS, None).fluence
+        errors.append([np.mean((field - careful) ** 2) for field in (both, alone)])
+    both, alone = np.mean(errors, 0)
+    assert both / alone == pytest.approx(0.75, abs=0.03)
 
 
 def test_without_a_grid_the_careful_field_stands(careful):
