@@ -123,7 +123,7 @@ def table(effects: list[OptionEffect], base: str, frames: dict[str, int]) -> lis
         cells = [
             changed,
             " / ".join(f"{value:.2f}" for value in one.medians["entropy"].values()),
-            " / ".join(f"{value:.2f}" for value in one.medians["correlation"].values()),
+            " / ".join(f"{value:z.2f}" for value in one.medians["correlation"].values()),
             " / ".join(f"{value:.3f}" for value in one.medians["similarity"].values()),
             pair(one.proximity_accuracy, one.contact_accuracy),
             pair(one.refitted_proximity_accuracy, one.refitted_contact_accuracy),
