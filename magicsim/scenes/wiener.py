@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter
 
 Array = npt.NDArray[np.float64]
 SPREAD_PX = 1.5
-"""Standard deviation of local means and energies [px]: from 1 to 3 px frames pressed 1 mm differ in error by 1.5 %."""
+"""Standard deviation of local means and energies [px]: from 1 to 3 px frames pressed 1 mm differ in error by 1 %."""
 REACH_PX = 3
 """Largest distance of a neighbour in one mean, along columns and rows [px]."""
 MARGIN_PX = 3 * REACH_PX

@@ -34,7 +34,7 @@ def blocks(image):
 
 
 def test_anchor_changes_no_mean_of_a_pressed_frame(small_scene):
-    # Noise of the plain images alone makes blocks of 8 x 8 pixels differ by 1 % rms.
+    # Blocks of 8 x 8 pixels differ by 2.7 % rms, of which noise explains 1.9 %; the filter of details adds nothing.
     found = []
     for seed in (1, 2):
         scene = small_scene("pressed", *ANCHOR, "render.particles=200000", "render.samples=32", seed=seed)
