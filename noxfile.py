@@ -17,6 +17,13 @@ def tests(session: nox.Session) -> None:
 
 
 @nox.session
+def browser(session: nox.Session) -> None:
+    """The explorer of sweeps in a real browser, which the machine has to have: Chromium or Chrome."""
+    session.install("-e", ".[test]", "playwright")
+    session.run("pytest", "-m", "slow", "tests/unit/sweep/test_explorer_browser.py")
+
+
+@nox.session
 def types(session: nox.Session) -> None:
     """Lint, format and types."""
     session.install("-e", ".[test,dev]")

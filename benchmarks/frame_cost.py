@@ -22,7 +22,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.plan import plan_scene
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 STILL_MM = 1e-4
 """A cell none of whose vertices moved by more stands still [mm]."""

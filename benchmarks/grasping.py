@@ -26,7 +26,8 @@ from magicsim.detectors.combined import judge
 from magicsim.geometry.objects import parse_object
 from magicsim.scenes.scene import Keyframe, SceneConfig, load_scene
 from magicsim.scenes.untouched import shared_states
-from magicsim.simulation import Sensor, simulate_with
+from magicsim.sensor import Sensor
+from magicsim.simulation import simulate_with
 
 OBJECTS = (
     "sphere:radius_mm={size}", "cylinder:radius_mm={size},length_mm=14,axis=y,edge_radius_mm=0.5",

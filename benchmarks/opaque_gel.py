@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 SAMPLES = 64
 DEPTH = 6

@@ -31,7 +31,7 @@ from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.scenes.untouched import UntouchedStates
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 Images = npt.NDArray[np.float32]
 SEEDS = 4

@@ -49,7 +49,7 @@ DOMES_MM, SKINS_MM, CORE_MM = (2.0, 4.0), (0.3, 0.6, 0.8), 5.0
 """Diameters of the domed cylinders, skins, core."""
 SHEARS = ((1.2, 1.0), (1.6, 1.5))
 """(Depth, shear) of the domed cylinder of 6 mm on a skin of 0.3 mm [mm]."""
-SHEAR_SKIN_MM, SHEAR_STEPS = 0.3, 5
+SHEAR_STEPS = 5
 RESOLVED_MARGIN_MM, RESOLVED_GROWTH = 0.85, 2.2
 NOMINAL = Setting(body_mpa=1.523, infill_mpa=0.0157, wall_mm=0.1)
 """Moduli from `calibrate_moduli.py --wall 0.1`: 33.24 and 17.06 A."""

@@ -10,7 +10,7 @@ LAYERS = (
     (("cli",), "one function a command"),
     (("dataset", "sweep", "evaluate", "fit", "robot", "report", "bench"), "datasets, judgements, devices, figures"),
     (("workers",), "tasks on many processes"),
-    (("simulation", "truth", "episode"), "labelled frames"),
+    (("simulation", "sensor", "truth", "episode"), "labelled frames"),
     (("plan",), "what a scene needs, and what is left out"),
     (("scenes",), "light and camera: radiance, 8-bit frames"),
     (("deform",), "lattice and contact: displacements, forces"),

@@ -13,7 +13,7 @@ from magicsim.plan import can_touch
 from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 STATES = {"rest": "at rest", "near": "ball 1 mm away", "pressed": "pressed 1 mm", "flashlight": "flashlight"}
 QUALITY = ("render.samples=16", "render.particles=300000")

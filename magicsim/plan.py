@@ -150,8 +150,8 @@ def _why_no_solve(frame: FramePlan) -> str:
 
 
 def _scatters(scene: SceneConfig) -> bool:
-    infill = scene.design.materials.infill
-    return scene.design.has_grid and infill is not None and infill.sigma_s_per_mm > 0
+    body, infill = scene.design.materials.body, scene.design.materials.infill
+    return body.sigma_s_per_mm > 0 or (scene.design.has_grid and infill is not None and infill.sigma_s_per_mm > 0)
 
 
 def _force_bound(lattice: LatticeOptions) -> str:

@@ -13,9 +13,7 @@ from magicsim.detectors.truth import FrameClass, classify_frame
 from magicsim.errors import ConfigError
 from magicsim.evaluate.recording import TABLE as TRUTH
 from magicsim.evaluate.recording import read_recording
-
-TABLE = "episode.parquet"
-"""Name of the table in a folder that magicsim wrote."""
+from magicsim.table import TABLE
 
 
 def read_episode(folder: Path) -> Episode:

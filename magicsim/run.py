@@ -17,13 +17,13 @@ from magicsim.report.page import render_report
 from magicsim.report.preview import animate
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.variant import activate_variant
-from magicsim.simulation import Progress, Sensor, simulate_with
-from magicsim.table import frame_file, write_lattice, write_table
+from magicsim.sensor import Sensor
+from magicsim.simulation import Progress, simulate_with
+from magicsim.table import TABLE, frame_file, write_lattice, write_table
 
 LOGGER = logging.getLogger(__name__)
 REPORT = "report.html"
 PREVIEW = "preview.webp"
-TABLE = "episode.parquet"
 LATTICE = "lattice.parquet"
 
 

@@ -5,166 +5,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
-import numpy as np
-import numpy.typing as npt
-
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.face import point_spacing_mm
-from magicsim.deform.follow import follow_map
-from magicsim.deform.lattice import Lattice, build_lattice
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.press import compile_kernels
-from magicsim.deform.timed import body_branches
-from magicsim.deform.way import is_there
-from magicsim.deform.zone import Zone, contact_zone
 from magicsim.episode import Episode, SimulatedFrame
-from magicsim.geometry.elastomer import Elastomer, build_elastomer
-from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.meshes import attach_meshes, deformed_vertices
-from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, can_touch, efforts, plan_scene
-from magicsim.scenes.exposure import Exposure, FloatImage, meter
-from magicsim.scenes.finish import Finish
-from magicsim.scenes.renderer import Renderer
-from magicsim.scenes.safe_gap import check_walls
+from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, efforts, plan_scene
+from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.scenes.untouched import UntouchedStates
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.sensor import Sensor, sensor_exposure
 from magicsim.shot import Shot
 
-Array = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
 """Called after every frame with the work done and all work, in the same arbitrary unit."""
-
-
-class Sensor:
-    """One sensor in one scene: solves and renders states on request, reusing what has not changed."""
-
-    def __init__(self, scene: SceneConfig, *, untouched: UntouchedStates | None = None) -> None:
-        """Builds geometry, lattice and renderer.
-
-        Args:
-            scene: What happens.
-            untouched: Untouched states of sensors that other episodes share.
-
-        Raises:
-            GeometryError: The design cannot be built.
-            RenderError: The estimator cannot render these materials.
-        """
-        self.scene = scene
-        self.elastomer: Elastomer = build_elastomer(scene.design)
-        self.printed: Lattice = build_lattice(scene.design)
-        """All planes of the design's lattice, which the displacements of an episode refer to."""
-        self.lattice: Lattice = build_lattice(scene.design, zone=self._zone())
-        """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
-        self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
-        self.meshes = attach_meshes(self.elastomer, self.lattice)
-        self.renderer = build_renderer(scene, self.elastomer, untouched=untouched)
-        self._solver: ContactSolver | None = None
-        self.rest = Deformation.rest(self.lattice)
-
-    def _zone(self) -> Zone | None:
-        states = [state for state in timeline(self.scene) if can_touch(state)]
-        placed = [self.indenter(state) for state in states]
-        return contact_zone([indenter for indenter in placed if indenter is not None], self.scene.design)
-
-    def warm_up(self, plan: ScenePlan) -> None:
-        """Compiles every kernel that a plan needs, so that the frames themselves are timed without it."""
-        if any(frame.solve for frame in plan.frames):
-            compile_kernels()
-        states = [UNTOUCHED, *(frame.state for frame in plan.frames if frame.same_as is None)]
-        kinds = {(state.has_object, state.flashlight): state for state in states}
-        for state in kinds.values():
-            self.renderer.warm_up(self.view(state, self.rest))
-
-    def indenter(self, state: FrameState) -> Indenter | None:
-        """The object as placed by a state."""
-        if state.gap_mm is None or self.scene.object is None:
-            return None
-        return place_object(
-            self.scene.object,
-            gap_mm=state.gap_mm,
-            x_mm=state.x_mm,
-            y_mm=state.y_mm,
-            twist_deg=state.twist_deg,
-        )
-
-    def deform(self, state: FrameState, previous: Deformation) -> Deformation:
-        """Equilibrium for a state in which contact is possible, warm-started from the previous one.
-
-        The previous one itself where the object has not moved since, and nothing relaxes.
-
-        Raises:
-            ConvergenceError: No valid equilibrium was found.
-        """
-        indenter = self.indenter(state)
-        if indenter is None:
-            return self.rest
-        if not self.scene.contact.rate_dependent and is_there(indenter, previous):
-            return previous
-        if self._solver is None:
-            self._solver = ContactSolver(
-                self.lattice,
-                friction=self.scene.contact.friction,
-                point_spacing_mm=point_spacing_mm(indenter.shape),
-                branches=body_branches(self.scene.design, self.lattice) if self.scene.contact.rate_dependent else None,
-            )
-        start = previous if not previous.is_rest else None
-        return self._solver.solve(indenter, start, dt_s=1 / self.scene.frames_per_second)
-
-    def printed_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32]:
-        """Displacements of all nodes of the design's lattice, shape (printed nodes, 3) [mm]."""
-        moved = self._printed_nodes.displaced(deformation.displacements_mm) - self.printed.nodes_mm
-        return moved.astype(np.float32)
-
-    def wanted_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32] | None:
-        """The same where the scene's output asks for it."""
-        return self.printed_displacements_mm(deformation) if self.scene.output.displacements else None
-
-    def view(self, state: FrameState, deformation: Deformation) -> View:
-        """Meshes, object and light of a state as the renderer wants them.
-
-        Raises:
-            RenderError: A wall or the skin is too thin to be rendered.
-        """
-        indenter = self.indenter(state)
-        light = state.light_x_mm if state.flashlight else None
-        if deformation.is_rest or indenter is None:
-            return View(indenter=indenter, flashlight_x_mm=light)
-        body, infill = deformed_vertices(self.meshes, deformation, indenter, self.scene.contact)
-        if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
-            check_walls(infill, self.elastomer.infill, self.elastomer.grid)
-        return View(body=body, infill=infill, indenter=indenter, flashlight_x_mm=light)
-
-    def radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
-        """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
-        return self.renderer.radiance(self.view(state, deformation))
-
-
-def build_renderer(scene: SceneConfig, elastomer: Elastomer, *, untouched: UntouchedStates | None = None) -> Renderer:
-    """The renderer of a scene's elastomer, rig and object.
-
-    Args:
-        scene: What is rendered.
-        elastomer: Its block.
-        untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
-
-    Raises:
-        RenderError: The estimator cannot render these materials.
-    """
-    surface, finish = None, None
-    if scene.object is not None:
-        surface = scene.object.surface()
-        finish = Finish.of(scene.object, surface)
-    return Renderer(
-        elastomer,
-        scene.rig,
-        scene.render,
-        seed=scene.seed,
-        object_mesh=surface,
-        object_finish=finish,
-        untouched=untouched,
-    )
 
 
 def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
@@ -255,17 +106,6 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             time_s=each.index / scene.frames_per_second,
             is_reference=each.is_reference,
         )
-
-
-def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
-    """Exposure of a sensor's camera, measured on the whole image of the untouched sensor and locked.
-
-    Args:
-        sensor: In its scene.
-        untouched: What the camera reads out at rest, shape (rows, columns, 3).
-    """
-    camera = sensor.scene.rig.camera
-    return meter(untouched if camera.region_px is None else sensor.renderer.metered(), camera)
 
 
 def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Deformation:

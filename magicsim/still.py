@@ -12,7 +12,7 @@ from magicsim.plan import can_touch
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import timeline
 from magicsim.scenes.variant import activate_variant
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

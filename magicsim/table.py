@@ -10,7 +10,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.deform.lattice import Lattice
+from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.episode import Episode, Judgement, SimulatedFrame
+
+TABLE = "episode.parquet"
+"""Name of the table in a folder of results."""
 
 
 def frame_file(index: int) -> str:
@@ -26,7 +30,7 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
         for row, frame in zip(rows, episode.frames, strict=True):
             number = frame.truth.index - skipped
             verdict = judgement.verdicts[number].as_dict() if number >= 0 else {}
-            for key in VERDICT_KEYS:
+            for key in (*NUMBERS, *WORDS):
                 row[f"{judgement.profile}_{key}"] = verdict.get(key)
     pq.write_table(pa.Table.from_pylist(rows, schema=_schema(judgements)), path, compression="zstd")
 
@@ -35,12 +39,6 @@ def write_lattice(path: Path, lattice: Lattice) -> None:
     """Writes the rest positions of the nodes that the displacements belong to."""
     columns = {f"{axis}_mm": lattice.nodes_mm[:, number] for number, axis in enumerate("xyz")}
     pq.write_table(pa.table(columns), path, compression="zstd")
-
-
-VERDICT_KEYS = (
-    "entropy", "correlation", "similarity", "p_approach", "p_noise", "p_touch", "proximity", "contact", "combined",
-)  # fmt: skip
-_WORDS = {"proximity", "contact", "combined"}
 
 
 def _schema(judgements: Sequence[Judgement]) -> pa.Schema:
@@ -54,7 +52,8 @@ def _schema(judgements: Sequence[Judgement]) -> pa.Schema:
         ("displacements_mm", pa.list_(pa.float32())),
     ]  # fmt: skip
     for judgement in judgements:
-        fields += [(f"{judgement.profile}_{key}", pa.string() if key in _WORDS else number) for key in VERDICT_KEYS]
+        fields += [(f"{judgement.profile}_{key}", number) for key in NUMBERS]
+        fields += [(f"{judgement.profile}_{key}", pa.string()) for key in WORDS]
     return pa.schema(fields)
 
 

@@ -28,7 +28,7 @@ def frame_truth(
         time_s: Time from the first frame [s].
         is_reference: Whether the frame is one of the references.
     """
-    force = _vector(deformation.force_n)
+    force = as_vector(deformation.force_n)
     size = float(np.linalg.norm(deformation.force_n))
     return FrameTruth(
         index=index,
@@ -38,7 +38,7 @@ def frame_truth(
         contact=size > 0,
         depth_mm=max(0.0, -state.gap_mm) if state.gap_mm is not None else 0.0,
         force_n=force,
-        torque_nmm=_vector(deformation.torque_nmm),
+        torque_nmm=as_vector(deformation.torque_nmm),
         contact_area_mm2=deformation.contact_area_mm2,
         frame_class=classify_frame(
             gap_mm=state.gap_mm, force_n=size, light_on=state.flashlight, is_reference=is_reference
@@ -109,6 +109,7 @@ def _between(points: Array, values: Array, places: Array) -> Array:
     return np.asarray(found)
 
 
-def _vector(values: Array) -> Vector:
+def as_vector(values: Array) -> Vector:
+    """Three numbers of an array, shape (3,)."""
     x, y, z = values.tolist()
     return (x, y, z)

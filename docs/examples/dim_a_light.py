@@ -8,7 +8,7 @@ import numpy as np
 from magicsim import load_scene
 from magicsim.scenes.relight import relight
 from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 
 def images(settings: list[str]) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from magicsim.bench.compare import machine
 from magicsim.bench.told import told
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 GAPS_MM = (0.05, 1.0, 5.0, 10.0)

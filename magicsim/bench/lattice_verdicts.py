@@ -19,7 +19,7 @@ from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.scenes.untouched import shared_states
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 LATTICES = ((1.0, 3.0), (1.0, 1.6), (0.5, 1.6), (0.34, 1.6))
 """Node spacing where contact is [mm], and growth of the spacings away from there; the second is the default design's,

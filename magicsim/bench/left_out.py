@@ -20,8 +20,9 @@ from magicsim.plan import can_touch, plan_scene
 from magicsim.scenes.exposure import meter
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import timeline
+from magicsim.sensor import Sensor
 from magicsim.shot import Shot
-from magicsim.simulation import Sensor, simulate_with
+from magicsim.simulation import simulate_with
 
 Array = npt.NDArray[np.float64]
 Run = Callable[[], Array]

@@ -10,7 +10,7 @@ from magicsim.bench.compare import machine
 from magicsim.bench.told import told
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 REPEATS = 5
 DEFAULT = {"cell_mm": 0.8, "columns": 240, "samples": 8, "particles": 80_000}

@@ -15,9 +15,10 @@ from magicsim.plan import can_touch
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.names import ENVIRONMENT
 from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.scenes.scene_dict import WorldContent
 from magicsim.scenes.timeline import timeline
-from magicsim.scenes.world import World, WorldContent
-from magicsim.simulation import Sensor
+from magicsim.scenes.world import World
+from magicsim.sensor import Sensor
 
 SMALL = (
     "rig.camera.columns=48", "rig.camera.rows=64", "render.samples=16", "render.particles=60000",

@@ -192,7 +192,7 @@ def flip(image: np.ndarray, reference: np.ndarray) -> float | None:
 def _render(state: str, setting: RenderSetting, seeds: range, *, quick: bool) -> list[tuple[np.ndarray, float]]:
     from magicsim.plan import can_touch
     from magicsim.scenes.timeline import timeline
-    from magicsim.simulation import Sensor
+    from magicsim.sensor import Sensor
 
     size = ["rig.camera.columns=120", "rig.camera.rows=160"] if quick else []
     if setting.estimator == "anchored":
@@ -220,7 +220,7 @@ def _render_anchored(
 ) -> list[tuple[np.ndarray, float]]:
     from magicsim.plan import can_touch
     from magicsim.scenes.timeline import UNTOUCHED, timeline
-    from magicsim.simulation import Sensor
+    from magicsim.sensor import Sensor
 
     pairs = []
     for turn in (0, *seeds):

@@ -17,7 +17,7 @@ from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.scenes.untouched import shared_states
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 STATES = ("rest", "near", "pressed", "flashlight")
 SETTINGS = ((1, 10_000), (2, 20_000), (4, 40_000), (8, 80_000), (16, 160_000), (32, 320_000), (64, 1_280_000))

@@ -15,7 +15,7 @@ from magicsim.bench.compare import machine
 from magicsim.bench.told import told
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 SCATTERING_PER_MM = (0.1, 0.3, 1.0, 3.0)

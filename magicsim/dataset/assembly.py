@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from magicsim.dataset.folder import Staging, log_failures
+from magicsim.dataset.folder import Staging
 from magicsim.dataset.layout import ShardPlan, plan_shards
 from magicsim.dataset.manifest import FailedEpisode, Manifest, ShardEntry, write_manifest
 from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.shard import as_schema, place_shard, read_episodes, rows_as_bytes, sha256_of
+from magicsim.workers.folder import log_failures
 from magicsim.workers.outcome import Outcome
 
 
@@ -58,7 +59,7 @@ class Assembly:
     def take(self, outcome: Outcome[bytes]) -> None:
         """Takes the end of one episode, and closes its shard if it was the last one."""
         episode, plan = outcome.key, self._place[outcome.key]
-        log_failures(self.out, episode, outcome.failures)
+        log_failures(self.out, "episode", episode, outcome.failures)
         if outcome.result is not None:
             self.staging.put(episode, outcome.result)
             self._failed.pop(episode, None)

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.config import validate
-from magicsim.dataset.distribution import Distribution, Number, choose
 from magicsim.dataset.path_recipe import ClearPath, FlashlightPath, TouchPath, draw_path
-from magicsim.dataset.points import unit_points
 from magicsim.dataset.recipe import Recipe
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.sampling.distribution import Distribution, Number, choose
+from magicsim.sampling.points import unit_points
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 

@@ -1,25 +1,16 @@
-"""The folder that a dataset grows in: who may write to it, episodes that wait for their shard, the error log."""
+"""The folder that a dataset grows in: what it may hold before, and episodes that wait for their shard."""
 
-import fcntl
-import json
-import os
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.dataset.manifest import MANIFEST, Manifest, read_manifest
-from magicsim.dataset.shard import place, read_rows
+from magicsim.dataset.shard import read_rows
 from magicsim.errors import OutputError
-from magicsim.workers.outcome import Failure
+from magicsim.workers.folder import ERRORS, WORK, place
 
-WORK = ".work"
-"""Folder of episodes that are not yet in a shard; gone when the dataset is complete."""
-ERRORS = "errors.jsonl"
-"""One line for each failed attempt, with its traceback."""
 PREVIEW_FILES = frozenset({"preview.png", "preview.json"})
 
 
@@ -53,29 +44,6 @@ def begun_dataset(out: Path) -> Manifest | None:
     if manifest is None or manifest.shards or manifest.failed or any((out / WORK).glob("episode-*.parquet")):
         return manifest
     return None
-
-
-@contextmanager
-def sole_writer(out: Path) -> Iterator[None]:
-    """Keeps other runs out of the folder; ends with the process, however that ends.
-
-    Raises:
-        OutputError: Another run writes there.
-    """
-    work = out / WORK
-    work.mkdir(parents=True, exist_ok=True)
-    with (work / "lock").open("w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            msg = f"output folder '{out}' is being written by another run"
-            raise OutputError(msg) from None
-        try:
-            yield
-        finally:
-            (work / "lock").unlink(missing_ok=True)
-            with suppress(OSError):  # not empty, or gone
-                work.rmdir()
 
 
 class Staging:
@@ -113,17 +81,3 @@ class Staging:
 
     def _path(self, episode: int) -> Path:
         return self._folder / f"episode-{episode:08d}.parquet"
-
-
-def log_failures(out: Path, number: int, failures: tuple[Failure, ...], *, unit: str = "episode") -> None:
-    """Adds the failed attempts at one unit of work to the error log, by its number."""
-    if not failures:
-        return
-    lines = [
-        json.dumps({unit: number, "kind": str(each.kind), "message": each.message, "traceback": each.traceback})
-        for each in failures
-    ]
-    with (out / ERRORS).open("a", encoding="utf-8") as log:
-        log.write("".join(f"{line}\n" for line in lines))
-        log.flush()
-        os.fsync(log.fileno())

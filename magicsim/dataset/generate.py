@@ -1,7 +1,5 @@
 """From a recipe to a dataset on disk: resumable, and the same bytes however it was computed."""
 
-import errno
-import importlib.metadata
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -10,28 +8,28 @@ from pathlib import Path
 
 import tomli_w
 
-import magicsim
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.estimate import Estimate, estimate
 from magicsim.dataset.features import Column, schema_of_columns
-from magicsim.dataset.folder import begun_dataset, check_folder, sole_writer
+from magicsim.dataset.folder import begun_dataset, check_folder
 from magicsim.dataset.manifest import Manifest
 from magicsim.dataset.recipe import Recipe
-from magicsim.dataset.sample import SampleTask, bound_threads, simulate_sample
+from magicsim.dataset.sample import SampleTask, simulate_sample
 from magicsim.dataset.sensors import nominal_calibration, sensors_table
-from magicsim.dataset.shard import place, sha256_of
+from magicsim.dataset.shard import sha256_of
 from magicsim.errors import OutputError
 from magicsim.scenes.variant import activate_variant
 from magicsim.workers.attempt import Prepare
+from magicsim.workers.folder import place, sole_writer
 from magicsim.workers.options import WorkerOptions, choose_workers
 from magicsim.workers.run import run_tasks
+from magicsim.workers.threads import bound_threads
+from magicsim.workers.versions import changed_versions, versions
 
 CONFIG, CARD, CALIBRATION, SENSORS = "config.toml", "README.md", "calibration.json", "sensors.parquet"
-PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "pyarrow", "opencv-contrib-python-headless")
-"""Whose versions may change a row's bytes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,22 +108,12 @@ def generate_dataset(
     simulator = simulator or Simulator()
     episodes = draw_episodes(recipe)
     check_folder(out, resume=resume)
-    try:
-        with sole_writer(out):
-            assembly = _begin(recipe, out, columns_of(recipe), simulator.variant())
-            left = assembly.episodes_to_simulate()
-            if announce is not None:
-                announce(estimate(recipe, [episodes[each] for each in left], processes=options.workers))
-            return _complete(recipe, assembly, episodes, left, options, simulator, progress)
-    except OSError as error:
-        reason = "no space left on the disk" if error.errno == errno.ENOSPC else error.strerror or str(error)
-        msg = f"cannot write {out}: {reason}; what is finished is kept, and --resume goes on from there"
-        raise OutputError(msg) from None
-
-
-def versions() -> dict[str, str]:
-    """Versions of everything that a row's bytes depend on."""
-    return {"magicsim": magicsim.__version__} | {name: importlib.metadata.version(name) for name in PACKAGES}
+    with sole_writer(out):
+        assembly = _begin(recipe, out, columns_of(recipe), simulator.variant())
+        left = assembly.episodes_to_simulate()
+        if announce is not None:
+            announce(estimate(recipe, [episodes[each] for each in left], processes=options.workers))
+        return _complete(recipe, assembly, episodes, left, options, simulator, progress)
 
 
 def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:
@@ -161,9 +149,8 @@ def _refuse_another(recipe: Recipe, earlier: Manifest, out: Path, variant: str) 
     if earlier.config_hash != recipe.config_hash():
         msg = f"'{out}' holds a dataset of another recipe (see its {CONFIG}); name another folder"
         raise OutputError(msg)
-    if (earlier.versions, earlier.variant) != (versions(), variant):
-        now = versions() | {"variant": variant}
-        changed = [name for name, was in (earlier.versions | {"variant": earlier.variant}).items() if now[name] != was]
+    changed = changed_versions(earlier.versions | {"variant": earlier.variant}, versions() | {"variant": variant})
+    if changed:
         msg = f"'{out}' was begun with another version of {', '.join(changed)}: its rows would differ from further ones"
         raise OutputError(msg)
     if recipe.episodes < earlier.episodes:

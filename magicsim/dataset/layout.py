@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from magicsim.dataset.distribution import choose
 from magicsim.dataset.draw import sensor_of
 from magicsim.dataset.recipe import Recipe
+from magicsim.sampling.distribution import choose
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 """Multiples of it, without their whole part, are spread evenly, so that splits keep their shares at any size."""

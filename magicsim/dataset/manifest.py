@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Literal
 
 from magicsim.config import Config, validate
-from magicsim.dataset.shard import place
 from magicsim.errors import OutputError
+from magicsim.workers.folder import place
 
 MANIFEST = "manifest.json"
 

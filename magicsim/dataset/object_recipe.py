@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config import Config, validate
-from magicsim.dataset.distribution import Number, choose
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects import OBJECT_KINDS, ObjectBase
+from magicsim.sampling.distribution import Number, choose
 
 Draw = Callable[[str, Number], float]
 """Value of a named number."""

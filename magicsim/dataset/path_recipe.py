@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from magicsim.config import Config
-from magicsim.dataset.distribution import Number
 from magicsim.dataset.object_recipe import Draw, Weight
+from magicsim.sampling.distribution import Number
 
 Frames = Annotated[int, Field(ge=0, le=1000)]
 SomeFrames = Annotated[int, Field(ge=1, le=1000)]

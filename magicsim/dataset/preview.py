@@ -16,14 +16,14 @@ import numpy.typing as npt
 from magicsim.dataset.draw import DrawnEpisode, draw_episodes
 from magicsim.dataset.estimate import estimate
 from magicsim.dataset.recipe import Recipe
-from magicsim.dataset.sample import bound_threads
-from magicsim.dataset.shard import place
 from magicsim.dataset.statistics import recipe_statistics
 from magicsim.dataset.telling import ENLARGE, metering_scene, preview_scene, quality, telling_state
 from magicsim.errors import OutputError
 from magicsim.scenes.scene import SceneConfig
+from magicsim.workers.folder import place
 from magicsim.workers.options import WorkerOptions, usable_cores
 from magicsim.workers.run import run_tasks
+from magicsim.workers.threads import bound_threads
 
 Frame = npt.NDArray[np.uint8]
 SHEET, STATISTICS = "preview.png", "preview.json"
@@ -109,7 +109,7 @@ def preview_frame(task: PreviewTask) -> Frame:
     from magicsim.plan import can_touch
     from magicsim.scenes.exposure import expose, meter
     from magicsim.scenes.timeline import timeline
-    from magicsim.simulation import Sensor
+    from magicsim.sensor import Sensor
 
     sensor, state = Sensor(task.scene), timeline(task.scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
@@ -122,7 +122,7 @@ def preview_frame(task: PreviewTask) -> Frame:
 def _untouched(scene: str) -> npt.NDArray[np.float32]:
     """Radiance of an untouched sensor, rendered once in each process."""
     from magicsim.scenes.timeline import UNTOUCHED
-    from magicsim.simulation import Sensor
+    from magicsim.sensor import Sensor
 
     sensor = Sensor(SceneConfig.model_validate_json(scene))
     return sensor.radiance(UNTOUCHED, sensor.rest)

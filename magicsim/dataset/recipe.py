@@ -9,11 +9,11 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config import Config, validate
-from magicsim.dataset.distribution import Number, check_weights
 from magicsim.dataset.object_recipe import ObjectRecipe
 from magicsim.dataset.path_recipe import ClearPath, FlashlightPath, PathRecipe
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.presets import find_preset
+from magicsim.sampling.distribution import Number, check_weights
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, Seed, read_scene_file
 

@@ -31,7 +31,8 @@ def simulate_sample(task: SampleTask) -> bytes:
     from magicsim.plan import plan_scene
     from magicsim.scenes.calibration import calibrate
     from magicsim.scenes.untouched import shared_states
-    from magicsim.simulation import Sensor, stream_frames
+    from magicsim.sensor import Sensor
+    from magicsim.simulation import stream_frames
 
     episode = task.episode
     scene = episode.scene
@@ -40,10 +41,3 @@ def simulate_sample(task: SampleTask) -> bytes:
     constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
     calibration = calibrate(scene.design, scene.rig)
     return rows_as_bytes(episode_table(frames, scene, calibration, task.columns, constants))
-
-
-def bound_threads(threads: int) -> None:
-    """Tells the renderer of this process how many threads it may use; frames do not depend on it."""
-    from magicsim.scenes.backend import dr
-
-    dr.set_thread_count(threads)

@@ -1,4 +1,4 @@
-"""Parquet files of a dataset: what bytes rows become, and how a file gets its final name."""
+"""Parquet files of a dataset: what bytes rows become, and how they are read."""
 
 import hashlib
 import io
@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from magicsim.workers.folder import settle_name
 
 ROWS_A_GROUP = 100
 """Most rows in a row group: what a reader of single rows has to decode."""
@@ -77,27 +79,6 @@ def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:
         chunk = chunk.storage if isinstance(chunk, pa.ExtensionArray) else chunk
         arrays.append(chunk)
     return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def place(path: Path, content: bytes) -> None:
-    """Gives a file its content under its final name, whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.tmp")
-    with partial.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    settle_name(partial, path)
-
-
-def settle_name(partial: Path, path: Path) -> None:
-    """Renames a file that is already on disk, and makes the name last."""
-    partial.replace(path)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
 
 
 def place_shard(path: Path, tables: Iterable[pa.Table], schema: pa.Schema) -> int:

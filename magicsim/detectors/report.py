@@ -11,14 +11,12 @@ from magicsim.detectors.offline import stream_sources
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.profile_file import load_profile
 from magicsim.detectors.source import source_kind
-from magicsim.detectors.verdict import Verdict
+from magicsim.detectors.verdict import NUMBERS, WORDS, Verdict
 from magicsim.errors import ConfigError
 
 Row = Mapping[str, float | str | bool]
 """One frame's verdict ready for JSON."""
 
-_NUMBERS = ("entropy", "correlation", "similarity", "p_approach", "p_noise", "p_touch")
-_WORDS = ("proximity", "contact", "combined")
 _CAMERA_WIDTH = 16
 
 
@@ -89,12 +87,12 @@ def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None 
         found = list(found)
         width = max((len(str(row.get("source", ""))) for row in found), default=0)
     width = max(width, len("source"))
-    words = (*_WORDS, "stage") if grasp else _WORDS
+    words = (*WORDS, "stage") if grasp else WORDS
     following = iter(found)
     first = list(islice(following, 1))
-    yield _line([f"{'source':<{width}}", *(f"{name:>11}" for name in _NUMBERS), *(f"{name:<11}" for name in words)])
+    yield _line([f"{'source':<{width}}", *(f"{name:>11}" for name in NUMBERS), *(f"{name:<11}" for name in words)])
     for row in chain(first, following):
-        numbers = [f"{row[name]:>11.4f}" for name in _NUMBERS]
+        numbers = [f"{row[name]:>11.4f}" for name in NUMBERS]
         yield _line([f"{row.get('source', ''):<{width}}", *numbers, *(f"{row[name]:<11}" for name in words)])
 
 

@@ -26,6 +26,12 @@ class Contact(StrEnum):
     """Outside light changes the grid's look too, so the frame is no evidence either way."""
 
 
+NUMBERS = ("entropy", "correlation", "similarity", "p_approach", "p_noise", "p_touch")
+"""Fields of a verdict that are numbers."""
+WORDS = ("proximity", "contact", "combined")
+"""Fields that are words."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
     """Features, probabilities and verdicts of one frame."""

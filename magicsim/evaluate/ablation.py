@@ -17,7 +17,8 @@ from magicsim.plan import plan_scene
 from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.simulation import RenderedState, Sensor, stream_states
+from magicsim.sensor import Sensor
+from magicsim.simulation import RenderedState, stream_states
 from magicsim.truth import depth_map_mm
 
 FloatImage = npt.NDArray[np.float32]

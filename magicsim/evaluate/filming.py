@@ -10,7 +10,8 @@ from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.scenes.untouched import shared_states
-from magicsim.simulation import RenderedState, Sensor, stream_states
+from magicsim.sensor import Sensor
+from magicsim.simulation import RenderedState, stream_states
 
 
 def film_take(scene: SceneConfig) -> Take:

@@ -24,7 +24,6 @@ import numpy.typing as npt
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.source import read_image
 from magicsim.errors import ConfigError
-from magicsim.folder import result_file
 
 TABLE = "truth.csv"
 COLUMNS = ("file", "is_reference", "gap_mm", "force_n", "flashlight")
@@ -94,20 +93,6 @@ def read_recording(folder: Path) -> Recording:
         force_n=np.array([each[3] for each in values], np.float64),
         flashlight=np.array([each[4] for each in values], bool),
     )
-
-
-def write_recording_table(recording: Recording) -> None:
-    """Writes the table of a recording into its folder."""
-    with result_file(recording.folder / TABLE) as partial, partial.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for name, reference, gap, force, light in zip(
-            recording.files, recording.is_reference, recording.gap_mm, recording.force_n, recording.flashlight,
-            strict=True,
-        ):  # fmt: skip
-            writer.writerow(
-                [name, int(reference), "" if math.isnan(gap) else repr(float(gap)), repr(float(force)), int(light)]
-            )
 
 
 def _row(path: Path, number: int, row: dict[str, str | None]) -> tuple[str, bool, float, float, bool]:

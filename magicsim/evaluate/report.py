@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import tomli_w
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from magicsim.detectors import truth
@@ -18,6 +17,7 @@ from magicsim.evaluate.run import Evaluation
 from magicsim.evaluate.sheet import changed_sheet, sheet
 from magicsim.evaluate.suite import SuiteConfig
 from magicsim.folder import MARKER, SIGNATURE, result_folder
+from magicsim.report.templates import page_template
 from magicsim.report.text import MISSING, number, percent, span
 
 RESULTS = "evaluation.json"
@@ -65,17 +65,9 @@ def write_results(found: Evaluation, suite: SuiteConfig, out: Path) -> Path:
 
 def render_page(found: Evaluation) -> str:
     """The report as one HTML page that needs nothing else."""
-    environment = Environment(
-        loader=ChoiceLoader([PackageLoader("magicsim.evaluate", "."), PackageLoader("magicsim.report", ".")]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     facts = found.as_dict()
     worse = [run for each in found.regressions for run in each.frames]
-    return environment.get_template("evaluation.html.jinja").render(
+    return page_template("evaluation.html.jinja", "magicsim.evaluate", "magicsim.report").render(
         title=f"Detector “{found.detector}” on the suite “{found.suite}”",
         facts={
             "Episodes": f"{facts['episodes']} ({len({each.tag.take for each in found.episodes})} takes)",

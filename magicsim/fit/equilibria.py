@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from magicsim.deform.deformation import Deformation
 from magicsim.plan import can_touch
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 _OPTICAL_FIELDS = {"ior", "sigma_s_per_mm", "absorption_per_mm", "anisotropy"}
 

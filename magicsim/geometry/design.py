@@ -45,12 +45,12 @@ class BodyMaterial(Optics):
 
     @property
     def shear_modulus_mpa(self) -> float:
-        """Shear modulus E / 2 (1 + nu) [MPa]."""
+        """Shear modulus E / (2 (1 + nu)) [MPa]."""
         return self.youngs_modulus_mpa / (2 * (1 + self.poisson_ratio))
 
     @property
     def bulk_modulus_mpa(self) -> float:
-        """Bulk modulus E / 3 (1 - 2 nu) [MPa]."""
+        """Bulk modulus E / (3 (1 - 2 nu)) [MPa]."""
         return self.youngs_modulus_mpa / (3 * (1 - 2 * self.poisson_ratio))
 
     @property

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from magicsim.detectors import truth
@@ -19,6 +18,7 @@ from magicsim.report.plots import plot_features, plot_force_depth, plot_forces
 from magicsim.report.score_table import ScoreTable, contact_table, proximity_table
 from magicsim.report.solve_table import solve_rows
 from magicsim.report.story import tell_phases
+from magicsim.report.templates import page_template
 from magicsim.report.text import span
 
 SHEET_PROFILE = "calibrated"
@@ -71,7 +71,7 @@ def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapp
     sheet = _sheet_judgement(judgements)
     touched = any(frame.truth.contact for frame in frames)
     approached = any(frame.truth.state.has_object for frame in frames)
-    template = _environment().get_template("report.html.jinja")
+    template = page_template("report.html.jinja", "magicsim.report")
     return template.render(
         title=f"Simulated episode: {facts['Scene']}" if "Scene" in facts else "Simulated episode",
         facts={name: value for name, value in {**scene_facts(episode), **facts}.items() if name != "Scene"},
@@ -84,17 +84,6 @@ def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapp
         solve=solve_rows(frames),
         truth=truth,
         span=span,
-    )
-
-
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("magicsim.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
     )
 
 

@@ -11,8 +11,8 @@ from magicsim.robot.moment import FULL, Moment
 from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.sensor import Sensor, build_renderer, sensor_exposure
 from magicsim.shot import Shot
-from magicsim.simulation import Sensor, build_renderer, sensor_exposure
 
 REMEMBERED = 3
 """Radiance images that are kept: the untouched sensor's, and a state with and without outside light."""

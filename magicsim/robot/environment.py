@@ -29,8 +29,6 @@ except ModuleNotFoundError as error:
 Observation = dict[str, Any]
 """`image` and `proprioception`, both NumPy arrays."""
 ENVIRONMENT_ID = "magicsim/GraspLift-v0"
-PROPRIOCEPTION = ("opening_mm", "height_mm", "closing_mm_s", "rising_mm_s")
-"""What the second part of an observation holds, in order."""
 SLIP_COST, FORCE_COST = 0.5, 0.1
 OPTIONS = ("weight_n", "gap_mm", "x_mm", "y_mm")
 ROOM_MM = 1.1

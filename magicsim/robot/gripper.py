@@ -20,6 +20,7 @@ from magicsim.robot.live import LiveSensor
 from magicsim.robot.moment import Moment
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
+from magicsim.truth import as_vector
 
 Array = npt.NDArray[np.float64]
 BALANCE_N = 0.01
@@ -222,8 +223,8 @@ class Gripper:
         return GripTruth(
             width_mm=self._width_mm,
             place=place,
-            force_n=_vector(force),
-            torque_nmm=_vector(torque),
+            force_n=as_vector(force),
+            torque_nmm=as_vector(torque),
             imbalance_n=upper.force_n[2] - lower.force_n[2],
             upper=upper,
             lower=lower,
@@ -249,8 +250,3 @@ def _with_next_pattern(scene: SceneConfig) -> SceneConfig:
     camera = scene.rig.camera
     update = {"camera": camera.model_copy(update={"pattern_seed": (camera.pattern_seed + 1) % 2**31})}
     return scene.model_copy(update={"rig": scene.rig.model_copy(update=update)})
-
-
-def _vector(values: Array) -> Vector:
-    x, y, z = values.tolist()
-    return (x, y, z)

@@ -19,7 +19,7 @@ from magicsim.robot.travel import contact_areas_mm2, travel
 from magicsim.robot.workspace import Workspace, bounded
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 from magicsim.truth import frame_truth
 
 MAX_SEED = 2**31

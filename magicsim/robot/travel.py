@@ -9,7 +9,7 @@ from magicsim.plan import can_touch
 from magicsim.robot.motion import waypoints
 from magicsim.robot.slip import slip_mm
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 

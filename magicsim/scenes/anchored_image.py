@@ -6,7 +6,7 @@ import numpy.typing as npt
 from magicsim.scenes import shared_noise, wiener
 
 FloatImage = npt.NDArray[np.float32]
-REACH_PX = shared_noise.REACH_PX + wiener.MARGIN_PX
+REACH_PX = shared_noise.REACH_PX + wiener.REACH_PX
 """How far around a pixel its anchored value looks, along columns and rows [px]."""
 
 

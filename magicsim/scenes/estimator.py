@@ -8,8 +8,8 @@ from magicsim.scenes.backend import VARIANT
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.scene_dict import INSET_MM, lights_inside
 from magicsim.scenes.variant import LLVM_VARIANT
-from magicsim.scenes.world import INSET_MM, lights_inside
 
 PATH_DEPTH = 256
 """Longest path of `volpath` [interactions], roulette off; four times as long changes the mean by 0.01 %."""

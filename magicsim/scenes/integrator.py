@@ -118,7 +118,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
         Args:
             scene: The loaded scene.
-            particles: Number of particles of each light, all or some of `lights(scene)`.
+            particles: Number of particles of each light, all or some of `light_names(scene, outside)`.
             seed: Seed of the render; every light has a stream of its own.
             outside: What stands before the block in a scene of its own.
         """
@@ -191,7 +191,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
         Args:
             scene: The loaded scene.
-            name: One of `lights(scene)`.
+            name: One of `light_names(scene, outside)`.
             particles: Number of particles, traced at once.
             seed: Random stream.
         """

@@ -52,11 +52,6 @@ class Media:
     top_mm: float
     """Height above which the body's shape is the clear lens plate, which absorbs as the body does [mm]."""
 
-    @property
-    def scatters(self) -> bool:
-        """Whether any medium does."""
-        return self.body.sigma_s > 0 or self.infill.sigma_s > 0
-
 
 @dataclass(slots=True, kw_only=True)
 class Coefficients:

@@ -13,8 +13,8 @@ from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.names import FLASHLIGHT, OBJECT
 from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene_dict import flashlight_entry, flashlight_place, mesh_shape
 from magicsim.scenes.shapes import shape_named
-from magicsim.scenes.world import flashlight_entry, flashlight_place, mesh_shape
 
 Array = npt.NDArray[np.float64]
 

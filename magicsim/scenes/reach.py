@@ -13,7 +13,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.exposure import Exposure, FloatImage, meter
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.rig import Camera, Rig
-from magicsim.scenes.world import AIR_GAP_MM
+from magicsim.scenes.scene_dict import AIR_GAP_MM
 
 Array = npt.NDArray[np.float64]
 FAINT_LEVELS = 0.5

@@ -12,9 +12,9 @@ from scipy.ndimage import gaussian_filter
 Array = npt.NDArray[np.float64]
 SPREAD_PX = 1.5
 """Standard deviation of local means and energies [px]: from 1 to 3 px frames pressed 1 mm differ in error by 1 %."""
-REACH_PX = 3
+MEAN_REACH_PX = 3
 """Largest distance of a neighbour in one mean, along columns and rows [px]."""
-MARGIN_PX = 3 * REACH_PX
+REACH_PX = 3 * MEAN_REACH_PX
 """How far around a pixel its filtered value looks [px]: detail, its energy, the energy of what is kept."""
 
 
@@ -41,7 +41,7 @@ def filtered(image: Array, variance: Array) -> Array:
 
 def detail(image: Array) -> Array:
     """What an image differs by from its local means, shape (rows, columns, channels)."""
-    return image - local_mean(image, SPREAD_PX, REACH_PX)
+    return image - local_mean(image, SPREAD_PX, MEAN_REACH_PX)
 
 
 def local_mean(image: Array, spread_px: float, reach_px: int) -> Array:
@@ -57,4 +57,4 @@ def local_mean(image: Array, spread_px: float, reach_px: int) -> Array:
 
 def _energy(fine: Array) -> Array:
     """Local mean of the square, summed over channels, shape (rows, columns, 1)."""
-    return local_mean((fine**2).sum(2, keepdims=True), SPREAD_PX, REACH_PX)
+    return local_mean((fine**2).sum(2, keepdims=True), SPREAD_PX, MEAN_REACH_PX)

@@ -10,8 +10,9 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.cell_topology import CellTopology
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene_dict import WorldContent
 from magicsim.scenes.view import View
-from magicsim.scenes.world import World, WorldContent
+from magicsim.scenes.world import World
 
 Array = npt.NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from magicsim.geometry.grid import resolve_grid
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 FOLLOWED_MM = 0.5

@@ -15,13 +15,15 @@ from magicsim.detectors.roc import roc_curve
 from magicsim.detectors.verdict import Contact
 from magicsim.sweep.bootstrap import Indices, mean_over
 from magicsim.sweep.detector import TEST, FittedDetector
-from magicsim.sweep.film import Film, Shown
+from magicsim.sweep.film import REFERENCES, SPAN, Film, Shown
 from magicsim.sweep.measures import Measured
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 TEST_FIRST = 100
 """First noise stream of the test, beyond those of the training."""
+MOST_CLEAR = SPAN - REFERENCES - TEST_FIRST
+"""Most untouched frames of the test: the streams after them are the references'."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,8 +39,11 @@ class ContactScores:
     hit: Mask
     """Verdict of the touches, shape (places, draws)."""
     near_alarm: Mask
+    """Of the frames in front of each place, shape (places, draws)."""
     light_alarm: Mask
+    """Under outside light, shape (places of the light, draws)."""
     clear_alarm: Mask
+    """Of untouched frames, shape (frames,)."""
 
 
 def contact_scores(film: Film, detector: FittedDetector, draws: int, *, drift: float) -> ContactScores:
@@ -52,7 +57,8 @@ def contact_scores(film: Film, detector: FittedDetector, draws: int, *, drift: f
     touched, hit = seen(film.light_touches[TEST::2])
     near, near_alarm = seen(film.near[TEST::2])
     _, light_alarm = seen(film.light[TEST::2])
-    clear = detector.verdicts(film.frames(film.untouched, draws * len(touched), first=TEST_FIRST, drift=drift))
+    count = min(draws * len(touched), MOST_CLEAR)
+    clear = detector.verdicts(film.frames(film.untouched, count, first=TEST_FIRST, drift=drift))
     return ContactScores(
         touched=touched,
         near=near,

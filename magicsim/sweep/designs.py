@@ -7,8 +7,8 @@ from itertools import product
 from typing import Any
 
 from magicsim.config import validate
-from magicsim.dataset.points import unit_points
 from magicsim.errors import ConfigError, unknown_choice
+from magicsim.sampling.points import unit_points
 from magicsim.sweep.sensors import SweptSensor
 from magicsim.sweep.sweep_file import SweepConfig
 
@@ -71,7 +71,7 @@ def design_with(sweep: SweepConfig, index: int, changed: Mapping[str, float], *,
         ConfigError: As `list_designs`.
     """
     every = dict.fromkeys([*(each.field for each in sweep.swept), *(name for extra in sweep.also for name in extra)])
-    values = {name: value_at(sweep, name) for name in every} | dict(changed)
+    values = {name: changed[name] if name in changed else value_at(sweep, name) for name in every}
     return SweptDesign(index=index, values=values, is_extra=is_extra, sensor=sensor_at(sweep, values))
 
 
@@ -81,7 +81,7 @@ def sensor_at(sweep: SweepConfig, values: Mapping[str, float]) -> SweptSensor:
     Raises:
         ConfigError: As `list_designs`.
     """
-    data = {"design": sweep.design.model_dump(), "rig": sweep.rig.model_dump(), "render": sweep.render.model_dump()}
+    data = _base(sweep)
     for field, value in values.items():
         place, last = _holder(data, field)
         old = place[last]
@@ -93,11 +93,18 @@ def value_at(sweep: SweepConfig, field: str) -> float:
     """What the base sensor has for a field.
 
     Raises:
-        ConfigError: The field does not exist or is no number.
+        ConfigError: The field does not exist, is no number or is left out.
     """
-    data = {"design": sweep.design.model_dump(), "rig": sweep.rig.model_dump(), "render": sweep.render.model_dump()}
+    data = _base(sweep)
     place, last = _holder(data, field)
+    if place[last] is None:
+        msg = f"field '{field}' has no value in the base sensor: give it one there, or in every design"
+        raise ConfigError(msg)
     return float(place[last])
+
+
+def _base(sweep: SweepConfig) -> dict[str, Any]:
+    return {"design": sweep.design.model_dump(), "rig": sweep.rig.model_dump(), "render": sweep.render.model_dump()}
 
 
 def _holder(data: dict[str, Any], field: str) -> tuple[Any, Any]:

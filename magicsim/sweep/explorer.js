@@ -177,11 +177,11 @@ function begin() {
   const [first, second] = [...wanted, ...spare, ...spare];
   fill(byId("trade-x"), kinds, first, drawTrade);
   fill(byId("trade-y"), kinds, second || first, drawTrade);
-  byId("objectives").textContent = `(${DATA.objectives.map(each => `${kindOf(each.measure).title.toLowerCase()}, ${each.better} is better`).join("; ")})`;
+  if (DATA.objectives.length) byId("objectives").textContent = `(${DATA.objectives.map(each => `${kindOf(each.measure).title.toLowerCase()}, ${each.better} is better`).join("; ")})`;
   for (const slot of ["a", "b"]) byId(`slot-${slot}`).onclick = () => { state.slot = slot; drawPair(); };
   byId("drop-b").onclick = () => { state.b = null; state.slot = "a"; draw(); };
   byId("download").onclick = () => {
-    const link = element("a", { href: URL.createObjectURL(new Blob([byId("csv").textContent], { type: "text/csv" })), download: "sweep.csv" });
+    const link = element("a", { href: URL.createObjectURL(new Blob([DATA.csv], { type: "text/csv" })), download: "sweep.csv" });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   };

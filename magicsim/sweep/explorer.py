@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from magicsim.sweep.measures import MEASURES
+from magicsim.report.templates import page_template
+from magicsim.sweep.measures import described
 from magicsim.sweep.result import DesignResult, finite
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.table import rows_of, table_csv
@@ -35,51 +35,35 @@ def render_explorer(
         trends: Checked published trends.
         failed: Why a design has no result, by its number.
     """
-    environment = Environment(
-        loader=PackageLoader("magicsim.sweep", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     title = f"Design sweep: {len(results)} designs"
-    return environment.get_template("explorer.html.jinja").render(
+    return page_template("explorer.html.jinja", "magicsim.sweep").render(
         title=title,
         subtitle=" by ".join(f"{field_label(each.field)} ({field_unit(each.field)})" for each in sweep.swept),
-        data=Markup(script_json(explorer_data(sweep, results, front=front, trends=trends, failed=failed))),
+        data=Markup(script_json(explorer_data(sweep, results, front=front))),
         trends=trends,
         failed=failed,
-        measures=MEASURES,
+        measures=described(sweep.quality),
         signed=signed,
-        table=table_csv(rows_of(results, front)).decode(),
         has_results=bool(results),
     )
 
 
-def explorer_data(
-    sweep: SweepConfig,
-    results: Sequence[DesignResult],
-    *,
-    front: Sequence[bool],
-    trends: Sequence[TrendCheck],
-    failed: Mapping[str, str],
-) -> dict[str, Any]:
+def explorer_data(sweep: SweepConfig, results: Sequence[DesignResult], *, front: Sequence[bool]) -> dict[str, Any]:
     """What the page's script works on."""
+    kinds = described(sweep.quality)
     fields = sorted({name for result in results for name in result.values})
     swept = [each.field for each in sweep.swept]
     order = [*swept, *(name for name in fields if name not in swept)]
     measured = [name for name in sweep.measures if any(name in result.measures for result in results)]
     return {
         "fields": [{"name": name, "label": field_label(name), "unit": field_unit(name)} for name in order],
-        "measures": [{"name": name} | asdict(MEASURES[name]) for name in measured],
+        "measures": [{"name": name} | asdict(kinds[name]) for name in measured],
         "objectives": [{"measure": each.measure, "better": each.way} for each in sweep.objectives],
         "designs": [
             finite(asdict(result)) | {"front": bool(in_front)}
             for result, in_front in zip(results, front, strict=True)
         ],
-        "trends": [asdict(each) for each in trends],
-        "failed": dict(failed),
+        "csv": table_csv(rows_of(results, front)).decode(),
     }  # fmt: skip
 
 

@@ -11,25 +11,20 @@ function card(title, svg, note) {
   return element("div", { class: "card" }, [element("h3", {}, title), svg, ...(note ? [element("p", { class: "soft" }, note)] : [])]);
 }
 
-/* One card of curves; `curves` of {curve, x, y, dashed, sd}. */
+/* One card of curves; `parts` of {curve, x, y, dashed, dots}. */
 function curveCard(chosen, { title, x, y, parts, note }) {
   const used = chosen.filter(([, design]) => parts.some(part => column(design, part.curve, part.y)));
   if (!used.length) return null;
   const all = name => used.flatMap(([, design]) => parts.flatMap(part => column(design, part.curve, part[name]) || []));
   const xs = all("x"), across = x.log ? { low: Math.min(...xs) * 0.9, high: Math.max(...xs) * 1.1 } : range(xs, { zero: x.zero });
-  const plot = axes({ x: { ...across, ...x }, y: { ...range(all("y"), { zero: y.zero }), ...y }, label: title });
+  const plot = axes({ x: { ...across, ...x }, y: { ...range([...all("y"), ...(y.marks || [])], { zero: y.zero }), ...y }, label: title });
   for (const line of y.marks || []) {
     const [x1, y1] = plot.at(across.low, line);
     plot.svg.append(element("line", { x1, x2: plot.right, y1, y2: y1, style: "stroke:var(--mid);stroke-dasharray:2 3" }));
   }
   for (const [slot, design] of used) for (const part of parts) {
-    const px = column(design, part.curve, part.x), py = column(design, part.curve, part.y), sd = part.sd && column(design, part.curve, part.sd);
-    if (!py) continue;
-    if (sd) {
-      const edge = sign => px.map((value, number) => plot.at(value, py[number] + sign * 2 * sd[number]));
-      plot.svg.append(element("polygon", { class: `band is-${slot}`, points: [...edge(1), ...edge(-1).reverse()].map(pair => pair.join(",")).join(" ") }));
-    }
-    polyline(plot, slot, px, py, part);
+    const px = column(design, part.curve, part.x), py = column(design, part.curve, part.y);
+    if (py) polyline(plot, slot, px, py, part);
   }
   return card(title, plot.svg, note);
 }

@@ -15,16 +15,15 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.dataset.points import unit_points
-from magicsim.deform.press import PressResult, press
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.plan import plan_scene
+from magicsim.sampling.points import unit_points
 from magicsim.scenes.exposure import Exposure, FloatImage, Frame, expose
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.scenes.untouched import UntouchedStates
-from magicsim.simulation import Sensor, sensor_exposure
+from magicsim.sensor import Sensor, sensor_exposure
 from magicsim.sweep.central_press import CentralPress, followed_finely, moved, press_centrally
 from magicsim.sweep.quality import Quality
 from magicsim.sweep.sensors import SweptSensor, camera_of, render_of
@@ -84,10 +83,6 @@ class Film:
     """Firmer ones."""
     light: tuple[Shown, ...]
     """Outside light and no object."""
-    solve_seconds: float
-    """Time of solving one of the firmer touches on the design's own lattice, as `magicsim press` does [s]."""
-    unknowns: int
-    """Displacement unknowns of that."""
 
     def frames(self, shown: Shown, draws: int, *, first: int = 0, drift: float = 0.0) -> list[Frame]:
         """A state seen several times, each with noise of its own.
@@ -121,7 +116,6 @@ def film_design(
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    own = press(sensor.design, thing, depth_mm=quality.touch_depth_mm)
 
     @cache
     def pressed(depth_mm: float) -> CentralPress:
@@ -133,7 +127,7 @@ def film_design(
         # What else looks at the sensor, such as the plates, has the random numbers of the first film.
         simulated = Sensor(scene, untouched=untouched if turn == 0 else UntouchedStates())
         simulated.warm_up(plan_scene(scene))
-        films.append(_film(simulated, pressed, quality, own))
+        films.append(_film(simulated, pressed, quality))
     return films
 
 
@@ -154,7 +148,7 @@ def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: 
     )
 
 
-def _film(simulated: Sensor, pressed: Callable[[float], CentralPress], quality: Quality, own: PressResult) -> Film:
+def _film(simulated: Sensor, pressed: Callable[[float], CentralPress], quality: Quality) -> Film:
     rest = simulated.radiance(UNTOUCHED, simulated.rest)
     shown = list(_shown(simulated, pressed))
     near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches
@@ -170,8 +164,6 @@ def _film(simulated: Sensor, pressed: Callable[[float], CentralPress], quality: 
         light_touches=tuple(parts[2][1::3]),
         touches=tuple(parts[2][2::3]),
         light=tuple(parts[3]),
-        solve_seconds=own.seconds,
-        unknowns=own.unknowns,
     )
 
 

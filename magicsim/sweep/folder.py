@@ -1,20 +1,20 @@
 """The folder that a sweep grows in: one file a design, whole or not there, and what they belong to."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 
 import tomli_w
 from pydantic import Field
 
 from magicsim.config import Config, validate
-from magicsim.dataset.shard import place
 from magicsim.errors import OutputError
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import SweepConfig
+from magicsim.workers.folder import ERRORS, WORK, place
+from magicsim.workers.versions import changed_versions
 
-INDEX, CONFIG, DESIGNS, REPORT, WORK = "sweep.json", "config.toml", "designs", "report.html", ".work"
-CSV, PARQUET, FRAMES, ERRORS = "sweep.csv", "sweep.parquet", "frames", "errors.jsonl"
+INDEX, CONFIG, DESIGNS, REPORT = "sweep.json", "config.toml", "designs", "report.html"
+CSV, PARQUET, FRAMES = "sweep.csv", "sweep.parquet", "frames"
 
 
 class SweepIndex(Config):
@@ -22,7 +22,7 @@ class SweepIndex(Config):
 
     schema_version: int = 1
     config_hash: str
-    """SHA-256 of the sweep, objectives and time limit left out."""
+    """SHA-256 of what results depend on (`SweepConfig.config_hash`)."""
     versions: dict[str, str]
     variant: str
     designs: int
@@ -77,7 +77,7 @@ def write_config(out: Path, sweep: SweepConfig) -> None:
     place(out / CONFIG, f"# A sweep of magicsim, everything in place: `magicsim sweep {CONFIG}`\n{config}".encode())
 
 
-def result_file(out: Path, index: int) -> Path:
+def result_path(out: Path, index: int) -> Path:
     """Where a design's result lies."""
     return out / DESIGNS / f"{index:05d}.json"
 
@@ -89,7 +89,7 @@ def read_results(out: Path, count: int) -> list[DesignResult]:
 
 def read_result(out: Path, index: int) -> DesignResult | None:
     """A design's result, None without one; one that cannot be read is removed."""
-    path = result_file(out, index)
+    path = result_path(out, index)
     try:
         return DesignResult.from_json(path.read_bytes())
     except FileNotFoundError:
@@ -108,8 +108,7 @@ def refuse_another(out: Path, earlier: SweepIndex, now: SweepIndex) -> None:
     if earlier.config_hash != now.config_hash:
         msg = f"'{out}' holds another sweep (see its {CONFIG}); name another folder"
         raise OutputError(msg)
-    before: Mapping[str, str] = earlier.versions | {"variant": earlier.variant}
-    changed = [name for name, version in (now.versions | {"variant": now.variant}).items() if before[name] != version]
+    changed = changed_versions(earlier.versions | {"variant": earlier.variant}, now.versions | {"variant": now.variant})
     if changed:
         msg = f"'{out}' was begun with another version of {', '.join(changed)}: its results would differ"
         raise OutputError(msg)

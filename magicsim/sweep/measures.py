@@ -1,7 +1,9 @@
 """What a design is judged by: names, units, and which way is better."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
+
+from magicsim.sweep.quality import Quality
 
 Better = Literal["higher", "lower"]
 
@@ -20,7 +22,7 @@ class MeasureKind:
     is_exact: bool = False
     """Whether it follows from the design alone; equal ends of another's interval say that all resamples were alike."""
     meaning: str
-    """One sentence on what is measured and what its interval stands for."""
+    """One sentence on what is measured and what its interval stands for; `{...}` are values of the quality."""
 
 
 MEASURES: dict[str, MeasureKind] = {
@@ -38,8 +40,8 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "sensitivity_per_mm": MeasureKind(
         title="Sensitivity to depth", unit="1/mm", digits=3, better="higher",
-        meaning="Loss of grid similarity for each mm of a light touch, from 0.1 to 0.3 mm, mean over places; interval: "
-        "bootstrap over renderings and places.",
+        meaning="Loss of grid similarity for each mm of a light touch, from {light_depth_mm:g} to {touch_depth_mm:g} "
+        "mm, mean over places; interval: bootstrap over renderings and places.",
     ),
     "sensitivity_per_n": MeasureKind(
         title="Sensitivity to force", unit="1/N", digits=3, better="higher",
@@ -53,9 +55,9 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "contact_auc": MeasureKind(
         title="Contact AUC", unit="", digits=3, better="higher",
-        meaning="Chance that a frame of a touch 0.1 mm deep has a lower similarity than an untouched or near one, at "
-        "places that the detector was not calibrated on, lights 2 % stronger or weaker than then; mean over "
-        "renderings, interval: bootstrap over them and places.",
+        meaning="Chance that a frame of a touch {light_depth_mm:g} mm deep has a lower similarity than an untouched or "
+        "near one, at places that the detector was not calibrated on, lights {drift_percent:g} % stronger or weaker "
+        "than then; mean over renderings, interval: bootstrap over them and places.",
     ),
     "contact_accuracy": MeasureKind(
         title="Contact accuracy", unit="", digits=3, better="higher",
@@ -65,12 +67,14 @@ MEASURES: dict[str, MeasureKind] = {
     "dot_spacing_mm": MeasureKind(
         title="Smallest dot spacing", unit="mm", digits=2, better="lower",
         meaning="Smallest spacing of dots at which their pattern stands out of noise and clutter by d' = 2, not below "
-        "1 mm; interval: bootstrap over the clutter, open where no tested spacing is on the other side.",
+        "{finest_dots_mm:g} mm; interval: bootstrap over the clutter, open where no tested spacing is on the other "
+        "side.",
     ),
     "line_spacing_mm": MeasureKind(
         title="Smallest line spacing", unit="mm", digits=2, better="lower",
         meaning="Smallest spacing of lines at which their pattern stands out of noise and clutter by d' = 2, not below "
-        "1 mm; interval: bootstrap over the clutter, open where no tested spacing is on the other side.",
+        "{finest_lines_mm:g} mm; interval: bootstrap over the clutter, open where no tested spacing is on the other "
+        "side.",
     ),
     "localisation_mm": MeasureKind(
         title="Localisation error", unit="mm", digits=2, better="lower",
@@ -84,8 +88,8 @@ MEASURES: dict[str, MeasureKind] = {
     ),
     "frame_seconds": MeasureKind(
         title="Cost of a contact frame", unit="s", digits=2, better="lower",
-        meaning="Time of solving a touch of 0.3 mm on the design's own lattice and median time of rendering one; "
-        "interval: quartiles of the rendering. Depends on the machine.",
+        meaning="Time of solving a touch of {touch_depth_mm:g} mm on the design's own lattice and median time of "
+        "rendering one; interval: quartiles of the rendering. Depends on the machine.",
     ),
     "unknowns": MeasureKind(
         title="Unknowns", unit="", digits=0, better="lower", is_exact=True,
@@ -93,6 +97,16 @@ MEASURES: dict[str, MeasureKind] = {
     ),
 }  # fmt: skip
 """All measures by their name in the results."""
+
+
+def described(quality: Quality) -> dict[str, MeasureKind]:
+    """All measures, their meanings with the quality's own values."""
+    values = quality.model_dump() | {
+        "drift_percent": 100 * quality.drift,
+        "finest_dots_mm": quality.dot_spacings_mm[-1],
+        "finest_lines_mm": quality.line_spacings_mm[-1],
+    }
+    return {name: replace(kind, meaning=kind.meaning.format_map(values)) for name, kind in MEASURES.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -28,9 +28,9 @@ def pareto_front(costs: Array) -> npt.NDArray[np.bool_]:
     """Which designs no other one equals or beats in every objective and beats in one, shape (designs,).
 
     Args:
-        costs: Shape (designs, objectives); a design with a NaN is in no front.
+        costs: Shape (designs, objectives); a design with a NaN is in no front, and without objectives there is none.
     """
-    known = np.asarray(np.isfinite(costs).all(1))
+    known = np.asarray(np.isfinite(costs).all(1) & (costs.shape[1] > 0))
     result = np.array(known)
     for index in np.flatnonzero(known):
         others = costs[known]

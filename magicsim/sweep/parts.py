@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from magicsim.deform.press import press
 from magicsim.errors import ConfigError, ConvergenceError, FrameError, MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
@@ -17,7 +18,7 @@ from magicsim.sweep.detector import FittedDetector, fit_detector, fixed_detector
 from magicsim.sweep.film import Film, film_design
 from magicsim.sweep.localisation import localisation_error, predicted_places, true_places
 from magicsim.sweep.measures import Measured
-from magicsim.sweep.mechanics import hardness, press_curve, spacing_error
+from magicsim.sweep.mechanics import FORCE_DEPTH_MM, hardness, press_curve, spacing_error
 from magicsim.sweep.plates import Pattern, PlateFrames, press_plate
 from magicsim.sweep.printability import printability
 from magicsim.sweep.quality import Quality
@@ -29,6 +30,7 @@ from magicsim.sweep.texture import TOLD_APART, Observation, observe, smallest_sp
 
 Filmed = tuple[Film, FittedDetector]
 """A rendering of the film, and a detector of its own."""
+SPACING_MEASURES: dict[Pattern, str] = {"dots": "dot_spacing_mm", "lines": "line_spacing_mm"}
 SHOWN_GAPS = 3
 """Nearest states of the approach that have a picture."""
 
@@ -84,10 +86,13 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
     """
     films = film_design(sensor, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
     first = films[0]
-    parts = _pressed(sensor, sweep, first)
-    parts.pictures = _pictures(first)
+    parts = Parts(pictures=_pictures(first))
     wanted, by_similarity = set(sweep.measures), ("sensitivity_per_mm", "sensitivity_per_n")
     by_detector = ("proximity_range_mm", "contact_auc", "contact_accuracy")
+    if wanted & {"force_1mm_n", "stiffness_n_per_mm"}:
+        parts.add(_pressed(sensor, sweep, first))
+    if wanted & {"frame_seconds", "unknowns"}:
+        parts.add(_cost(sensor, sweep, first))
     draws, seed = sweep.quality.draws, sweep.seed
     if "localisation_mm" in wanted:
         places, predicted = true_places(first), [predicted_places(film) for film in films]
@@ -113,8 +118,7 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
 
 def wanted_patterns(measures: frozenset[str]) -> list[Pattern]:
     """The patterns that some measure needs."""
-    patterns: tuple[Pattern, ...] = ("dots", "lines")
-    return [each for each in patterns if f"{each[:-1]}_spacing_mm" in measures]
+    return [pattern for pattern, measure in SPACING_MEASURES.items() if measure in measures]
 
 
 def textured(sensor: SweptSensor, sweep: SweepConfig, patterns: Sequence[Pattern], untouched: UntouchedStates) -> Parts:
@@ -139,7 +143,7 @@ def _pattern(
     plain: Callable[[float], PlateFrames],
 ) -> Parts:
     """One pattern; a spacing that cannot be pressed counts as missed."""
-    quality, name = sweep.quality, f"{pattern[:-1]}_spacing_mm"
+    quality, name = sweep.quality, SPACING_MEASURES[pattern]
     observed: dict[float, Observation] = {}
     pictures, notes = {}, []
 
@@ -167,22 +171,28 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
     depths = np.array(sweep.quality.depths_mm)
     force = np.array([each.force_n for each in film.press])
     try:
-        last = float(force[depths == 1.0][0])
+        last = float(force[depths == FORCE_DEPTH_MM][0])
         error = spacing_error(sensor.design, sweep.object, last, cells_across=sweep.quality.cells_across)
     except ConvergenceError:
         error = float("nan")
     found = press_curve(depths, force, relative_error=error)
-    seconds = film.solve_seconds + np.array([each.seconds for each in (*film.press, *film.touches)])
+    return Parts(
+        measures={"force_1mm_n": found[0], "stiffness_n_per_mm": found[1]},
+        curves={"force": {"depth_mm": [0.0, *depths.tolist()], "force_n": [0.0, *force.tolist()]}},
+    )
+
+
+def _cost(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
+    """Of a touch on the design's own lattice, as `magicsim press` solves it, and of its rendering."""
+    own = press(sensor.design, sweep.object, depth_mm=sweep.quality.touch_depth_mm)
+    seconds = own.seconds + np.array([each.seconds for each in (*film.press, *film.touches)])
     low, middle, high = np.quantile(seconds, [0.25, 0.5, 0.75]).tolist()
-    unknowns = float(film.unknowns)
+    unknowns = float(own.unknowns)
     return Parts(
         measures={
-            "force_1mm_n": found[0],
-            "stiffness_n_per_mm": found[1],
             "frame_seconds": Measured(value=middle, low=low, high=high),
             "unknowns": Measured(value=unknowns, low=unknowns, high=unknowns),
-        },
-        curves={"force": {"depth_mm": [0.0, *depths.tolist()], "force_n": [0.0, *force.tolist()]}},
+        }
     )
 
 

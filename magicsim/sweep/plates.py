@@ -18,7 +18,7 @@ from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.scenes.untouched import UntouchedStates
-from magicsim.simulation import Sensor, sensor_exposure
+from magicsim.sensor import Sensor, sensor_exposure
 from magicsim.sweep.central_press import followed_finely, moved, press_centrally
 from magicsim.sweep.quality import Quality
 from magicsim.sweep.sensors import SweptSensor, camera_of, render_of

@@ -1,7 +1,6 @@
 """From a sweep to its folder: designs judged on many processes, the table and the explorer."""
 
 import base64
-import errno
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -11,11 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.dataset.folder import log_failures, sole_writer
-from magicsim.dataset.generate import versions
-from magicsim.dataset.sample import bound_threads
-from magicsim.dataset.shard import place
-from magicsim.errors import OutputError
 from magicsim.scenes.variant import activate_variant
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer import render_explorer
@@ -30,7 +24,7 @@ from magicsim.sweep.folder import (
     read_result,
     read_results,
     refuse_another,
-    result_file,
+    result_path,
     write_config,
     write_index,
 )  # fmt: skip
@@ -41,9 +35,12 @@ from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.table import rows_of, table_csv, table_parquet
 from magicsim.sweep.trends import check_trends
 from magicsim.workers.attempt import Prepare
+from magicsim.workers.folder import log_failures, place, sole_writer
 from magicsim.workers.options import WorkerOptions, choose_workers
 from magicsim.workers.outcome import Outcome
 from magicsim.workers.run import run_tasks
+from magicsim.workers.threads import bound_threads
+from magicsim.workers.versions import versions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,31 +102,26 @@ def run_sweep(
     chooser = _chooser(sweep)
     check_folder(out, resume=resume)
     start = time.perf_counter()
-    try:
-        with sole_writer(out):
-            index = SweepIndex(
-                config_hash=sweep.config_hash(),
-                versions=versions() | chooser,
-                variant=judge.variant(),
-                designs=count_designs(sweep),
-            )
-            earlier = read_index(out)
-            if earlier is not None:
-                refuse_another(out, earlier, index)
-            write_config(out, sweep)
-            kept = earlier.failed if earlier is not None and sweep.sampling == "search" else {}
-            write_index(out, index.model_copy(update={"failed": kept}))
-            call = _Call(sweep=sweep, out=out, options=options, judge=judge, progress=progress)
-            failed = call.judge_known(designs)
-            if sweep.sampling == "search":
-                failed |= call.search(index, kept)
-            results = read_results(out, count_designs(sweep))
-            write_index(out, index.model_copy(update={"is_complete": True, "failed": failed}))
-            return write_results(sweep, out, results, failed, seconds=time.perf_counter() - start)
-    except OSError as error:
-        reason = "no space left on the disk" if error.errno == errno.ENOSPC else error.strerror or str(error)
-        msg = f"cannot write {out}: {reason}; what is finished is kept, and --resume goes on from there"
-        raise OutputError(msg) from None
+    with sole_writer(out):
+        index = SweepIndex(
+            config_hash=sweep.config_hash(),
+            versions=versions() | chooser,
+            variant=judge.variant(),
+            designs=count_designs(sweep),
+        )
+        earlier = read_index(out)
+        if earlier is not None:
+            refuse_another(out, earlier, index)
+        write_config(out, sweep)
+        kept = earlier.failed if earlier is not None and sweep.sampling == "search" else {}
+        write_index(out, index.model_copy(update={"failed": kept}))
+        call = _Call(sweep=sweep, out=out, options=options, judge=judge, progress=progress)
+        failed = call.judge_known(designs)
+        if sweep.sampling == "search":
+            failed |= call.search(index, kept, known=failed)
+        results = read_results(out, count_designs(sweep))
+        write_index(out, index.model_copy(update={"is_complete": True, "failed": failed}))
+        return write_results(sweep, out, results, failed, seconds=time.perf_counter() - start)
 
 
 def write_results(
@@ -143,7 +135,7 @@ def write_results(
     trends = check_trends(results)
     rows = rows_of(results, front)
     place(out / CSV, table_csv(rows))
-    place(out / PARQUET, table_parquet(rows))
+    place(out / PARQUET, table_parquet(rows, sweep.quality))
     for result in results:
         for number, address in enumerate(result.pictures.values()):
             place(out / FRAMES / f"{result.index:05d}-{number:02d}.webp", base64.b64decode(address.partition(",")[2]))
@@ -196,18 +188,17 @@ class _Call:
         left = [each for each in designs if read_result(self.out, each.index) is None]
         return self.judge_all(left, len(designs) - len(left), 0)
 
-    def search(self, index: SweepIndex, earlier: dict[str, str]) -> dict[str, str]:
-        """Chooses designs and judges them; returns why some have no result."""
+    def search(self, index: SweepIndex, earlier: dict[str, str], *, known: dict[str, str]) -> dict[str, str]:
+        """Chooses designs and judges them; returns why some have no result, as `known` does of those of `also`."""
         from magicsim.sweep.search import search_designs
 
         def record(failed: dict[str, str]) -> None:
-            write_index(self.out, index.model_copy(update={"failed": failed}))
+            write_index(self.out, index.model_copy(update={"failed": known | failed}))
 
-        known = len(self.sweep.also)
-        return search_designs(
-            self.sweep, self.out, lambda left, ended, failed: self.judge_all(left, known + ended, failed),
-            earlier=earlier, record=record,
-        )  # fmt: skip
+        def judge(left: list[SweptDesign], ended: int, failed: int) -> dict[str, str]:
+            return self.judge_all(left, len(self.sweep.also) + ended, len(known) + failed)
+
+        return search_designs(self.sweep, self.out, judge, earlier=earlier, record=record)
 
     def judge_all(self, designs: list[SweptDesign], ended: int, failed_before: int) -> dict[str, str]:
         """Judges designs; returns why some have no result."""
@@ -218,9 +209,9 @@ class _Call:
         with closing(run_tasks(self.judge.function, tasks, self.options, prepare=self.judge.prepare)) as outcomes:
             outcome: Outcome[bytes]
             for done, outcome in enumerate(outcomes, ended + 1):
-                log_failures(self.out, outcome.key, outcome.failures, unit="design")
+                log_failures(self.out, "design", outcome.key, outcome.failures)
                 if outcome.result is not None:
-                    place(result_file(self.out, outcome.key), outcome.result)
+                    place(result_path(self.out, outcome.key), outcome.result)
                 else:
                     failed[str(outcome.key)] = outcome.failures[-1].message
                 if self.progress is not None:

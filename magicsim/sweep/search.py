@@ -10,7 +10,7 @@ from pathlib import Path
 
 from magicsim.errors import ConfigError
 from magicsim.sweep.designs import SweptDesign, design_with, values_at
-from magicsim.sweep.folder import read_result, result_file
+from magicsim.sweep.folder import read_result, result_path
 from magicsim.sweep.result import DesignResult, finite
 from magicsim.sweep.search_settings import SearchSettings
 from magicsim.sweep.study import Study
@@ -51,7 +51,7 @@ def search_designs(
         new: list[SweptDesign] = []
         for index, values in enumerate(chosen, first):
             if first_with.setdefault(tuple(values.values()), index) < index:
-                result_file(out, index).unlink(missing_ok=True)
+                result_path(out, index).unlink(missing_ok=True)
                 continue
             try:
                 new.append(design_with(sweep, index, values))

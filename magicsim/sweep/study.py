@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from magicsim.dataset.points import unit_points
 from magicsim.errors import ConfigError
+from magicsim.sampling.points import unit_points
 from magicsim.sweep.designs import POINTS
 from magicsim.sweep.pareto import costs_of
 from magicsim.sweep.result import DesignResult

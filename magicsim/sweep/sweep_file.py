@@ -10,11 +10,11 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config import Config, validate
-from magicsim.dataset.distribution import Distribution
 from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.presets import find_preset
+from magicsim.sampling.distribution import Distribution
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings, Seed, read_scene_file
 from magicsim.sweep.measures import MEASURES, Better
@@ -46,11 +46,10 @@ class SweptField(Config):
         if (self.values is None) == (self.low is None and self.high is None):
             msg = f"field '{self.field}' needs either values, or low and high"
             raise ValueError(msg)
-        if self.values is None or len(set(self.values)) < len(self.values):
-            if self.values is not None:
-                msg = f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice"
-                raise ValueError(msg)
-            self.distribution()
+        if self.values is not None and len(set(self.values)) < len(self.values):
+            msg = f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice"
+            raise ValueError(msg)
+        self.distribution()
         return self
 
     def distribution(self) -> Distribution:
@@ -64,7 +63,7 @@ class SweptField(Config):
         if self.values is not None:
             return self.values
         count = self.count or 2
-        spread = Distribution(low=self.low, high=self.high, scale=self.scale)
+        spread = self.distribution()
         return tuple(round(spread.at(number / (count - 1)), 9) for number in range(count))
 
 

@@ -5,9 +5,10 @@ import io
 from collections.abc import Sequence
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 
-from magicsim.dataset.shard import rows_as_bytes
-from magicsim.sweep.measures import MEASURES
+from magicsim.sweep.measures import described
+from magicsim.sweep.quality import Quality
 from magicsim.sweep.result import DesignResult
 
 Row = dict[str, float | int | str | bool | None]
@@ -42,18 +43,20 @@ def table_csv(rows: Sequence[Row]) -> bytes:
     return text.getvalue().encode()
 
 
-def table_parquet(rows: Sequence[Row]) -> bytes:
+def table_parquet(rows: Sequence[Row], quality: Quality) -> bytes:
     """The rows as a Parquet file, unit and meaning of every measure in its columns' metadata."""
-    fields = []
+    kinds, fields = described(quality), []
     for name in _columns(rows):
         values = [row[name] for row in rows if row.get(name) is not None]
         kind = pa.array(values).type if values else pa.float64()
         kind = pa.float64() if pa.types.is_integer(kind) and name != "design" else kind
-        known = MEASURES.get(name)
+        known = kinds.get(name)
         about = {"unit": known.unit, "meaning": known.meaning} if known is not None else None
         fields.append(pa.field(name, kind, metadata=about))
     schema = pa.schema(fields)
-    return rows_as_bytes(pa.Table.from_pylist([dict(row) for row in rows], schema=schema))
+    sink = io.BytesIO()
+    pq.write_table(pa.Table.from_pylist([dict(row) for row in rows], schema=schema), sink, compression="zstd")
+    return sink.getvalue()
 
 
 def _columns(rows: Sequence[Row]) -> list[str]:

@@ -8,12 +8,12 @@ import pytest
 from .source import imports, modules, top_level_imports
 
 LAYERS = (
-    {"errors", "presets", "conventions", "config", "folder", "markdown"},
+    {"errors", "presets", "conventions", "config", "folder", "markdown", "sampling"},
     {"geometry"},
     {"deform"},
     {"scenes"},
     {"plan"},
-    {"episode", "truth", "meshes", "shot", "simulation"},
+    {"episode", "truth", "meshes", "shot", "sensor", "simulation"},
     {"workers"},
     {
         "bench",

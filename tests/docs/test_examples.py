@@ -8,7 +8,7 @@ from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.recipe import load_recipe
 from magicsim.detectors import Contact
 from magicsim.scenes.scene import SceneConfig
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 from .pages import EXAMPLES, load
 

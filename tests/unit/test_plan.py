@@ -100,6 +100,11 @@ def test_no_light_pass_where_nothing_scatters_and_no_object_is_lit():
     assert reasons(clear.left_out, "light pass") == ["1 of 1 frames: nothing scatters"]
 
 
+def test_light_pass_is_kept_where_only_the_body_scatters():
+    cloudy = plan("{frame=0, flashlight=true}", "design=uniform-block", "design.materials.body.sigma_s_per_mm=0.2")
+    assert reasons(cloudy.kept, "light pass") == ["1 of 1 frames: the light changes"]
+
+
 def test_light_pass_is_kept_where_an_object_is_lit_through_a_clear_block():
     clear = plan("{frame=0, gap_mm=1.0}", "design=uniform-block")
     assert reasons(clear.kept, "light pass") == ["1 of 1 frames: the light changes"]

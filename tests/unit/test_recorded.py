@@ -7,11 +7,11 @@ import pytest
 from magicsim.detectors.truth import FrameClass
 from magicsim.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures
 from magicsim.errors import ConfigError, FrameError
-from magicsim.recorded import TABLE, read_episode
+from magicsim.recorded import read_episode
 from magicsim.run import write_frames
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.table import frame_file, write_table
+from magicsim.table import TABLE, frame_file, write_table
 
 CLASSES = (None, None, FrameClass.CLEAR, None, FrameClass.LIGHT)
 

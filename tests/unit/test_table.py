@@ -11,10 +11,11 @@ from magicsim.detectors.combined import judge
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.score import score_verdicts
 from magicsim.detectors.truth import FrameClass
+from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.episode import Episode, FrameTruth, Judgement, SimulatedFrame, SolveFigures
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.table import VERDICT_KEYS, frame_file, write_lattice, write_table
+from magicsim.table import frame_file, write_lattice, write_table
 
 PRESSED = FrameState(gap_mm=-1.2, x_mm=0.5, y_mm=-0.25, twist_deg=10.0, flashlight=False, light_x_mm=0.0)
 MASK = np.zeros((16, 12), bool)
@@ -120,7 +121,7 @@ def test_schema_does_not_depend_on_the_content(tmp_path: Path, episode: Episode)
 
 def test_verdicts_of_every_profile_stand_beside_the_truth(tmp_path: Path, episode: Episode, judgement: Judgement):
     rows = written(tmp_path, episode, judgement).to_pylist()
-    for key in VERDICT_KEYS:
+    for key in (*NUMBERS, *WORDS):
         assert rows[0][f"published_{key}"] is None
         assert rows[3][f"published_{key}"] == judgement.verdicts[1].as_dict()[key]
     assert rows[3]["published_contact"] == "Touched"

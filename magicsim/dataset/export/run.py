@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 from magicsim.dataset.export.source import Source, open_dataset
 from magicsim.errors import ConfigError, OutputError
@@ -51,11 +51,6 @@ def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
         seconds=round(time.perf_counter() - start, 3),
         out=str(out),
     )
-
-
-def formats() -> tuple[str, ...]:
-    """Names of all layouts."""
-    return get_args(Format)
 
 
 def _writer(layout: Format) -> Callable[[Source, Path], None]:

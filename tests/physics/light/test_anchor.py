@@ -10,7 +10,7 @@ from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.timeline import timeline
 from magicsim.scenes.view import View
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 ANCHOR = ("render.anchor_samples=32", "render.anchor_particles=200000")
 

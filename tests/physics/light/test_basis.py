@@ -16,7 +16,7 @@ SMALL = [
 def images(estimator: str, *overrides: str):
     from magicsim.scenes.renderer import Renderer
     from magicsim.scenes.view import View
-    from magicsim.simulation import Sensor
+    from magicsim.sensor import Sensor
 
     scene = load_scene("rest", [*SMALL, f"render.estimator={estimator}", *overrides], seed=3)
     renderer: Renderer = Sensor(scene).renderer
@@ -37,7 +37,7 @@ def test_a_dimmed_strip_is_a_weighted_sum() -> None:
     if activate_variant() != LLVM_VARIANT:
         pytest.skip("needs LLVM")
     from magicsim.scenes.view import View
-    from magicsim.simulation import Sensor
+    from magicsim.sensor import Sensor
 
     scene = load_scene("rest", SMALL, seed=3)
     dimmed = scene.rig.strips[0].model_copy(update={"radiance": tuple(0.25 * c for c in scene.rig.strips[0].radiance)})

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 
 def facet_points(vertices, faces):

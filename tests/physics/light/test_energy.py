@@ -4,7 +4,7 @@ import pytest
 
 from magicsim.plan import can_touch
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3")
 

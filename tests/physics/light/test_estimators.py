@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.plan import can_touch
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 AGREEMENT = 0.01
 

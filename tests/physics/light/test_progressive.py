@@ -16,7 +16,7 @@ SMALL = [
 @pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="needs LLVM")
 def test_estimated_error_is_the_distance_to_a_converged_image() -> None:
     from magicsim.scenes.view import View
-    from magicsim.simulation import Sensor
+    from magicsim.sensor import Sensor
 
     renderer = Sensor(load_scene("rest", SMALL, seed=3)).renderer
     converged = Sensor(load_scene("rest", SMALL, seed=900_000)).renderer.refined(View(), 0.015)

@@ -1,5 +1,6 @@
 """Recorded frames take the place of rendered ones."""
 
+import csv
 from pathlib import Path
 
 import cv2
@@ -9,7 +10,7 @@ import pytest
 from magicsim.errors import ConfigError
 from magicsim.evaluate.cases import list_cases
 from magicsim.evaluate.footage import film_case
-from magicsim.evaluate.recording import TABLE, Recording, read_recording, write_recording_table
+from magicsim.evaluate.recording import COLUMNS, TABLE, read_recording
 from magicsim.evaluate.run import evaluate_suite
 from magicsim.evaluate.suite import load_suite
 
@@ -37,17 +38,18 @@ def record(folder: Path, tmp_path: Path) -> Path:
     names = [f"{number:05d}.png" for number in range(len(references) + len(frames))]
     for name, image in zip(names, [*references, *frames], strict=True):
         assert cv2.imwrite(str(folder / name), image[..., ::-1])
-    blank = np.full(len(references), np.nan)
-    write_recording_table(
-        Recording(
-            folder=folder,
-            files=tuple(names),
-            is_reference=np.arange(len(names)) < len(references),
-            gap_mm=np.concatenate([blank, film.labels.gap_mm]),
-            force_n=np.concatenate([np.zeros(len(references)), film.labels.force_n]),
-            flashlight=np.concatenate([np.zeros(len(references), bool), film.labels.flashlight]),
+    blank = [("", 0.0, 0)] * len(references)
+    labels = [
+        ("" if np.isnan(gap) else gap, force, int(light))
+        for gap, force, light in zip(
+            film.labels.gap_mm.tolist(), film.labels.force_n.tolist(), film.labels.flashlight, strict=True
         )
-    )
+    ]
+    with (folder / TABLE).open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for number, (name, label) in enumerate(zip(names, [*blank, *labels], strict=True)):
+            writer.writerow([name, int(number < len(references)), *label])
     return folder
 
 

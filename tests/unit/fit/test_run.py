@@ -11,7 +11,8 @@ from magicsim.fit.run import fit_constants
 from magicsim.scenes.exposure import meter
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.simulation import Sensor, simulate
+from magicsim.sensor import Sensor
+from magicsim.simulation import simulate
 
 SMALL = (
     "design.footprint_mm=[10,12]", "design.cell_mm=2.3", "rig.camera.columns=32", "rig.camera.rows=40",

@@ -7,7 +7,7 @@ from magicsim.scenes.backend import VARIANT, dr, mi
 from magicsim.scenes.ray_start import leave
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
 SMALL = ["design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28"]

@@ -10,7 +10,7 @@ from magicsim.scenes.reach import FAINT_LEVELS, brightest_return, grey_levels, i
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 SMALL = [
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28",

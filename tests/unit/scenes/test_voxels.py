@@ -4,7 +4,7 @@ import pytest
 from magicsim.scenes.backend import VARIANT, mi
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.view import View
-from magicsim.simulation import Sensor
+from magicsim.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
 SMALL = [

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.scenes.wiener import MARGIN_PX, detail, filtered
+from magicsim.scenes.wiener import REACH_PX, detail, filtered
 
 SHAPE = (90, 80, 3)
 RNG_SEED = 11
@@ -90,5 +90,5 @@ def test_scale_does_not_matter():
 
 def test_crop_with_its_margin_is_the_crop_of_the_whole():
     image = noise()
-    inner = filtered(image[5:, 8:], VARIANCE[5:, 8:])[MARGIN_PX:, MARGIN_PX:]
-    np.testing.assert_array_equal(inner, filtered(image, VARIANCE)[5 + MARGIN_PX :, 8 + MARGIN_PX :])
+    inner = filtered(image[5:, 8:], VARIANCE[5:, 8:])[REACH_PX:, REACH_PX:]
+    np.testing.assert_array_equal(inner, filtered(image, VARIANCE)[5 + REACH_PX :, 8 + REACH_PX :])

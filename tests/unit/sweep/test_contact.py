@@ -1,6 +1,10 @@
+from types import SimpleNamespace
+
 import numpy as np
 
-from magicsim.sweep.contact import ContactScores, contact_accuracy, contact_auc
+from magicsim.detectors.verdict import Contact
+from magicsim.sweep.contact import ContactScores, contact_accuracy, contact_auc, contact_scores
+from magicsim.sweep.film import REFERENCES, SPAN
 
 
 def scores(touched: np.ndarray, *, alarm_under_light: bool = False) -> ContactScores:
@@ -37,3 +41,20 @@ def test_rendering_in_which_touches_are_missed_counts_as_much_as_the_others():
     assert abs(found.value - 2 / 3) < 1e-9
     assert found.low < 0.4
     assert found.high == 1
+
+
+def test_frames_of_the_test_never_reach_the_noise_of_the_references():
+    used = []
+
+    def frames(shown, draws, *, first, drift):
+        del shown, drift
+        used.append((first, first + draws))
+        return [None] * draws
+
+    verdict = SimpleNamespace(similarity=0.9, combined=Contact.UNTOUCHED)
+    film = SimpleNamespace(light_touches=range(60), near=range(60), light=range(4), untouched=0, frames=frames)
+    detector = SimpleNamespace(verdicts=lambda shown: [verdict] * len(shown))
+    found = contact_scores(film, detector, 200, drift=0.02)
+    assert found.touched.shape == (30, 200)
+    assert max(last for _, last in used) <= SPAN - REFERENCES
+    assert len(found.clear) > 800

@@ -1,8 +1,9 @@
 import pytest
 
 from magicsim.errors import ConfigError
+from magicsim.geometry.design import LatticeOptions
 from magicsim.sweep.designs import list_designs
-from magicsim.sweep.sweep_file import load_sweep
+from magicsim.sweep.sweep_file import SweepConfig, load_sweep
 
 from .fakes import small_sweep
 
@@ -65,6 +66,16 @@ def test_field_that_does_not_exist_or_a_value_out_of_range_is_named(swept: str, 
         list_designs(small_sweep(f"swept=[{swept}]"))
     assert named in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_field_without_a_value_of_its_own_may_be_swept_but_needs_one_in_every_design():
+    def bare(*more: str) -> SweepConfig:
+        sweep = small_sweep("swept=[{field='design.lattice.spacing_mm',values=[0.5,1.0]}]", *more)
+        return sweep.model_copy(update={"design": sweep.design.model_copy(update={"lattice": LatticeOptions()})})
+
+    assert [each.values["design.lattice.spacing_mm"] for each in list_designs(bare())] == [0.5, 1.0]
+    with pytest.raises(ConfigError, match="spacing_mm' has no value in the base sensor"):
+        list_designs(bare("also=[{'design.core_mm'=3.0}]"))
 
 
 def test_shipped_sweep_is_six_by_six_and_two_other_cores():

@@ -1,13 +1,15 @@
+import csv
 import json
 import re
 
 import pytest
 
 from magicsim.sweep.explorer import explorer_data, field_label, field_unit, render_explorer, script_json
+from magicsim.sweep.measures import described
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.trends import check_trends
 
-from .fakes import small_sweep
+from .fakes import NOTE, small_sweep
 
 
 @pytest.fixture
@@ -30,6 +32,16 @@ def test_data_in_the_page_is_that_of_the_results(page: str, results: list[Design
     assert [each["index"] for each in data["designs"]] == [0, 1, 2, 3, 4]
     assert data["designs"][1]["measures"]["shore_a"]["value"] == results[1].measures["shore_a"].value
     assert [each["name"] for each in data["fields"]] == ["design.cell_mm", "design.skin_mm", "design.core_mm"]
+    rows = list(csv.DictReader(data["csv"].splitlines()))
+    assert [row["printability_note"] for row in rows] == [NOTE] * 5
+
+
+def test_meanings_name_what_the_quality_says(results: list[DesignResult]):
+    sweep = small_sweep("quality.light_depth_mm=0.2", "quality.touch_depth_mm=0.45", "quality.drift=0.05")
+    page = render_explorer(sweep, results, front=[True] * 5, trends=[], failed={})
+    assert "from 0.2 to 0.45 mm, mean over places" in page
+    assert "lights 5 % stronger" in page
+    assert "{" not in "".join(kind.meaning for kind in described(sweep.quality).values())
 
 
 def test_text_cannot_leave_its_script_element():
@@ -63,5 +75,5 @@ def test_result_survives_its_json(results: list[DesignResult]):
 
 def test_explorer_keeps_measures_that_some_design_has(results: list[DesignResult]):
     sweep = small_sweep("measures=['shore_a','unknowns']", "objectives=[{measure='unknowns'}]")
-    data = explorer_data(sweep, results, front=[False] * 5, trends=[], failed={})
+    data = explorer_data(sweep, results, front=[False] * 5)
     assert [each["name"] for each in data["measures"]] == ["shore_a", "unknowns"]

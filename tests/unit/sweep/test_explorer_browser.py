@@ -11,7 +11,7 @@ from magicsim.sweep.explorer import render_explorer
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.trends import check_trends
 
-from .fakes import small_sweep
+from .fakes import NOTE, small_sweep
 
 pytestmark = pytest.mark.slow
 playwright = pytest.importorskip("playwright.sync_api")
@@ -101,6 +101,13 @@ def test_table_sorts_and_downloads_as_csv(page, tmp_path: Path):
     download.value.save_as(target)
     rows = list(csv.DictReader(target.read_text(encoding="utf-8").splitlines()))
     assert [row["design"] for row in rows] == ["0", "1", "2", "3", "4"]
+    assert {row["printability_note"] for row in rows} == {NOTE}
+
+
+def test_marks_of_a_curve_stand_inside_its_drawing(page):
+    marks = page.locator("#curves line[style*=dasharray]")
+    assert marks.count() == 2  # half of the frames are told, d' = 2
+    assert all(float(mark.get_attribute("y1")) > 0 for mark in marks.all())
 
 
 def test_page_is_no_wider_than_its_window(page):

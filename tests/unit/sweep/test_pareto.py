@@ -11,6 +11,10 @@ def test_front_holds_what_nothing_beats():
     assert pareto_front(costs).tolist() == [True, True, True, False, True, False]
 
 
+def test_without_objectives_no_design_is_in_the_front():
+    assert not pareto_front(np.zeros((3, 0))).any()
+
+
 def test_front_of_one_objective_is_its_best():
     assert pareto_front(np.array([[2.0], [1.0], [3.0]])).tolist() == [False, True, False]
 

@@ -91,6 +91,22 @@ def test_failed_designs_stay_failed_and_the_search_goes_on(out: Path):
 
 
 @pytest.mark.usefixtures("in_process")
+def test_failures_of_further_designs_are_told_and_recorded_while_the_search_runs(out: Path):
+    told, recorded = [], []
+
+    def progress(*each: int) -> None:
+        told.append(each)
+        recorded.append(set(json.loads((out / "sweep.json").read_text())["failed"]))
+
+    beyond = "also=[{'design.cell_mm'=0.79}]"  # what `PARTLY` cannot build
+    summary = run_sweep(searching(12, beyond), out, options=ONE, judge=PARTLY, progress=progress)
+    assert told[0] == (1, 13, 1)
+    assert [failed for _, _, failed in told] == sorted(failed for _, _, failed in told)
+    assert told[-1][2] == summary.failed
+    assert "12" in recorded[-1]
+
+
+@pytest.mark.usefixtures("in_process")
 def test_design_that_is_chosen_again_is_judged_once(out: Path):
     swept = ("swept=[{field='design.skin_mm',values=[0.5,1.0,1.5]}]", "measures=['force_1mm_n']")
     objective = "objectives=[{measure='force_1mm_n',better='lower'}]"

@@ -1,4 +1,4 @@
-"""Points of the unit cube from which everything in a recipe is drawn; point k never depends on how many there are."""
+"""Points of the unit cube from which everything random is drawn; point k never depends on how many there are."""
 
 import math
 from typing import Literal
@@ -16,7 +16,7 @@ def unit_points(count: int, dimensions: int, *, seed: int, stream: int, sampling
     Args:
         count: How many.
         dimensions: Of each point.
-        seed: Seed of the recipe.
+        seed: Seed of the recipe or sweep.
         stream: Sequences of different streams are independent.
         sampling: Scrambled Sobol points (Owen 1998), or independent ones.
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.dataset.points import unit_points
+from magicsim.sampling.points import unit_points
 
 
 @pytest.mark.parametrize("sampling", ["sobol", "random"])

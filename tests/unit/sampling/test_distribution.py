@@ -3,8 +3,8 @@ import pytest
 from scipy import stats
 
 from magicsim.config import validate
-from magicsim.dataset.distribution import Distribution, choose
 from magicsim.errors import ConfigError
+from magicsim.sampling.distribution import Distribution, choose
 
 SHARES = (np.arange(2000) + 0.5) / 2000
 

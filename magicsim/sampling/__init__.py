@@ -1,0 +1,1 @@
+"""Numbers drawn for recipes and sweeps: points of the unit cube, and the distributions that they are turned into."""
