@@ -33,7 +33,8 @@ class LightField:
 
         What changes fluence from cell to cell is scattering over a free path of several cells, so the change is taken
         between local means: noise falls several times, and a field that equals the cheap one gives the careful one.
-        What was dark takes this field's own light.
+        Of that change the part counts that is not noise: a light touch changes fluence by less than its noise. What was
+        dark takes this field's own light.
 
         Args:
             cheap: The untouched state with this field's seed and particles.
@@ -54,10 +55,11 @@ def _carried_over(now: Array, cheap: Array, careful: Array, counts: Counts | Non
     if counts is None:
         return careful
     noise = cheap - careful
-    clean = local_mean(now - _share(now - careful, noise, careful) * noise, counts)
-    before = local_mean(careful, counts)
-    change = np.divide(clean, before, out=np.ones_like(now), where=before > 0)
-    return np.where(careful > 0, careful * np.maximum(change, 0), now)
+    share = _share(now - careful, noise, careful)
+    level, change, own = (local_mean(each, counts) for each in (careful, now - careful - share * noise, noise))
+    change *= _signal(change, (1 - share**2) * _energy(own, level), level)
+    factor = 1 + np.divide(change, level, out=np.zeros_like(change), where=level > 0)
+    return np.where(careful > 0, careful * np.maximum(factor, 0), now)
 
 
 def _share(change: Array, noise: Array, level: Array) -> float:
@@ -65,9 +67,20 @@ def _share(change: Array, noise: Array, level: Array) -> float:
 
     The ratio of the two noisy fields, which takes off all of the noise, adds what they do not share.
     """
-    weight = np.divide(1, level, out=np.zeros_like(level), where=level > 0)
-    squared = float((weight * noise**2).sum())
-    return float(np.clip((weight * change * noise).sum() / squared, 0, 1)) if squared > 0 else 0.0
+    squared = _energy(noise, level)
+    both = float(np.divide(change * noise, level, out=np.zeros_like(level), where=level > 0).sum())
+    return float(np.clip(both / squared, 0, 1)) if squared > 0 else 0.0
+
+
+def _signal(change: Array, noise: float, level: Array) -> float:
+    """Part of a change that is more than noise of known energy, 0 to 1: the positive part of James and Stein (1961)."""
+    energy = _energy(change, level)
+    return max(0.0, 1 - noise / energy) if energy > 0 else 1.0
+
+
+def _energy(values: Array, level: Array) -> float:
+    """Sum of squares in units of a variance that is as the level."""
+    return float(np.divide(values**2, level, out=np.zeros_like(level), where=level > 0).sum())
 
 
 def local_mean(fluence: Array, counts: Counts) -> Array:

@@ -11,10 +11,15 @@ from scipy.ndimage import gaussian_filter
 
 Array = npt.NDArray[np.float64]
 SPREAD_PX = 1.5
-"""Standard deviation of local means and energies [px]: from 1 to 3 px frames pressed 1 mm differ in error by 1 %."""
+"""Standard deviation of local means [px]."""
 MEAN_REACH_PX = 3
 """Largest distance of a neighbour in one mean, along columns and rows [px]."""
-REACH_PX = 3 * MEAN_REACH_PX
+ENERGY_SPREAD_PX = 2.5
+"""Standard deviation of the mean of squared detail [px]: over fewer pixels noise passes that happens to be strong, over
+more of them detail is lost that is local."""
+ENERGY_REACH_PX = 5
+"""The same as of a local mean."""
+REACH_PX = MEAN_REACH_PX + 2 * ENERGY_REACH_PX
 """How far around a pixel its filtered value looks [px]: detail, its energy, the energy of what is kept."""
 
 
@@ -57,4 +62,4 @@ def local_mean(image: Array, spread_px: float, reach_px: int) -> Array:
 
 def _energy(fine: Array) -> Array:
     """Local mean of the square, summed over channels, shape (rows, columns, 1)."""
-    return local_mean((fine**2).sum(2, keepdims=True), SPREAD_PX, MEAN_REACH_PX)
+    return local_mean((fine**2).sum(2, keepdims=True), ENERGY_SPREAD_PX, ENERGY_REACH_PX)
