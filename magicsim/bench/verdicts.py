@@ -1,4 +1,4 @@
-"""How well must a frame be rendered? What the detectors read of four states, against samples and particles.
+"""How well must a frame be rendered? What the detectors read of five states, against samples and particles.
 
 Every setting renders the states of independent seeds, anchored as in an episode; the last one stands for converged.
 """
@@ -19,7 +19,14 @@ from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.scenes.untouched import shared_states
 from magicsim.sensor import Sensor
 
-STATES = ("rest", "near", "pressed", "flashlight")
+STATES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "rest": ("rest", ()),
+    "near": ("near", ()),
+    "touched": ("pressed", ("keyframes=[{frame=0,gap_mm=-0.2}]",)),
+    "pressed": ("pressed", ()),
+    "flashlight": ("flashlight", ()),
+}
+"""Scene and settings of each."""
 SETTINGS = ((1, 10_000), (2, 20_000), (4, 40_000), (8, 80_000), (16, 160_000), (32, 320_000), (64, 1_280_000))
 """Camera samples a pixel and light particles; the fourth is the default."""
 PROFILE = "calibrated"
@@ -69,7 +76,7 @@ def measure_verdicts(state: str, samples: int, particles: int, *, seeds: int, qu
     """One row.
 
     Args:
-        state: Name of a scene; its first scored frame.
+        state: Key of `STATES`; the first scored frame.
         samples: Camera samples a pixel.
         particles: Light particles of all strips.
         seeds: Number of independent renderings.
@@ -82,8 +89,9 @@ def measure_verdicts(state: str, samples: int, particles: int, *, seeds: int, qu
     )
     profile, found, seconds = load_profile(PROFILE), [], []
     for seed in range(seeds):
-        settings = [f"render.samples={samples}", f"render.particles={particles}", *small]
-        scene = load_scene(state, settings, seed=seed)
+        name, changes = STATES[state]
+        settings = [*changes, f"render.samples={samples}", f"render.particles={particles}", *small]
+        scene = load_scene(name, settings, seed=seed)
         sensor, frame = Sensor(scene, untouched=shared_states()), timeline(scene)[0]
         deformation = sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest
         view = sensor.view(frame, deformation)
