@@ -27,8 +27,7 @@ def change_and_noise(now: FloatImage, cheap: FloatImage, careful: FloatImage) ->
     The share is the linear regression of the frame on that noise over all neighbours, with a constant for each channel.
     A pixel's own values are left out, so that its own noise does not choose its share: the mean stays as it is (a
     control variate with a coefficient that is independent of what it multiplies). Up to six pixels from the border the
-    mirror brings them back with a weight of 1 % at most. Every pixel sums in one order: crops are
-    exact.
+    mirror brings them back with a weight of 1 % at most. Every pixel sums in one order: crops are exact.
 
     Args:
         now: Radiance of the frame, shape (rows, columns, 3).

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import magicsim
 
 PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "pyarrow", "opencv-contrib-python-headless")
+"""Whose versions may change a result's bytes."""
 
 
 def versions() -> dict[str, str]:
