@@ -16,7 +16,7 @@ class Anchor:
 
     A frame with the same seed differs from the cheap rendering only where something changed, so what the cheap image
     differs by from the careful one can be taken off as far as frames share it (see `anchored_image`). The
-    fluence behind it is the careful one times a change of local means (see `LightField.anchored`): far less noisy, and
+    fluence behind it is the careful one times a change of local means (see `anchored_light`): far less noisy, and
     biased only where light changes within a few cells. The careful state has a seed of its own, the same for every
     episode: an untouched sensor always looks the same.
     """

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.scenes.anchor import Anchor
+from magicsim.scenes.anchored_light import anchored_light
 from magicsim.scenes.backend import mi
 from magicsim.scenes.cached_light import cell_slopes
 from magicsim.scenes.finish import Finish
@@ -126,7 +127,7 @@ def light_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: An
     if outside.object is not None:
         back = follow_light(scene, outside, light, seed=seed)
         now = replace(careful, fluence=careful.fluence + back.fluence)
-        careful = now.anchored(careful, careful, integrator.counts, None)
+        careful = anchored_light({"": now}, {"": careful}, {"": careful}, integrator.counts, None)[""]
         added.append(replace(back, fluence=dark.fluence))
     if outside.flashlight is not None:
         particles = {FLASHLIGHT: integrator.particles}  # Nothing else is traced from a light.

@@ -9,6 +9,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.anchor import Anchor
 from magicsim.scenes.anchored_image import REACH_PX, anchored_image
+from magicsim.scenes.anchored_light import anchored_light
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
@@ -83,8 +84,8 @@ class Renderer(PlainRenderer):
         voxels = integrator.voxels.counts if integrator.voxels is not None else None
         fields = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
         growth = _ratio(integrator.held_mm3(world.scene), anchor.held_mm3)
-        for name in fields.keys() & anchor.careful.keys():
-            fields[name] = fields[name].anchored(anchor.cheap[name], anchor.careful[name], counts, voxels, growth)
+        known = {name: fields[name] for name in fields if name in anchor.careful}
+        fields |= anchored_light(known, anchor.cheap, anchor.careful, counts, voxels, growth)
         field = total([integrator.darkness(world.scene), *fields.values()])
         image = self._gather(world, field, self.settings.samples, self.seed, read=self._wide_film)
         clean = anchored_image(image, *(self._around.of(rest) for rest in (anchor.cheap_image, anchor.image)))
