@@ -96,9 +96,10 @@ def test_squeezed_voxels_are_as_bright_as_before(careful):
 def test_half_of_a_noise_that_is_shared_in_half_is_taken_off(careful):
     # Half of the variance is common to both, so the best share is the correlation, and 1 - 1/4 of the variance stays.
     random, errors = np.random.default_rng(1), []
-    truth = careful * np.tile(np.arange(COUNTS[0]), CELLS // COUNTS[0])[:, None]  # so strong a change that all counts
+    x = np.tile(np.arange(COUNTS[0]), CELLS // COUNTS[0])
+    truth = careful * (1 + 0.3 * np.cos(np.pi * x / COUNTS[0]))[:, None]  # so strong that all of it counts
     whole = anchored(truth, careful, careful)
-    for _ in range(40):
+    for _ in range(160):
         common, own, other = (np.sqrt(careful) * NOISE * random.standard_normal(careful.shape) for _ in range(3))
         now, cheap = truth + np.sqrt(0.5) * (common + own), careful + np.sqrt(0.5) * (common + other)
         alone, both = anchored(now, careful, careful), anchored(now, cheap, careful)
