@@ -1,5 +1,8 @@
 """One sensor in one scene: geometry, lattice and renderer, asked for deformations and images of single states."""
 
+from copy import copy
+from typing import Self
+
 import numpy as np
 import numpy.typing as npt
 
@@ -51,6 +54,18 @@ class Sensor:
         self.renderer = build_renderer(scene, self.elastomer, untouched=untouched)
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
+
+    def reseeded(self, turn: int) -> Self:
+        """The same sensor in the same scene with other random numbers; geometry, lattice and Mitsuba scenes are shared.
+
+        Args:
+            turn: What is added to the scene's seed and to that of the untouched state.
+        """
+        render = self.scene.render.model_copy(update={"anchor_seed": self.scene.render.anchor_seed + turn})
+        other = copy(self)
+        other.scene = self.scene.model_copy(update={"seed": self.scene.seed + turn, "render": render})
+        other.renderer = self.renderer.reseeded(seed=other.scene.seed, anchor_seed=render.anchor_seed)
+        return other
 
     def _zone(self) -> Zone | None:
         states = [state for state in timeline(self.scene) if can_touch(state)]

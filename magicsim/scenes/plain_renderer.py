@@ -58,7 +58,7 @@ class PlainRenderer:
         self.object_finish = object_finish or Finish()
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self._film = film(elastomer.design, rig, rig.camera.window)
-        self._worlds: Worlds | None = None
+        self._worlds = Worlds(elastomer, rig, object_mesh, self.object_finish, self.integrator_entry())
 
     def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
         """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
@@ -104,10 +104,6 @@ class PlainRenderer:
 
     def world(self, view: View) -> World:
         """The Mitsuba scene that shows a view, loaded when it is first needed."""
-        if self._worlds is None:
-            self._worlds = Worlds(
-                self.elastomer, self.rig, self.object_mesh, self.object_finish, self.integrator_entry()
-            )
         return self._worlds.of(view, self._placed(view))
 
     def _placed(self, view: View) -> Array | None:

@@ -1,7 +1,8 @@
 """Radiance of one sensor in any state, anchored to its untouched one, with as little work as the state needs."""
 
+from copy import copy
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -63,6 +64,19 @@ class Renderer(PlainRenderer):
         self._untouched = untouched if untouched is not None else UntouchedStates()
         self._anchor: Anchor | None = None
         self._outsides: Outsides | None = None
+
+    def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
+        """This renderer with other random numbers; both bring their views into the same Mitsuba scenes.
+
+        Args:
+            seed: Monte Carlo seed that all of its frames share.
+            anchor_seed: Of its untouched state.
+        """
+        other = copy(self)
+        other.seed = seed
+        other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
+        other._untouched, other._anchor = UntouchedStates(), None
+        return other
 
     def radiance(self, view: View) -> FloatImage:
         """Linear radiance of what is read out, shape (rows, columns, 3), anchored if settings say so.
@@ -176,19 +190,26 @@ class Renderer(PlainRenderer):
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""
         if self._anchor is None:
-            world = self.world(View())
-            integrator, names = world.scene.integrator(), lights_of(world)
-            cheap = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
-            careful = self._careful(world, names)
-            field = total([integrator.darkness(world.scene), *careful.fields.values()])
-            self._anchor = Anchor(
-                cheap=cheap,
-                careful=careful.fields,
-                cheap_image=self._gather(world, field, self.settings.samples, self.seed, read=self._whole_film),
-                image=careful.image,
-                held_mm3=integrator.held_mm3(world.scene),
-            )
+            key = f"{self._untouched_key()} {self.settings.samples} {self.settings.particles} {self.seed}"
+            self._anchor = self._untouched.anchor(key)
+            if self._anchor is None:
+                self._anchor = self._new_anchor()
+                self._untouched.keep_anchor(key, self._anchor)
         return self._anchor
+
+    def _new_anchor(self) -> Anchor:
+        world = self.world(View())
+        integrator, names = world.scene.integrator(), lights_of(world)
+        cheap = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
+        careful = self._careful(world, names)
+        field = total([integrator.darkness(world.scene), *careful.fields.values()])
+        return Anchor(
+            cheap=cheap,
+            careful=careful.fields,
+            cheap_image=self._gather(world, field, self.settings.samples, self.seed, read=self._whole_film),
+            image=careful.image,
+            held_mm3=integrator.held_mm3(world.scene),
+        )
 
     def _untouched_key(self) -> str:
         return untouched_key(self.elastomer.design, self.rig, self.settings)

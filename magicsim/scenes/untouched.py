@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.anchor import Anchor
 from magicsim.scenes.light_field import LightField
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
@@ -55,6 +56,7 @@ class UntouchedStates:
     def __init__(self) -> None:
         """Holds nothing."""
         self._states: OrderedDict[str, UntouchedState] = OrderedDict()
+        self._anchor: tuple[str, Anchor] | None = None
         self._recorded: tuple[str, Recorded] | None = None
 
     def get(self, key: str) -> UntouchedState | None:
@@ -68,6 +70,14 @@ class UntouchedStates:
         self._states[key] = state
         while len(self._states) > KEPT:
             self._states.popitem(last=False)
+
+    def anchor(self, key: str) -> Anchor | None:
+        """What the frames of a sensor and a seed refer to, if that was kept last."""
+        return self._anchor[1] if self._anchor is not None and self._anchor[0] == key else None
+
+    def keep_anchor(self, key: str, anchor: Anchor) -> None:
+        """Keeps what the frames of one sensor and one seed refer to."""
+        self._anchor = (key, anchor)
 
     def recorded(self, key: str) -> Recorded | None:
         """What was recorded of a sensor, if that was kept last: it is much."""

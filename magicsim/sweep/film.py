@@ -7,7 +7,7 @@ once, in the middle of the face, and moved to each touched place (see `deform.ce
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -59,7 +59,7 @@ class Shown:
     force_n: float
     """Along z."""
     seconds: float
-    """Time of its rendering [s]."""
+    """Time of its rendering, with that of its meshes in the first film [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,36 +121,33 @@ def film_design(
     def pressed(depth_mm: float) -> CentralPress:
         return press_centrally(sensor.design, thing, depth_mm, cells_across=quality.cells_across)
 
-    films = []
-    for turn in range(quality.renderings):
-        scene = _scene(sensor, thing, quality, seed=seed, turn=turn)
-        # What else looks at the sensor, such as the plates, has the random numbers of the first film.
-        simulated = Sensor(scene, untouched=untouched if turn == 0 else UntouchedStates())
-        simulated.warm_up(plan_scene(scene))
-        films.append(_film(simulated, pressed, quality))
-    return films
+    scene = _scene(sensor, thing, quality, seed=seed)
+    # What else looks at the sensor, such as the plates, has the random numbers of the first film.
+    first = Sensor(scene, untouched=untouched)
+    first.warm_up(plan_scene(scene))
+    turns = [first, *(first.reseeded(turn) for turn in range(1, quality.renderings))]
+    rests = [each.radiance(UNTOUCHED, first.rest) for each in turns]
+    shown = zip(*_shown(turns, pressed), strict=True)
+    return [_film(*each, quality) for each in zip(turns, rests, shown, strict=True)]
 
 
-def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int, turn: int) -> SceneConfig:
-    render = render_of(sensor, quality)
+def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int) -> SceneConfig:
     return SceneConfig.model_validate(
         {
             "schema_version": 1,
             "design": followed_finely(sensor.design),
             "rig": sensor.rig.model_copy(update={"camera": camera_of(sensor, quality)}),
-            "seed": seed + turn,
+            "seed": seed,
             "references": 0,
             "object": thing,
-            "render": render.model_copy(update={"anchor_seed": render.anchor_seed + turn}),
+            "render": render_of(sensor, quality),
             "output": OutputSettings(**dict.fromkeys(OutputSettings.model_fields, False)),
             "keyframes": _keyframes(touched_places(sensor, quality, seed=seed), quality),
         }
     )
 
 
-def _film(simulated: Sensor, pressed: Callable[[float], CentralPress], quality: Quality) -> Film:
-    rest = simulated.radiance(UNTOUCHED, simulated.rest)
-    shown = list(_shown(simulated, pressed))
+def _film(simulated: Sensor, rest: FloatImage, shown: tuple[Shown, ...], quality: Quality) -> Film:
     near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches
     parts = [shown[a:b] for a, b in _runs([near, depths, touches, len(LIGHTS_MM)])]
     return Film(
@@ -167,21 +164,30 @@ def _film(simulated: Sensor, pressed: Callable[[float], CentralPress], quality: 
     )
 
 
-def _shown(simulated: Sensor, pressed: Callable[[float], CentralPress]) -> Iterator[Shown]:
-    for number, state in enumerate(timeline(simulated.scene), 1):
+def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) -> Iterator[list[Shown]]:
+    """Every state by every turn: a state's meshes are moved, and its search tree is built, once for all of them."""
+    first = turns[0]
+    for number, state in enumerate(timeline(first.scene), 1):
         depth = -(state.gap_mm or 0.0)
-        deformation = moved(simulated, state, pressed(depth)) if depth > 0 else simulated.rest
+        deformation = moved(first, state, pressed(depth)) if depth > 0 else first.rest
         before = time.perf_counter()
-        radiance = simulated.radiance(state, deformation)
-        yield Shown(
-            number=number,
-            gap_mm=state.gap_mm,
-            x_mm=state.x_mm,
-            y_mm=state.y_mm,
-            radiance=radiance,
-            force_n=float(deformation.force_n[2]),
-            seconds=time.perf_counter() - before,
-        )
+        view = first.view(state, deformation)
+        shown = []
+        for each in turns:
+            radiance, now = each.renderer.radiance(view), time.perf_counter()
+            shown.append(
+                Shown(
+                    number=number,
+                    gap_mm=state.gap_mm,
+                    x_mm=state.x_mm,
+                    y_mm=state.y_mm,
+                    radiance=radiance,
+                    force_n=float(deformation.force_n[2]),
+                    seconds=now - before,
+                )
+            )
+            before = now
+        yield shown
 
 
 def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.NDArray[np.float64]:
