@@ -8,7 +8,9 @@ import pytest
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.finish import Finish
+from magicsim.scenes.renderer import Renderer
 from magicsim.scenes.timeline import timeline
+from magicsim.scenes.untouched import UntouchedStates
 from magicsim.scenes.view import View
 from magicsim.sensor import Sensor
 
@@ -100,9 +102,16 @@ def test_ghost_changes_the_sampling_and_not_the_verdict(small_scene):
     # An object that light passes as if nothing were there: paths differ, light does not.
     scene = small_scene("near", *ANCHOR, "render.samples=6", "render.particles=80000")
     sensor = Sensor(scene)
-    sensor.renderer.object_finish = Finish(is_ghost=True)
-    untouched = sensor.renderer.radiance(View())
-    ghost = sensor.renderer.radiance(sensor.view(timeline(scene)[0], sensor.rest))
+    renderer = Renderer(
+        sensor.elastomer,
+        scene.rig,
+        scene.render,
+        seed=scene.seed,
+        object_mesh=sensor.renderer.object_mesh,
+        object_finish=Finish(is_ghost=True),
+    )
+    untouched = renderer.radiance(View())
+    ghost = renderer.radiance(sensor.view(timeline(scene)[0], sensor.rest))
     assert (ghost != untouched).any()
     assert np.sqrt(((ghost - untouched) ** 2).mean()) < 0.02 * untouched.mean()
     profile, camera, exposure = load_profile("calibrated"), scene.rig.camera, meter(untouched, scene.rig.camera)
@@ -112,3 +121,33 @@ def test_ghost_changes_the_sampling_and_not_the_verdict(small_scene):
     ]
     assert [verdict.proximity for verdict in verdicts] == ["Normal", "Normal"]
     assert verdicts[1].entropy < verdicts[0].entropy + 0.3
+
+
+QUICK = ("render.anchor_samples=4", "render.anchor_particles=5000", "render.particles=5000", "render.samples=2")
+
+
+def test_sensor_with_other_random_numbers_is_that_of_a_scene_with_these(small_scene):
+    scene = small_scene("pressed", *QUICK, seed=1)
+    first, state = Sensor(scene), timeline(scene)[0]
+    second = first.reseeded(2)
+    view = first.view(state, first.deform(state, first.rest))
+    shown = [each.renderer.radiance(view) for each in (first, second, first)]
+    other = Sensor(small_scene("pressed", *QUICK, f"render.anchor_seed={scene.render.anchor_seed + 2}", seed=3))
+    np.testing.assert_array_equal(shown[1], other.radiance(state, other.deform(state, other.rest)))
+    np.testing.assert_array_equal(shown[2], shown[0])
+    assert np.abs(shown[1] - shown[0]).max() > 0
+    assert (second.scene.seed, first.scene.seed) == (3, 1)
+
+
+def test_sensors_of_one_seed_share_what_their_frames_refer_to_and_of_another_do_not(small_scene):
+    states = UntouchedStates()
+
+    def anchor(*changes: str, seed: int = 1):
+        sensor = Sensor(small_scene("near", *QUICK, *changes, seed=seed), untouched=states)
+        return sensor.renderer.anchor()
+
+    first = anchor()
+    assert anchor("object.radius_mm=2.0", "rig.camera.region_px=[8,8,16,16]") is first
+    for changed in ("render.samples=4", "render.particles=6000"):
+        assert anchor(changed) is not anchor()
+    assert anchor(seed=2) is not anchor()
