@@ -4,7 +4,8 @@ A thicker skin or a thinner core is harder (Fan, Li, Zhang, arXiv 2505.24382, an
 a thicker skin is less sensitive, to depth and to force.
 
 A row of designs says something only as far as its ends differ by more than their intervals: the interval of a change is
-that of a difference of independent errors, sqrt(h1^2 + h2^2) with the half widths h.
+that of a difference of independent errors, sqrt(h1^2 + h2^2) with the half widths h. A trend is shown where the mean
+change of all rows differs from zero by more than its interval, and no row says the opposite.
 """
 
 import math
@@ -47,6 +48,7 @@ class TrendCheck:
     statement: str
     field: str
     measure: str
+    rises: bool
     series: int
     """Rows of designs that differ in the field alone."""
     steps: int
@@ -57,6 +59,8 @@ class TrendCheck:
     """Rows whose last design differs from the first the right way."""
     ends_clear: int
     """Those of them whose ends differ by more than their intervals."""
+    ends_contrary: int
+    """Rows whose ends differ by more than that the wrong way."""
     change: float
     """From first to last design, mean over rows, in the measure's unit."""
     low: float | None
@@ -66,8 +70,10 @@ class TrendCheck:
 
     @property
     def holds(self) -> bool:
-        """Whether every row goes the right way from end to end."""
-        return self.series > 0 and self.ends_right == self.series
+        """Whether the mean change is clear, the right way, and no row is clear the wrong way."""
+        if self.low is None or self.high is None or self.ends_contrary:
+            return False
+        return self.low > 0 if self.rises else self.high < 0
 
 
 def check_trends(results: Sequence[DesignResult]) -> list[TrendCheck]:
@@ -107,11 +113,13 @@ def _check(trend: Trend, rows: Sequence[Sequence[Measured]]) -> TrendCheck:
         statement=trend.statement,
         field=trend.field,
         measure=trend.measure,
+        rises=trend.rises,
         series=len(rows),
         steps=len(steps),
         steps_right=sum(step > 0 for step in steps),
         ends_right=sum(sign * each > 0 for each in changes),
         ends_clear=sum(sign * each > 0 for each in clear),
+        ends_contrary=sum(sign * each < 0 for each in clear),
         change=change,
         low=change - half if half is not None else None,
         high=change + half if half is not None else None,
