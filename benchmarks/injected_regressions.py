@@ -4,8 +4,8 @@
 
 Films the small suite into the cache (once: twelve dark takes and two lit ones; a run that is cut off goes on), judges
 it with the sound detectors as the baseline, then with one fault at a time, then ten times with the sound ones under
-other camera noise. Writes `injected-regressions.json`: for every run its alarms. Exit code 1
-where a fault passes unnoticed or a rerun raises an alarm.
+other camera noise. Writes `injected-regressions.json`: for every run its alarms, and what became better. Exit code 1
+where a fault passes unnoticed that makes nothing better, or a rerun raises an alarm.
 """
 
 import argparse
@@ -20,7 +20,7 @@ from magicsim.evaluate.baseline import load_baseline, paired, save_baseline
 from magicsim.evaluate.detector import MakeDetector, ProfileDetector
 from magicsim.evaluate.injected import FAULTS
 from magicsim.evaluate.judged import JudgedEpisode, judge_footage
-from magicsim.evaluate.regression import compare
+from magicsim.evaluate.regression import Change, compare
 from magicsim.evaluate.run import condition_of, film_suite
 from magicsim.evaluate.suite import SuiteConfig, load_suite
 
@@ -30,10 +30,14 @@ def judge(suite: SuiteConfig, cache: Path, make: MakeDetector) -> list[JudgedEpi
     return [judge_footage(film, make, who="built-in") for films in film_suite(suite, cache) for film in films]
 
 
-def alarms(baseline: Path, episodes: Sequence[JudgedEpisode], *, seed: int) -> list[dict[str, Any]]:
-    """What fell significantly, as `magicsim evaluate` would say."""
+def changes_since(baseline: Path, episodes: Sequence[JudgedEpisode], *, seed: int) -> list[Change]:
+    """All measures beside those of a baseline."""
     pairs = paired(load_baseline(baseline), episodes)
-    changes = compare(pairs, [condition_of(now) for _, now in pairs], seed=seed, same_scale=True)
+    return compare(pairs, [condition_of(now) for _, now in pairs], seed=seed, same_scale=True)
+
+
+def alarms(changes: Sequence[Change]) -> list[dict[str, Any]]:
+    """What fell significantly, as `magicsim evaluate` would say."""
     return [
         {
             "condition": each.condition,
@@ -44,6 +48,11 @@ def alarms(baseline: Path, episodes: Sequence[JudgedEpisode], *, seed: int) -> l
         for each in changes
         if each.is_regression
     ]
+
+
+def gains(changes: Sequence[Change]) -> list[str]:
+    """What rose by more than matters."""
+    return [f"{each.condition} {each.measure}" for each in changes if each.fall < -each.matters]
 
 
 def main() -> None:
@@ -64,21 +73,21 @@ def main() -> None:
     faults, reruns = {}, {}
     for name, fault in FAULTS.items():
         faulty = judge(suite, given.cache, lambda fault=fault: fault.make(profile))  # type: ignore[misc]
-        faults[name] = {"says": fault.says, "alarms": alarms(baseline, faulty, seed=suite.seed)}
-        print(
-            f"{name} ({fault.says}): {[each['measure'] for each in faults[name]['alarms']] or 'unnoticed'}", flush=True
-        )
+        changes = changes_since(baseline, faulty, seed=suite.seed)
+        faults[name] = {"says": fault.says, "alarms": alarms(changes), "gains": gains(changes)}
+        noticed = [each["measure"] for each in faults[name]["alarms"]] or "unnoticed"
+        print(f"{name} ({fault.says}): {noticed}; better: {faults[name]['gains'] or 'nothing'}", flush=True)
     for seed in range(1, given.reruns + 1):
         other = suite.model_copy(update={"seed": seed})
         again = judge(other, given.cache, lambda: ProfileDetector(profile))
-        reruns[seed] = alarms(baseline, again, seed=suite.seed)
+        reruns[seed] = alarms(changes_since(baseline, again, seed=suite.seed))
         print(f"seed {seed}: {[each['measure'] for each in reruns[seed]] or 'silent'}", flush=True)
     result = {
         "kind": "injected-regressions", "suite": given.suite, "profile": given.profile,
         "takes": len({each.tag.take for each in sound}), "faults": faults, "reruns": reruns,
     }  # fmt: skip
     (given.out / "injected-regressions.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    missed = [name for name, each in faults.items() if not each["alarms"]]
+    missed = [name for name, each in faults.items() if not each["alarms"] and not each["gains"]]
     false = [seed for seed, each in reruns.items() if each]
     print(f"unnoticed: {missed or 'none'}; false alarms: {false or 'none'}")
     sys.exit(1 if missed or false else 0)
