@@ -51,8 +51,8 @@ def alarms(changes: Sequence[Change]) -> list[dict[str, Any]]:
 
 
 def gains(changes: Sequence[Change]) -> list[str]:
-    """What rose by more than matters."""
-    return [f"{each.condition} {each.measure}" for each in changes if each.fall < -each.matters]
+    """What rose, likewise."""
+    return [f"{each.condition} {each.measure}" for each in changes if each.is_improvement]
 
 
 def main() -> None:
@@ -70,7 +70,8 @@ def main() -> None:
     sound = judge(suite, given.cache, lambda: ProfileDetector(profile))
     baseline = given.cache / "sound.json"
     save_baseline(baseline, sound, suite=given.suite, detector=given.profile)
-    faults, reruns = {}, {}
+    faults: dict[str, dict[str, Any]] = {}
+    reruns: dict[int, list[dict[str, Any]]] = {}
     for name, fault in FAULTS.items():
         faulty = judge(suite, given.cache, lambda fault=fault: fault.make(profile))  # type: ignore[misc]
         changes = changes_since(baseline, faulty, seed=suite.seed)
