@@ -1,6 +1,6 @@
 """How fast a recipe becomes rows, on one process and on more, what a frame takes on disk, and whether memory is flat.
 
-    python benchmarks/dataset_throughput.py --out throughput [--recipe default] [--episodes 75] [--workers 1 2]
+    python benchmarks/dataset_throughput.py --out throughput [--recipe default] [--episodes 32] [--workers 1 2]
         [--set key=value] [--figures docs/benchmarks/dataset-throughput.json]
 
 Each number of processes makes the same dataset in a folder of its own below `--out`, on as many cores. A run that was
@@ -131,7 +131,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--recipe", default="default")
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--episodes", type=int, default=75)
+    parser.add_argument("--episodes", type=int, default=32)
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--set", action="append", default=[], dest="settings")
     parser.add_argument("--figures", type=Path)
