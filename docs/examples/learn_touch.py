@@ -143,7 +143,7 @@ def draw(figures: dict, path: Path) -> None:
         )  # fmt: skip
         axes.axhline(figures[f"guess_{name}_{unit.lower()}"], color="0.6", linestyle="--", label="always the mean")
         axes.set(xlabel="frames in contact to learn from", ylabel=f"error of {name} [{unit}]", ylim=(0, None))
-        axes.legend()
+        axes.legend(loc="lower left")
     figure.savefig(path, dpi=120)
 
 
