@@ -9,6 +9,9 @@ from magicsim.deform.problem import Problem
 
 MAX_BALANCE = 1e-6
 """Largest relative difference between contact force and reaction that is accepted."""
+LEAST_LIFT = 0.01
+"""Normal force, in units of the sum of the forces on all points of the face, below which the object has pierced it:
+what is left squeezes its flanks."""
 
 
 @dataclass(slots=True)
@@ -38,6 +41,18 @@ def force_balance(problem: Problem, iterate: Iterate) -> float:
     return float(np.linalg.norm(applied.sum(0) - reaction)) / size if size > 0 else 0.0
 
 
+def lift(problem: Problem, iterate: Iterate) -> float:
+    """Normal force on the face in units of the sum of the forces on all its points; 0 where nothing touches.
+
+    Args:
+        problem: The lattice.
+        iterate: A state of it.
+    """
+    forces = problem.face.area_mm2[:, None] * iterate.contact.traction_mpa()
+    total = np.linalg.norm(forces, axis=1).sum()
+    return float(forces[:, 2].sum() / total) if total > 0 else 0.0
+
+
 def report(problem: Problem, effort: Effort) -> str:
     """One line with the figures of the last load step beside what was asked for.
 
@@ -55,4 +70,20 @@ def report(problem: Problem, effort: Effort) -> str:
         f"{iterate.contact.max_penetration_mm:.3g} mm (at most {options.tolerance_mm:g} mm), force balance "
         f"{force_balance(problem, iterate):.2g} (at most {MAX_BALANCE:g}), friction limits off by "
         f"{iterate.mismatch:.2g} (at most {options.slip_mismatch:g})"
+    )
+
+
+def report_passage(problem: Problem, effort: Effort) -> str:
+    """The same where the last load step ended with the object through the face.
+
+    Args:
+        problem: What was solved.
+        effort: What it has cost; its last load step has an end.
+    """
+    share = 0.0 if effort.last is None else lift(problem, effort.last)
+    return (
+        f"the object passed through the contact face: {share:.2g} of the forces on the face press back (above "
+        f"{LEAST_LIFT:g}) after {len(effort.iterations)} iterations, {effort.cutbacks} halved steps and "
+        f"{effort.restarts} restarts; it is pressed deeper than it is high, or a soft face would close above it, or "
+        "lattice.spacing_mm is too coarse for it"
     )

@@ -16,7 +16,7 @@ from magicsim.deform import newton
 from magicsim.deform.condensed import Condenser, FirstStep
 from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.effort import MAX_BALANCE, Effort, force_balance, report
+from magicsim.deform.effort import LEAST_LIFT, MAX_BALANCE, Effort, force_balance, lift, report, report_passage
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.friction import ContactMemory
@@ -39,13 +39,6 @@ TOUCHING_SHARE = 0.01
 ROUNDING = 1e-9
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
-PASSED_SHARE = 0.01
-"""Normal force, in units of the sum of the forces on all points of the face, below which the object has pierced it:
-what is left squeezes its flanks."""
-PASSED_THROUGH = (
-    "the object passed through the contact face: it is pressed deeper than it is high, or lattice.spacing_mm is too "
-    "coarse for it"
-)
 RESTARTS = (1 / 4, 4)
 """Numbers of load steps of a path begun again, in units of the first attempt's: long steps do not meet the snaps of a
 face between the bumps of a texture at all, and short ones follow what long ones miss."""
@@ -123,8 +116,8 @@ class ContactSolver:
             effort.restarts += 1
             state = self._follow_path(problem, indenter, self._rest, effort, fineness=fineness)
         if state is None:
-            message = PASSED_THROUGH if self._has_passed_through(effort.last) else report(problem, effort)
-            raise ConvergenceError(message, history=tuple(effort.iterations))
+            complain = report_passage if self._has_passed_through(effort.last) else report
+            raise ConvergenceError(complain(problem, effort), history=tuple(effort.iterations))
         if self._relaxation is None or start.relaxation is None:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
@@ -191,10 +184,7 @@ class ContactSolver:
 
         On a timed path it is one: a dent that still recovers.
         """
-        if self._relaxation is not None or iterate is None:
-            return False
-        forces = self._problem.face.area_mm2[:, None] * iterate.contact.traction_mpa()
-        return bool(forces[:, 2].sum() <= PASSED_SHARE * np.linalg.norm(forces, axis=1).sum())
+        return self._relaxation is None and iterate is not None and lift(self._problem, iterate) <= LEAST_LIFT
 
     def _solve_pose(
         self, problem: Problem, indenter: Indenter, before: Indenter, start: Deformation, effort: Effort
