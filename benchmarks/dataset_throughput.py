@@ -29,8 +29,9 @@ from magicsim.dataset.recipe import Recipe, load_recipe
 from magicsim.workers.options import choose_workers, usable_cores
 
 LOG = "episodes.jsonl"
-SETTLED = 0.25
-"""Share of the episodes after which every kernel has been seen, and memory should stay where it is."""
+QUARTERS = (0.25, 0.5, 0.75, 1.0)
+"""Shares of the episodes after which memory is told: it steps up when something large comes for the first time, and
+must not go on rising after that."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,10 +50,10 @@ class Throughput:
     """The same for each kind of path [1/s]."""
     kilobytes_per_frame: float
     megabytes_median: float
-    """Memory of all processes after it has settled [MB]."""
+    """Memory of all processes [MB]."""
     megabytes_peak: float
-    megabytes_per_1000_frames: float
-    """Slope of a straight line through memory over frames after it has settled [MB]."""
+    megabytes_at_quarters: list[float]
+    """Memory after a quarter, half, three quarters and all of the episodes [MB]."""
 
 
 def measure(recipe: Recipe, out: Path, workers: int) -> None:
@@ -107,9 +108,6 @@ def summary(recipe: Recipe, out: Path, workers: int) -> Throughput:
         kind: [rate for each, rate in rates.items() if paths[each] == kind] for kind in sorted(set(paths.values()))
     }
     memory = np.array([json.loads(line)["megabytes"] for line in lines])
-    frames = np.cumsum([json.loads(line)["frames"] for line in lines])
-    settled = round(SETTLED * len(memory))
-    slope = np.polyfit(frames[settled:], memory[settled:], 1)[0] if len(memory) - settled > 2 else 0.0
     seconds = sum(json.loads(line)["wall_s"] for line in lines)
     return Throughput(
         workers=workers,
@@ -120,9 +118,9 @@ def summary(recipe: Recipe, out: Path, workers: int) -> Throughput:
         median_episode_frames_per_second=round(statistics.median(rates.values()), 4),
         median_by_path={kind: round(statistics.median(each), 4) for kind, each in by_path.items() if each},
         kilobytes_per_frame=round(sum(entry.size for entry in manifest.shards) / max(1, manifest.rows) / 1e3, 1),
-        megabytes_median=round(float(np.median(memory[settled:]))),
+        megabytes_median=round(float(np.median(memory))),
         megabytes_peak=round(float(memory.max())),
-        megabytes_per_1000_frames=round(1000 * float(slope), 1),
+        megabytes_at_quarters=[round(float(memory[max(0, round(share * len(memory)) - 1)])) for share in QUARTERS],
     )
 
 

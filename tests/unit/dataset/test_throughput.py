@@ -39,3 +39,4 @@ def test_benchmark_counts_every_frame_once_over_an_interruption(
     assert set(found.median_by_path) == {"flashlight", "touch"}
     assert found.kilobytes_per_frame > 1
     assert 50 < found.megabytes_median <= found.megabytes_peak
+    assert 50 < min(found.megabytes_at_quarters) <= max(found.megabytes_at_quarters) <= found.megabytes_peak
