@@ -6,9 +6,9 @@
 Each episode of the default sensor is drawn from its seed alone: object, colour, place, depth, speed and light. In it a
 flashlight comes and goes, an object approaches, is pressed and held (in every other episode with a flashlight on it),
 is torn away from one frame to the next, leaves, and the flashlight comes again. The machine sees frames only and moves
-nothing. The file keeps the features of every frame, one episode a line, so that a run that is cut off goes on and
-other thresholds or another machine are tried without rendering again (`--judge profile.toml`, with the options that
-the features were measured with).
+nothing; objects press along z, without friction. The file keeps the features of every frame, one episode a line, so
+that a run that is cut off goes on and other thresholds or another machine are tried without rendering again (`--judge
+profile.toml`, with the options that the features were measured with).
 """
 
 import argparse
@@ -33,6 +33,7 @@ OBJECTS = (
     "sphere:radius_mm={size}", "cylinder:radius_mm={size},length_mm=14,axis=y,edge_radius_mm=0.5",
     "box:size_mm={wide}x{wide}x10,edge_radius_mm=0.5", "punch:radius_mm={size},edge_radius_mm=0.5",
 )  # fmt: skip
+FRICTIONLESS = "contact.friction=0"
 QUIET = ("output.contact_mask=false", "output.displacements=false", "output.preview=false", "output.report=false")
 SLIP_WITHIN = 5
 """Frames after the release within which a slip must be seen."""
@@ -144,7 +145,7 @@ def draw_scene(seed: int, overrides: Sequence[str]) -> GraspScene:
     at(release + 11, light=2)
     at(release + 17)
     at(release + 20)
-    scene = load_scene("demo", [*QUIET, *overrides], seed=seed)
+    scene = load_scene("demo", [FRICTIONLESS, *QUIET, *overrides], seed=seed)
     scene = scene.model_copy(update={"object": parse_object(text), "keyframes": tuple(keys)})
     return GraspScene(scene=scene, object_text=text, depth_mm=round(depth, 3), release=release, lights=lights)
 

@@ -38,8 +38,8 @@ design or rig."""
 
 
 def training_scene(text: str, seed: int, offset_mm: tuple[float, float], depth: float) -> SceneConfig:
-    """The demo's story with another object, elsewhere, and pressed to a share of its depth."""
-    demo = load_scene("demo", seed=seed)
+    """The demo's story with another object, elsewhere, pressed to a share of its depth, and without friction."""
+    demo = load_scene("demo", ["contact.friction=0"], seed=seed)
     keyframes = []
     for keyframe in demo.keyframes:
         changes = {}

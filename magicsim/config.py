@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from magicsim.errors import ConfigError, unknown_choice
+from magicsim.config_problems import describe_problems
+from magicsim.errors import ConfigError
 from magicsim.presets import find_preset
 
 
@@ -64,7 +65,10 @@ def read_toml(path: Path) -> dict[str, Any]:
     except OSError as error:
         msg = f"cannot read {path}: {error.strerror or error}"
         raise ConfigError(msg) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError:
+        msg = f"{path.name} is not valid TOML: not a text in UTF-8"
+        raise ConfigError(msg) from None
+    except tomllib.TOMLDecodeError as error:
         msg = f"{path.name} is not valid TOML: {error}"
         raise ConfigError(msg) from None
 
@@ -110,62 +114,5 @@ def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> C
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
-        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        msg = f"{source}: {_describe(model, problems[0])}{more}"
+        msg = f"{source}: {describe_problems(model, error)}"
         raise ConfigError(msg) from None
-
-
-def _describe(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
-    location = _written(model, problem["loc"])
-    kind = problem["type"]
-    if kind == "extra_forbidden":
-        table = _written(model, problem["loc"][:-1])
-        valid = _keys_at(model, problem["loc"][:-1])
-        return unknown_choice(f"key in [{table}]" if table else "key", str(problem["loc"][-1]), valid)
-    if kind == "missing":
-        return f"{location} is missing"
-    if kind == "union_tag_not_found":
-        return f"{location}.kind is missing"
-    if kind == "union_tag_invalid":
-        tags = [tag.strip(" '") for tag in problem["ctx"]["expected_tags"].split(",")]
-        return unknown_choice(f"{location}.kind", problem["ctx"]["tag"], tags)
-    reason = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
-    if kind == "value_error":
-        return f"{location}: {reason}" if location else reason
-    return f"{location} = {problem['input']!r} is not allowed: {reason[0].lower()}{reason[1:]}"
-
-
-def _written(model: type[BaseModel], location: Sequence[str | int]) -> str:
-    """Dotted keys as the user writes them, without the names that pydantic adds for members of a union."""
-    keys = [
-        str(part)
-        for place, part in enumerate(location)
-        if isinstance(part, int) or part in _keys_at(model, location[:place])
-    ]
-    return ".".join(keys)
-
-
-def _keys_at(model: type[BaseModel], location: Sequence[str | int]) -> list[str]:
-    """Valid keys of the table at a location, found by walking the model's fields."""
-    current: Any = model
-    for part in location:
-        if isinstance(part, int):
-            continue
-        current = _model_in(current, part)
-        if part in getattr(current, "model_fields", {}):
-            current = current.model_fields[part].annotation
-    return list(getattr(_model_in(current, ""), "model_fields", {}))
-
-
-def _model_in(annotation: Any, tag: str) -> Any:  # noqa: ANN401 - annotations have no common type
-    """The model inside `list[Model]`, `Model | None` or a tagged union (by its tag)."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    candidates = [_model_in(inner, tag) for inner in getattr(annotation, "__args__", ())]
-    models = [inner for inner in candidates if isinstance(inner, type) and issubclass(inner, BaseModel)]
-    for candidate in models:
-        kind = candidate.model_fields.get("kind")
-        if kind is not None and tag in getattr(kind.annotation, "__args__", ()):
-            return candidate
-    return models[0] if models else annotation

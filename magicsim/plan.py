@@ -5,12 +5,13 @@ that is not, the coarse far field of the lattice, states its bound. What only an
 too far to be seen, is left to the renderer (`magicsim.scenes.reach`).
 """
 
+import math
 from collections import Counter
 from dataclasses import dataclass
 
 from magicsim.deform.zone import FAR_FIELD_BOUND
 from magicsim.geometry.design import LatticeOptions
-from magicsim.geometry.grid import resolve_grid
+from magicsim.geometry.grid import node_spacing_mm, resolve_grid
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 
@@ -114,6 +115,8 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     if solved and lattice.growth > 1:
         bound = f"node spacings grow by {lattice.growth:g} there; {_force_bound(lattice)}"
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
+    if solved:
+        left_out += _rough_edges(scene)
     left_out += [
         Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}")
         for reason, count in reasons.items()
@@ -147,6 +150,21 @@ def _why_no_solve(frame: FramePlan) -> str:
     if not frame.state.has_object:
         return "no object"
     return "the object cannot touch" if not can_touch(frame.state) else "same pose as the frame before"
+
+
+def _rough_edges(scene: SceneConfig) -> list[Decision]:
+    """What a lattice coarser than the object's edges or texture leaves out."""
+    if scene.object is None:
+        return []
+    finest = min(scene.object.shape().feature_mm, getattr(scene.object, "edge_radius_mm", math.inf))
+    cells = node_spacing_mm(scene.design)
+    if finest >= cells:
+        return []
+    reason = (
+        f"edges or texture of {finest:.3g} mm on cells of {cells:.3g} mm: where they touch, and on the flat faces "
+        "between them, area, mask and picture of the contact are rough; design.lattice.spacing_mm refines"
+    )
+    return [Decision(stage="lattice as fine as the object", reason=reason)]
 
 
 def _scatters(scene: SceneConfig) -> bool:

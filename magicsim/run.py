@@ -46,7 +46,7 @@ class RunSummary:
     proximity_accuracy: float | None
     """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
     not_judged: str | None
-    """Why the detectors gave no verdicts; None where they did, or where the scene has no reference frames."""
+    """Profiles that gave no verdicts, and why; None where all did, or where the scene has no reference frames."""
     report: str | None
     """Path of the HTML report, None where not asked for."""
     out: str
@@ -79,7 +79,7 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
             verdicts = judgements[0].verdicts if judgements else ()
             animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
         if scene.output.report:
-            facts = describe(scene, sensor.renderer.estimator)
+            facts = describe(scene, sensor.renderer.estimator) | ({"Not judged": refused} if refused else {})
             (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")
         (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
     seconds = episode.seconds + judging
@@ -93,15 +93,16 @@ def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
     fault of the frames.
 
     Returns:
-        The judgements, and why there are none where a profile refuses.
+        The judgements, and which profiles refuse and why; None where none does.
     """
-    if not episode.references:
-        return [], None
-    try:
-        return [judge(episode, name) for name in PROFILES], None
-    except FrameError as error:
-        LOGGER.warning("no verdicts: %s; frames and truth are written without", error)
-        return [], str(error)
+    judgements, refusals = [], []
+    for name in PROFILES if episode.references else ():
+        try:
+            judgements.append(judge(episode, name))
+        except FrameError as error:
+            refusals.append(f"profile '{name}': {error}")
+            LOGGER.warning("no verdicts of profile '%s': %s; frames and truth are written without", name, error)
+    return judgements, "; ".join(refusals) or None
 
 
 def write_frames(folder: Path, episode: Episode) -> None:
@@ -137,7 +138,7 @@ def _summary(
     seconds: float,
     seconds_total: float,
 ) -> RunSummary:
-    score = judgements[0].score if judgements else None
+    score = next((each.score for each in judgements if each.profile == PROFILES[0]), None)
     return RunSummary(
         frames=len(episode.frames),
         seconds=round(seconds, 3),

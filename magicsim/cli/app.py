@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter
 
 import magicsim
+from magicsim.cli.lines import lines_of
 from magicsim.errors import ConfigError
 
 app = App(
@@ -57,10 +58,4 @@ def print_result(values: dict[str, Any], *, as_json: bool) -> None:
     if as_json:
         print_object(values, on_one_line=True)
         return
-    for key, value in values.items():
-        if isinstance(value, list) and value and isinstance(value[0], dict):
-            sys.stdout.write(f"{key}:\n")
-            for item in value:
-                sys.stdout.write("  " + ": ".join(str(part) for part in item.values()) + "\n")
-        else:
-            sys.stdout.write(f"{key}: {value}\n")
+    sys.stdout.writelines(f"{line}\n" for line in lines_of(values))

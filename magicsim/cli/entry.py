@@ -4,17 +4,19 @@ The command modules are imported for their registration alone.
 """
 
 import logging
+import os
 import signal
 import sys
 
 from cyclopts import CycloptsError
+from cyclopts.exceptions import UnknownCommandError
 
 from magicsim.cli import benchmark, calibrate, dataset, design, detect, fit, light, machine, mechanics, scene, sweep  # noqa: F401
 from magicsim.cli.app import app
-from magicsim.errors import MagicsimError
+from magicsim.errors import MagicsimError, unknown_choice
 
-STOPPED, TERMINATED = 130, 143
-"""Exit codes after SIGINT and SIGTERM, as a shell gives them."""
+STOPPED, UNREAD, TERMINATED = 130, 141, 143
+"""Exit codes after SIGINT, SIGPIPE and SIGTERM, as a shell gives them."""
 
 
 def main() -> None:
@@ -23,10 +25,15 @@ def main() -> None:
     logging.basicConfig(level=logging.WARNING, format="magicsim: %(message)s", stream=sys.stderr)
     try:
         app(sys.argv[1:], exit_on_error=False, print_error=False)
+        sys.stdout.flush()
+    except UnknownCommandError as error:
+        _fail(unknown_choice("command", (error.unused_tokens or [""])[0], [name for name in app if name[0] != "-"]))
     except CycloptsError as error:
         _fail(" ".join(str(error).split()))
     except MagicsimError as error:
         _fail(" ".join(str(error).split()))
+    except BrokenPipeError:
+        _silence()
     except KeyboardInterrupt:
         sys.stderr.write("magicsim: stopped\n")
         sys.exit(STOPPED)
@@ -35,6 +42,12 @@ def main() -> None:
 def _terminate(*_: object) -> None:
     """Ends as any other error would: what is being written is cleared away."""
     sys.exit(TERMINATED)
+
+
+def _silence() -> None:
+    """Ends when whoever read the result, such as `head`, has gone: not an error, and nothing more can be told."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(UNREAD)
 
 
 def _fail(message: str) -> None:

@@ -13,7 +13,7 @@ from magicsim.deform.cell_problem import effective_stiffness
 from magicsim.deform.hexahedron import CORNERS
 from magicsim.deform.zone import Zone, graded_planes
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid
+from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, resolve_grid
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -174,9 +174,7 @@ def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
     options = design.lattice
     if options.cells_across == 0 or not zone.is_blunt:
         return design
-    asked = max(2 * zone.radius_mm / options.cells_across, FINEST_MM)
-    grid = resolve_grid(design)
-    usual = options.spacing_mm or (float(grid.pitch_mm.max()) if grid is not None else 1.0)
+    asked, usual = max(2 * zone.radius_mm / options.cells_across, FINEST_MM), node_spacing_mm(design)
     update = {"lattice": options.model_copy(update={"spacing_mm": min(asked, usual)})}
     return design.model_copy(update=update) if asked < usual else design
 

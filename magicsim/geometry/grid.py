@@ -109,6 +109,12 @@ def symmetric_place(design: ElastomerDesign, place: Place) -> tuple[float, float
     return x, y
 
 
+def node_spacing_mm(design: ElastomerDesign) -> float:
+    """What `lattice_planes` keeps to: `lattice.spacing_mm`, or the pitch of the grid, or 1 mm without one [mm]."""
+    grid = resolve_grid(design)
+    return design.lattice.spacing_mm or (float(grid.pitch_mm.max()) if grid is not None else 1.0)
+
+
 def lattice_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[npt.NDArray[np.float64], ...]:
     """Node planes of the deformation lattice along x, y and z: the grid planes and outer faces, refined.
 

@@ -58,7 +58,7 @@ def plot_forces(frames: Sequence[SimulatedFrame], *, name: str) -> str:
     depth = np.array([frame.truth.depth_mm for frame in frames], dtype=np.float64)
     gap = np.array([_open_gap(frame) for frame in frames], dtype=np.float64)
     with plot_style():
-        figure, panels = time_panels(frames, ["force [N]", "depth [mm]", "gap [mm]"])
+        figure, panels = time_panels(frames, ["force [N]", "depth [mm]", "open gap [mm]"])
         panels[0].plot(times, force[:, 2], color=BLUE, label="along z", gid="force-z")
         panels[0].plot(times, sideways, color=ORANGE, label="sideways", dashes=(4, 1.5), gid="force-xy")
         panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0.0, borderaxespad=0.2)
@@ -66,7 +66,7 @@ def plot_forces(frames: Sequence[SimulatedFrame], *, name: str) -> str:
         panels[2].plot(times, gap, color=LINE, marker=".", ms=3, gid="gap")
         for panel, values in zip(panels, (np.append(force[:, 2], sideways), depth, gap), strict=True):
             _fit(panel, values, (0.0, 0.1))
-        return to_svg(figure, name=name, label="Force, depth and gap over time")
+        return to_svg(figure, name=name, label="Force, depth and open gap over time")
 
 
 def plot_force_depth(frames: Sequence[SimulatedFrame], *, name: str) -> str:

@@ -23,7 +23,7 @@ class LayerScale:
     mm_per_pixel_corner: tuple[float, float]
     """The same at the first corner [mm/px]."""
     field_mm: tuple[float, float]
-    """What the middle row and the middle column cover [mm]."""
+    """From the centre of the first pixel to that of the last, of the middle row and of the middle column [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

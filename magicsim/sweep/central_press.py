@@ -18,7 +18,7 @@ from magicsim.deform.press import compile_kernels
 from magicsim.deform.zone import Zone, contact_zone
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import resolve_grid
+from magicsim.geometry.grid import node_spacing_mm
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.scenes.timeline import FrameState
@@ -108,6 +108,5 @@ def moved(simulated: Sensor, state: FrameState, pressed: CentralPress) -> Deform
 
 def _spacing_mm(design: ElastomerDesign, zone: Zone, cells_across: int) -> float:
     """Below sharp tips, which slide off single nodes of a fine lattice, the design's own spacing [mm]."""
-    grid = resolve_grid(design)
-    usual = design.lattice.spacing_mm or (float(grid.pitch_mm.max()) if grid is not None else 1.0)
+    usual = node_spacing_mm(design)
     return min(usual, max(FINEST_MM, 2 * zone.radius_mm / cells_across)) if zone.is_blunt else usual

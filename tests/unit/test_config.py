@@ -43,6 +43,24 @@ def refused(data: dict[str, object]) -> str:
     return message
 
 
+def test_key_of_a_table_below_is_found_there():
+    assert refused({"hidden": True}).endswith("; there is layers.hidden and options.hidden")
+
+
+@pytest.mark.parametrize(
+    ("overrides", "allowed"),
+    [
+        ("design.materials.body.poisson_ratio=0.5", "must be a number above -1 and below 0.5"),
+        ("design.wall_mm=4", "must be a number of at least 0 and at most 3"),
+        ("rig.camera.columns=ten", "must be a whole number of at least 8 and at most 2048"),
+    ],
+)
+def test_number_that_is_not_allowed_comes_with_its_whole_range(overrides: str, allowed: str):
+    with pytest.raises(ConfigError) as caught:
+        load_scene("rest", [overrides])
+    assert str(caught.value).endswith(f"is not allowed: {allowed}")
+
+
 def test_misspelt_key_names_the_nearest_and_all_valid_keys():
     message = refused({"cuont": 3})
     assert "unknown key 'cuont' (did you mean 'count'?); available: count, layers, name, options, thing" in message
@@ -70,11 +88,11 @@ def test_unknown_key_inside_names_its_table_and_that_tables_keys(data: dict[str,
 @pytest.mark.parametrize(
     ("data", "named"),
     [
-        ({"count": 1.5}, "count = 1.5 is not allowed: must be a valid integer"),
+        ({"count": 1.5}, "count = 1.5 is not allowed: must be a whole number"),
         ({"count": "many"}, "count = 'many'"),
         ({"count": True}, "count = True is not allowed: must not be true or false"),
         ({"name": 3}, "name = 3 is not allowed: must be a valid string"),
-        ({"thing": {"kind": "ball", "radius_mm": -1}}, "thing.radius_mm = -1 is not allowed: must be greater than 0"),
+        ({"thing": {"kind": "ball", "radius_mm": -1}}, "thing.radius_mm = -1 is not allowed: must be a number above 0"),
         ({"thing": {"kind": "ball", "radius_mm": float("nan")}}, "thing.radius_mm = nan is not allowed"),
         ({"thing": {"kind": "ball", "radius_mm": float("inf")}}, "thing.radius_mm = inf is not allowed"),
         ({"thing": {"kind": "ball"}}, "thing.radius_mm is missing"),
@@ -97,7 +115,7 @@ def test_flag_may_be_true_or_false():
 def test_further_problems_are_counted_and_an_unknown_key_comes_first():
     message = refused({"name": 3, "cuont": 2, "count": "many"})
     assert "unknown key 'cuont'" in message
-    assert message.endswith("(and 2 more)")
+    assert message.endswith("(and 2 more problems)")
 
 
 def test_models_cannot_be_changed_once_checked():
@@ -186,7 +204,7 @@ def test_preset_is_loaded_by_name_with_overrides():
         ("object.kind='sphre'", "unknown object.kind 'sphre' (did you mean 'sphere'?)"),
         ("design.materials.infill.sigma=1", "unknown key in [design.materials.infill] 'sigma'"),
         ("design.skin_mm=nan", "design.skin_mm = nan is not allowed: must be a finite number"),
-        ("rig.camera.field_mm=-1", "rig.camera.field_mm = -1 is not allowed: must be greater than 0"),
+        ("rig.camera.field_mm=-1", "rig.camera.field_mm = -1 is not allowed: must be a number above 0"),
         ("rig.strips=[{side='up', radiance=[1,1,1]}]", "rig.strips.0.side = 'up' is not allowed: must be '-x', '+x', "),
         ("keyframes=[]", "keyframes = [] is not allowed"),
         ("seed=-1", "seed = -1 is not allowed"),

@@ -54,7 +54,7 @@ def test_version_is_that_of_the_package(shell: Shell):
         (["plan"], "scene"),
         (["plan", "near", "--seed", "first"], '"first"'),
         (["plan", "near", "--sed", "3"], "--sed"),
-        (["simulat", "near"], '"simulat"'),
+        (["simulat", "near"], "unknown command 'simulat' (did you mean 'simulate'?)"),
         (["simulate", "nera"], "unknown scene 'nera'"),
         (["demo", "--threads", "0"], "threads = 0 is not allowed"),
         (["export", "mini-magictac", "--set", "skin_mm=-1", "--out", "a.stl"], "skin_mm = -1 is not allowed"),
@@ -131,6 +131,16 @@ def test_termination_leaves_nothing_half_written(shell: Shell, monkeypatch: pyte
     monkeypatch.setattr("magicsim.plan.plan_scene", terminate)
     assert shell("plan", "near").code == 143
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reader_that_has_gone_is_no_error(tmp_path: Path):
+    command = [Path(sysconfig.get_path("scripts")) / "magicsim", "schema", "scene"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        running.stdout.close()
+        assert running.stderr.read() == ""
+    assert running.returncode == 141
 
 
 def test_installed_command_reports_bad_input_with_exit_code_2(tmp_path: Path):

@@ -1,0 +1,114 @@
+"""What is wrong with a configuration, in one line: the field, the value, what is allowed."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from magicsim.errors import unknown_choice
+
+NUMERIC = ("int_", "float_", "greater_than", "less_than")
+"""How pydantic's kinds of problems with a number begin."""
+BOUNDS = {"ge": "of at least", "gt": "above", "le": "at most", "lt": "below"}
+
+
+def describe_problems(model: type[BaseModel], error: ValidationError) -> str:
+    """The first problem, unknown keys before others, and how many more there are.
+
+    Args:
+        model: What was validated.
+        error: What came of it.
+    """
+    problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
+    others = len(problems) - 1
+    more = f" (and {others} more problem{'s' if others > 1 else ''})" if others else ""
+    return _describe(model, problems[0]) + more
+
+
+def _describe(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
+    location = _written(model, problem["loc"])
+    kind = problem["type"]
+    if kind == "extra_forbidden":
+        table = _written(model, problem["loc"][:-1])
+        valid = _keys_at(model, problem["loc"][:-1])
+        key = str(problem["loc"][-1])
+        where = "" if table else _below(model, key)
+        return unknown_choice(f"key in [{table}]" if table else "key", key, valid) + where
+    if kind == "missing":
+        return f"{location} is missing"
+    if kind == "union_tag_not_found":
+        return f"{location}.kind is missing"
+    if kind == "union_tag_invalid":
+        tags = [tag.strip(" '") for tag in problem["ctx"]["expected_tags"].split(",")]
+        return unknown_choice(f"{location}.kind", problem["ctx"]["tag"], tags)
+    reason = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
+    if kind == "value_error":
+        return f"{location}: {reason}" if location else reason
+    allowed = _range_at(model, problem["loc"]) if kind.startswith(NUMERIC) else ""
+    return f"{location} = {problem['input']!r} is not allowed: {allowed or reason[0].lower() + reason[1:]}"
+
+
+def _below(model: type[BaseModel], key: str) -> str:
+    """Where an unknown key would be known: in a table of the model."""
+    tables = [name for name in model.model_fields if key in _keys_at(model, (name,))]
+    return f"; there is {' and '.join(f'{table}.{key}' for table in tables)}" if tables else ""
+
+
+def _range_at(model: type[BaseModel], location: Sequence[str | int]) -> str:
+    """What numbers a field takes; empty where that is not one number's matter."""
+    parent: Any = model
+    for part in location[:-1]:
+        parent = _entered(parent, part)
+    field = getattr(_model_in(parent, ""), "model_fields", {}).get(location[-1])
+    if field is None or not {int, float} & {field.annotation, *getattr(field.annotation, "__args__", ())}:
+        return ""
+    is_whole = float not in {field.annotation, *getattr(field.annotation, "__args__", ())}
+    bounds = [
+        f"{word} {getattr(bound, name):g}"
+        for bound in field.metadata
+        for name, word in BOUNDS.items()
+        if getattr(bound, name, None) is not None
+    ]
+    return " ".join(
+        ["must be a", *(["whole"] if is_whole else []), "number", *bounds[:1], *(f"and {each}" for each in bounds[1:])]
+    )
+
+
+def _written(model: type[BaseModel], location: Sequence[str | int]) -> str:
+    """Dotted keys as the user writes them, without the names that pydantic adds for members of a union."""
+    keys = [
+        str(part)
+        for place, part in enumerate(location)
+        if isinstance(part, int) or part in _keys_at(model, location[:place])
+    ]
+    return ".".join(keys)
+
+
+def _keys_at(model: type[BaseModel], location: Sequence[str | int]) -> list[str]:
+    """Valid keys of the table at a location, found by walking the model's fields."""
+    current: Any = model
+    for part in location:
+        current = _entered(current, part)
+    return list(getattr(_model_in(current, ""), "model_fields", {}))
+
+
+def _entered(annotation: Any, part: str | int) -> Any:  # noqa: ANN401 - annotations have no common type
+    """One step from a table to what is written below it."""
+    if isinstance(part, int):
+        return annotation
+    current = _model_in(annotation, part)
+    fields = getattr(current, "model_fields", {})
+    return fields[part].annotation if part in fields else current
+
+
+def _model_in(annotation: Any, tag: str) -> Any:  # noqa: ANN401 - annotations have no common type
+    """The model inside `list[Model]`, `Model | None` or a tagged union (by its tag)."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    candidates = [_model_in(inner, tag) for inner in getattr(annotation, "__args__", ())]
+    models = [inner for inner in candidates if isinstance(inner, type) and issubclass(inner, BaseModel)]
+    for candidate in models:
+        kind = candidate.model_fields.get("kind")
+        if kind is not None and tag in getattr(kind.annotation, "__args__", ()):
+            return candidate
+    return models[0] if models else annotation
