@@ -17,7 +17,8 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import parse_object
 
-design = load_preset(ElastomerDesign, "design", "{design}", ["skin_mm=0.3137", "lattice.cells_across=0"])
+changes = ["skin_mm=0.3137", "lattice.cells_across=0", "footprint_mm=[12, 14]"]
+design = load_preset(ElastomerDesign, "design", "{design}", changes)
 solver, state = ContactSolver(build_lattice(design), friction={friction}), None
 punch = parse_object("punch:radius_mm=3,edge_radius_mm=0.5")
 for pose in (dict(gap_mm=-0.4), dict(gap_mm=-0.4, x_mm=0.3)):
