@@ -105,7 +105,7 @@ def test_killed_run_ends_with_the_results_of_one_that_was_not(out: Path, tmp_pat
     command = [sys.executable, "-m", "sweep.fakes", str(out)]
     paths = [str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
     environment = {**os.environ, "FAKE_SECONDS": "0.5", "PYTHONPATH": os.pathsep.join(paths)}
-    run = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE)
+    run = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
     deadline = time.monotonic() + 60
     while not list(out.glob("designs/*.json")) and time.monotonic() < deadline:
         time.sleep(0.05)

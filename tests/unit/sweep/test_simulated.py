@@ -14,7 +14,8 @@ import pytest
 pytestmark = pytest.mark.slow
 FOLDER = Path(__file__).parent
 SETTINGS = (
-    "design.footprint_mm=[12,16]", "rig.camera.field_mm=10", "quality.durometer_spacing_mm=0.5",
+    "design.footprint_mm=[12,16]", "rig.camera.field_mm=10",
+    'swept=[{field="design.cell_mm", values=[0.8, 1.2]}, {field="design.skin_mm", values=[0.5, 1.5]}]',
 )  # fmt: skip
 
 
