@@ -41,7 +41,8 @@ SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
 RESTARTS = (1 / 4, 4)
 """Numbers of load steps of a path begun again, in units of the first attempt's: long steps do not meet the snaps of a
-face between the bumps of a texture at all, and short ones follow what long ones miss."""
+face between the bumps of a texture at all, and short ones follow what long ones miss. Short ones, the costlier, are not
+tried where the object has passed through the face with long ones."""
 
 
 class ContactSolver:
@@ -109,9 +110,8 @@ class ContactSolver:
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort()
         state = self._follow_path(problem, indenter, start, effort, fineness=1)
-        may_restart = self._forgets_its_path and not self._has_passed_through(effort.last)
-        for fineness in RESTARTS if may_restart else ():
-            if state is not None:
+        for fineness in RESTARTS if self._forgets_its_path else ():
+            if state is not None or (fineness > 1 and self._has_passed_through(effort.last)):
                 break
             effort.restarts += 1
             state = self._follow_path(problem, indenter, self._rest, effort, fineness=fineness)
