@@ -1,8 +1,12 @@
 """Objects sharper than the lattice can follow: more contact points than nodes, and still one quiet path."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from magicsim.bench.stress import VALID, run_path
+from magicsim.bench.stress_cases import every_path
 from magicsim.config import load_preset
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import point_spacing_mm
@@ -66,6 +70,16 @@ def test_a_rounded_punch_slides_without_friction() -> None:
 def test_a_ball_deeper_than_its_diameter_still_presses() -> None:
     near, deep = path("sphere:radius_mm=0.5", 0.0, (-0.8, 0.0), (-1.4, 0.0))
     assert deep.force_n[2] > 1.5 * near.force_n[2]
+
+
+@pytest.mark.slow
+def test_a_path_that_pierced_the_face_is_found_with_longer_steps() -> None:
+    """A ball of 0.5 mm pressed 1.8 mm into a soft block that keeps its volume."""
+    soft = (path for path in every_path() if path.label == "sphere 0.5 mm" and path.contrast == 1.0)
+    (chosen,) = (path for path in soft if path.poisson_ratio == 0.499999)
+    rows = list(run_path(replace(chosen, stages=chosen.stages[:2])))
+    assert [row.outcome for row in rows] == [VALID, VALID]
+    assert [row.restarts for row in rows] == [0, 1]
 
 
 @pytest.mark.slow
