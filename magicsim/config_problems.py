@@ -60,18 +60,17 @@ def _range_at(model: type[BaseModel], location: Sequence[str | int]) -> str:
     for part in location[:-1]:
         parent = _entered(parent, part)
     field = getattr(_model_in(parent, ""), "model_fields", {}).get(location[-1])
-    if field is None or not {int, float} & {field.annotation, *getattr(field.annotation, "__args__", ())}:
+    kinds = {field.annotation, *getattr(field.annotation, "__args__", ())} if field is not None else set()
+    if field is None or not kinds & {int, float}:
         return ""
-    is_whole = float not in {field.annotation, *getattr(field.annotation, "__args__", ())}
     bounds = [
         f"{word} {getattr(bound, name):g}"
         for bound in field.metadata
         for name, word in BOUNDS.items()
         if getattr(bound, name, None) is not None
     ]
-    return " ".join(
-        ["must be a", *(["whole"] if is_whole else []), "number", *bounds[:1], *(f"and {each}" for each in bounds[1:])]
-    )
+    number = "number" if float in kinds else "whole number"
+    return f"must be a {number} {' and '.join(bounds)}".rstrip()
 
 
 def _written(model: type[BaseModel], location: Sequence[str | int]) -> str:
