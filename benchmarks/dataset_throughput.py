@@ -30,8 +30,7 @@ from magicsim.workers.options import choose_workers, usable_cores
 
 LOG = "episodes.jsonl"
 QUARTERS = (0.25, 0.5, 0.75, 1.0)
-"""Shares of the episodes after which memory is told: it steps up when something large comes for the first time, and
-must not go on rising after that."""
+"""Shares of the episodes after which memory is told; it has to level off."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

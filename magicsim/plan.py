@@ -1,7 +1,8 @@
 """Decides before work starts what a scene needs, and says why the rest is left out.
 
 Every rule for frames is exact: leaving out changes no frame, which tests hold by rendering with and without. The one
-that is not, the coarse far field of the lattice, states its bound. What only an exposed image tells, that an object is
+that is not, the coarse far field of the lattice, states its bound; where the lattice does not resolve an object's
+edges, the plan says so. What only an exposed image tells, that an object is
 too far to be seen, is left to the renderer (`magicsim.scenes.reach`).
 """
 
@@ -153,18 +154,15 @@ def _why_no_solve(frame: FramePlan) -> str:
 
 
 def _rough_edges(scene: SceneConfig) -> list[Decision]:
-    """What a lattice coarser than the object's edges or texture leaves out."""
-    if scene.object is None:
-        return []
-    finest = min(scene.object.shape().feature_mm, getattr(scene.object, "edge_radius_mm", math.inf))
-    cells = node_spacing_mm(scene.design)
-    if finest >= cells:
+    """What a lattice coarser than the object's edges leaves out; smooth objects have the cells that they need."""
+    edge, cells = getattr(scene.object, "edge_radius_mm", math.inf), node_spacing_mm(scene.design)
+    if edge >= cells:
         return []
     reason = (
-        f"edges or texture of {finest:.3g} mm on cells of {cells:.3g} mm: where they touch, and on the flat faces "
-        "between them, area, mask and picture of the contact are rough; design.lattice.spacing_mm refines"
+        f"edges of {edge:.3g} mm on cells of up to {cells:.3g} mm: where they touch, and on the flat faces between "
+        "them, area, mask and picture of the contact are rough; design.lattice.spacing_mm refines"
     )
-    return [Decision(stage="lattice as fine as the object", reason=reason)]
+    return [Decision(stage="lattice as fine as the object's edges", reason=reason)]
 
 
 def _scatters(scene: SceneConfig) -> bool:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from magicsim.dataset.draw import DrawnEpisode
 from magicsim.dataset.recipe import Recipe
+from magicsim.geometry.grid import node_spacing_mm
 from magicsim.plan import plan_scene
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import RenderSettings, SceneConfig
@@ -94,6 +95,6 @@ def _episode(scene: SceneConfig) -> tuple[float, float]:
 
 def _nodes(scene: SceneConfig) -> float:
     design = scene.design
-    spacing = design.lattice.spacing_mm or (design.cell_mm + design.wall_mm if design.has_grid else 1.0)
+    spacing = node_spacing_mm(design)
     width, length = design.footprint_mm
     return (width / spacing + 3) * (length / spacing + 3) * (design.height_mm / spacing + 3)

@@ -147,11 +147,12 @@ def test_efforts_cover_the_stream_and_weigh_what_is_solved_and_rendered_most():
 
 
 def test_a_lattice_coarser_than_an_objects_edges_is_told():
-    stage = "lattice as fine as the object"
+    stage = "lattice as fine as the object's edges"
     pressed = "keyframes=[{frame=0, gap_mm=-1.0}]"
     flat = 'object={kind="punch", radius_mm=3.0, edge_radius_mm=0.5}'
     (reason,) = reasons(plan_scene(load_scene("rest", [flat, pressed])).left_out, stage)
-    assert "0.5 mm on cells of 1 mm" in reason
-    for ball in ([flat, pressed, "design.lattice.spacing_mm=0.5"], [pressed, 'object={kind="sphere", radius_mm=4.0}']):
-        assert reasons(plan_scene(load_scene("rest", ball)).left_out, stage) == []
+    assert "edges of 0.5 mm on cells of up to 1 mm" in reason
+    small = 'object={kind="sphere", radius_mm=0.5}'  # gets finer cells by itself
+    for fine in ([flat, pressed, "design.lattice.spacing_mm=0.5"], [pressed, small]):
+        assert reasons(plan_scene(load_scene("rest", fine)).left_out, stage) == []
     assert reasons(plan_scene(load_scene("rest", [flat, "keyframes=[{frame=0, gap_mm=1.0}]"])).left_out, stage) == []
