@@ -1,7 +1,6 @@
 """One call for the command line: runs a benchmark, writes its JSON and draws its plot from that file."""
 
 import json
-import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +27,7 @@ from magicsim.bench.render import run_render
 from magicsim.bench.render_plot import plot_render
 from magicsim.bench.stress import run_stress
 from magicsim.bench.stress_plot import plot_stress
+from magicsim.bench.stress_pool import remove_parts
 from magicsim.bench.verdicts import run_verdicts
 from magicsim.bench.visibility import run_visibility
 from magicsim.errors import ConfigError, unknown_choice
@@ -90,7 +90,7 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
         partial.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     draw(file, out / f"bench-{kind}.png")
     if kind == "stress":
-        shutil.rmtree(parts)  # kept for a killed run alone: another run measures again
+        remove_parts(parts)  # kept for a killed run alone: another run measures again
     return data
 
 

@@ -3,6 +3,7 @@
 import json
 import logging
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 
@@ -46,6 +47,20 @@ def pooled_rows(chosen: Sequence[StressPath], folder: Path) -> list[StressRow]:
             path.poisson_ratio, [row.outcome for row in rows], sum(row.seconds for row in rows),
         )  # fmt: skip
     return [row for file in files for row in _read(file)]
+
+
+def remove_parts(folder: Path) -> None:
+    """Removes the files of all paths, and their folder where it holds nothing else.
+
+    Args:
+        folder: What `pooled_rows` was given.
+    """
+    for number, path in enumerate(every_path()):
+        file = folder / f"{number:03d}.jsonl"
+        if len(_read(file)) == len(path.stages):
+            file.unlink(missing_ok=True)
+    with suppress(OSError):  # somebody else's file is in it
+        folder.rmdir()
 
 
 def _use_threads(threads: int) -> None:

@@ -1,7 +1,6 @@
 """Turns finished episodes into shards, in whatever order they end, and knows after an interruption what is left."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pyarrow as pa
 
@@ -9,18 +8,19 @@ from magicsim.dataset.folder import Staging
 from magicsim.dataset.layout import ShardPlan, plan_shards
 from magicsim.dataset.manifest import FailedEpisode, Manifest, ShardEntry, write_manifest
 from magicsim.dataset.recipe import Recipe
-from magicsim.dataset.shard import as_schema, place_shard, read_episodes, rows_as_bytes, sha256_of
-from magicsim.workers.folder import log_failures
+from magicsim.dataset.shard import as_schema, read_episodes, rows_as_bytes, write_rows
+from magicsim.folder.ledger import Ledger
+from magicsim.workers.log import log_failures
 from magicsim.workers.outcome import Outcome
 
 
 class Assembly:
     """The state of one run; everything that lasts is in the folder."""
 
-    def __init__(self, out: Path, recipe: Recipe, manifest: Manifest, schema: pa.Schema) -> None:
+    def __init__(self, ledger: Ledger, recipe: Recipe, manifest: Manifest, schema: pa.Schema) -> None:
         """Takes up what an earlier run left."""
-        self.out, self.schema = out, schema
-        self.staging = Staging(out)
+        self.ledger, self.out, self.schema = ledger, ledger.out, schema
+        self.staging = Staging(ledger)
         self.manifest = manifest
         self._plans = plan_shards(recipe)
         self._place = {episode: plan for plan in self._plans for episode in plan.episodes}
@@ -81,7 +81,7 @@ class Assembly:
                 "is_complete": not self._missing,
             }
         )
-        write_manifest(self.out, self.manifest)
+        write_manifest(self.ledger, self.manifest)
 
     def _take_up(self, plan: ShardPlan, waiting: set[int]) -> None:
         wanted = set(plan.episodes) - set(self._failed)
@@ -97,16 +97,17 @@ class Assembly:
     def _close(self, plan: ShardPlan) -> None:
         """Writes a shard, then the manifest that knows it, and only then forgets its episodes."""
         episodes = tuple(episode for episode in plan.episodes if episode not in self._failed)
-        path = self.out / plan.file
         if episodes:
-            rows = place_shard(path, self._tables(episodes), self.schema)
+            with self.ledger.writing(plan.file) as partial:
+                rows = write_rows(partial, self._tables(episodes), self.schema)
+            written = self.ledger.listed(plan.file)
             self._shards[plan.file] = ShardEntry(
                 file=plan.file,
                 split=plan.split,
                 episodes=episodes,
                 rows=rows,
-                size=path.stat().st_size,
-                sha256=sha256_of(path),
+                size=(self.out / plan.file).stat().st_size,
+                sha256=written.sha256,
             )
         del self._missing[plan.file]
         self.write_manifest()
@@ -117,5 +118,4 @@ class Assembly:
             yield as_schema(self.staging.table(episode), self.schema)
 
     def _is_intact(self, entry: ShardEntry) -> bool:
-        path = self.out / entry.file
-        return path.is_file() and path.stat().st_size == entry.size and sha256_of(path) == entry.sha256
+        return self.ledger.is_intact(entry.file)

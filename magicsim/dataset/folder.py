@@ -1,17 +1,19 @@
 """The folder that a dataset grows in: what it may hold before, and episodes that wait for their shard."""
 
-import shutil
 from pathlib import Path
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from magicsim.dataset.manifest import MANIFEST, Manifest, read_manifest
+from magicsim.dataset.manifest import MANIFEST, Manifest, read_manifest, written_files
+from magicsim.dataset.preview_files import PREVIEW_FILES
 from magicsim.dataset.shard import read_rows
 from magicsim.errors import OutputError
-from magicsim.workers.folder import ERRORS, WORK, place
+from magicsim.folder.ledger import WORK, Ledger
+from magicsim.folder.result import names_in, output_errors, refuse_foreign, refuse_others
+from magicsim.workers.log import ERRORS, changed_lines
 
-PREVIEW_FILES = frozenset({"preview.png", "preview.json"})
+STAGED = f"{WORK}/episode-*.parquet"
+"""Finished episodes that wait for their shard, by number."""
 
 
 def check_folder(out: Path, *, resume: bool) -> None:
@@ -20,14 +22,11 @@ def check_folder(out: Path, *, resume: bool) -> None:
     Raises:
         OutputError: With what to do instead.
     """
-    if out.exists() and not out.is_dir():
-        msg = f"output folder '{out}' is a file; name a new folder"
-        raise OutputError(msg)
-    names = {path.name for path in out.iterdir()} - PREVIEW_FILES if out.is_dir() else set()
-    manifest = begun_dataset(out)
-    if manifest is None and not (out / MANIFEST).is_file() and names - {WORK, ERRORS}:
-        msg = f"output folder '{out}' holds other files; name a new or empty folder"
-        raise OutputError(msg)
+    with output_errors(out):
+        names = set(names_in(out)) - PREVIEW_FILES
+        manifest = begun_dataset(out)
+    if manifest is None and not (out / MANIFEST).is_file():
+        refuse_others(out, names - {WORK, ERRORS})
     if manifest is not None and not resume:
         state = "a" if manifest.is_complete else "an unfinished"
         msg = f"output folder '{out}' holds {state} dataset already; --resume goes on with it"
@@ -41,43 +40,56 @@ def begun_dataset(out: Path) -> Manifest | None:
         OutputError: There is a manifest that this version does not understand.
     """
     manifest = read_manifest(out)
-    if manifest is None or manifest.shards or manifest.failed or any((out / WORK).glob("episode-*.parquet")):
+    if manifest is None or manifest.shards or manifest.failed or any(out.glob(STAGED)):
         return manifest
     return None
+
+
+def open_ledger(out: Path) -> Ledger:
+    """What earlier runs wrote into a dataset's folder, which may hold nothing else.
+
+    Raises:
+        OutputError: It does, and names it.
+    """
+    refuse_foreign(out, [ERRORS] if changed_lines(out) else [])
+    ledger = Ledger(out, written_files(out))
+    ledger.refuse_foreign(beside={ERRORS, *PREVIEW_FILES})
+    return ledger
 
 
 class Staging:
     """Finished episodes on disk, each whole or not there."""
 
-    def __init__(self, out: Path) -> None:
-        """Looks at what is there, and drops what no longer reads."""
-        self._folder = out / WORK
-        for path in self._folder.glob("episode-*.parquet"):
-            try:
-                pq.read_metadata(path)
-            except (pa.ArrowException, OSError):
-                path.unlink()
+    def __init__(self, ledger: Ledger) -> None:
+        """Looks at what is there, and drops what is damaged."""
+        self._ledger = ledger
+        self._waiting: set[int] = set()
+        for path in sorted(ledger.out.glob(STAGED)):
+            episode = int(path.stem.partition("-")[2])
+            if ledger.is_intact(_name(episode)):
+                self._waiting.add(episode)
+            else:
+                ledger.remove(_name(episode))
 
     def episodes(self) -> set[int]:
         """Numbers of the episodes that wait."""
-        return {int(path.stem.partition("-")[2]) for path in self._folder.glob("episode-*.parquet")}
+        return set(self._waiting)
 
     def put(self, episode: int, content: bytes) -> None:
         """Takes a finished episode."""
-        place(self._path(episode), content)
+        self._ledger.place(_name(episode), content)
+        self._waiting.add(episode)
 
     def table(self, episode: int) -> pa.Table:
         """Rows of an episode."""
-        return read_rows(self._path(episode))
+        return read_rows(self._ledger.out / _name(episode))
 
     def drop(self, episodes: tuple[int, ...]) -> None:
         """Forgets episodes that are in a finished shard."""
         for episode in episodes:
-            self._path(episode).unlink(missing_ok=True)
+            self._ledger.remove(_name(episode))
+            self._waiting.discard(episode)
 
-    def close(self) -> None:
-        """Removes everything, once the dataset is complete."""
-        shutil.rmtree(self._folder, ignore_errors=True)
 
-    def _path(self, episode: int) -> Path:
-        return self._folder / f"episode-{episode:08d}.parquet"
+def _name(episode: int) -> str:
+    return f"{WORK}/episode-{episode:08d}.parquet"

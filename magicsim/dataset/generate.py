@@ -14,22 +14,21 @@ from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.estimate import Estimate, estimate
 from magicsim.dataset.features import Column, schema_of_columns
-from magicsim.dataset.folder import begun_dataset, check_folder
-from magicsim.dataset.manifest import Manifest
+from magicsim.dataset.folder import begun_dataset, check_folder, open_ledger
+from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, SENSORS, Manifest
 from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.sample import SampleTask, simulate_sample
 from magicsim.dataset.sensors import nominal_calibration, sensors_table
-from magicsim.dataset.shard import sha256_of
 from magicsim.errors import OutputError
+from magicsim.folder.ledger import RESUMABLE
+from magicsim.folder.lock import sole_writer
+from magicsim.folder.result import output_errors
 from magicsim.scenes.variant import activate_variant
 from magicsim.workers.attempt import Prepare
-from magicsim.workers.folder import place, sole_writer
 from magicsim.workers.options import WorkerOptions, choose_workers
 from magicsim.workers.run import run_tasks
 from magicsim.workers.threads import bound_threads
 from magicsim.workers.versions import changed_versions, versions
-
-CONFIG, CARD, CALIBRATION, SENSORS = "config.toml", "README.md", "calibration.json", "sensors.parquet"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +107,7 @@ def generate_dataset(
     simulator = simulator or Simulator()
     episodes = draw_episodes(recipe)
     check_folder(out, resume=resume)
-    with sole_writer(out):
+    with output_errors(out, then=RESUMABLE), sole_writer(out):
         assembly = _begin(recipe, out, columns_of(recipe), simulator.variant())
         left = assembly.episodes_to_simulate()
         if announce is not None:
@@ -120,8 +119,7 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
     earlier = begun_dataset(out)
     if earlier is not None:
         _refuse_another(recipe, earlier, out, variant)
-    for stale in [*out.glob(".*.tmp"), *out.glob("data/.*.tmp")]:
-        stale.unlink()
+    ledger = open_ledger(out)
     sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
     config = tomli_w.dumps(recipe.model_dump(mode="json", exclude_none=True))
     contents = {
@@ -131,7 +129,7 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
         SENSORS: sensors_table(sensors),
     }
     for name, content in contents.items():
-        place(out / name, content)
+        ledger.place(name, content)
     manifest = Manifest(
         config_hash=recipe.config_hash(),
         versions=versions(),
@@ -140,9 +138,9 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
         episodes=recipe.episodes,
         shards=earlier.shards if earlier is not None else (),
         failed=earlier.failed if earlier is not None else (),
-        files={name: sha256_of(out / name) for name in contents},
+        files={name: ledger.listed(name).sha256 for name in contents},
     )
-    return Assembly(out, recipe, manifest, schema_of_columns(columns))
+    return Assembly(ledger, recipe, manifest, schema_of_columns(columns))
 
 
 def _refuse_another(recipe: Recipe, earlier: Manifest, out: Path, variant: str) -> None:
@@ -190,7 +188,7 @@ def _complete(
                     )
                 )
     assembly.write_manifest()
-    assembly.staging.close()
+    assembly.ledger.close()
     seconds = time.perf_counter() - start
     return DatasetSummary(
         samples=assembly.rows,

@@ -1,14 +1,20 @@
 """What a dataset's folder holds, with the hash of every file: `manifest.json`."""
 
 import json
-from pathlib import Path
-from typing import Literal
+from pathlib import Path, PurePosixPath
+from typing import Literal, Self
+
+from pydantic import model_validator
 
 from magicsim.config import Config, validate
 from magicsim.errors import OutputError
-from magicsim.workers.folder import place
+from magicsim.folder.hashing import sha256_of
+from magicsim.folder.ledger import Ledger
+from magicsim.folder.listing import Listed
+from magicsim.folder.sealing import is_sealed, sealed
 
 MANIFEST = "manifest.json"
+CONFIG, CARD, CALIBRATION, SENSORS = "config.toml", "README.md", "calibration.json", "sensors.parquet"
 
 
 class ShardEntry(Config):
@@ -52,6 +58,22 @@ class Manifest(Config):
     """By episode."""
     files: dict[str, str]
     """SHA-256 of every other file."""
+    sha256: str = ""
+    """Of this manifest itself, see `magicsim.folder.sealing`."""
+
+    @model_validator(mode="after")
+    def _stay_in_the_folder(self) -> Self:
+        for name in (*self.files, *(entry.file for entry in self.shards)):
+            path = PurePosixPath(name)
+            if path.is_absolute() or ".." in path.parts or not path.name:
+                msg = f"file = '{name}' is not allowed: must be a path below the dataset's folder"
+                raise ValueError(msg)
+        return self
+
+    def listed(self) -> dict[str, Listed]:
+        """What every other file was when it was written, by name."""
+        shards = {entry.file: Listed(sha256=entry.sha256, size=entry.size) for entry in self.shards}
+        return {name: Listed(sha256=digest) for name, digest in self.files.items()} | shards
 
 
 def read_manifest(folder: Path) -> Manifest | None:
@@ -71,6 +93,26 @@ def read_manifest(folder: Path) -> Manifest | None:
         raise OutputError(msg) from None
 
 
-def write_manifest(folder: Path, manifest: Manifest) -> None:
+def is_unchanged(folder: Path) -> bool:
+    """Whether a folder's manifest is byte for byte as it was written."""
+    return is_sealed((folder / MANIFEST).read_bytes())
+
+
+def written_files(folder: Path) -> dict[str, Listed]:
+    """What a folder's manifest shows that magicsim wrote, itself included; nothing where there is none.
+
+    Raises:
+        OutputError: The manifest has changed since it was written.
+    """
+    manifest = read_manifest(folder)
+    if manifest is None:
+        return {}
+    if not is_unchanged(folder):
+        msg = f"'{folder / MANIFEST}' has changed since it was written; put it back, or name another folder"
+        raise OutputError(msg)
+    return manifest.listed() | {MANIFEST: Listed(sha256=sha256_of(folder / MANIFEST))}
+
+
+def write_manifest(ledger: Ledger, manifest: Manifest) -> None:
     """Replaces the manifest of a folder at once."""
-    place(folder / MANIFEST, (json.dumps(manifest.model_dump(mode="json"), indent=1) + "\n").encode())
+    ledger.place(MANIFEST, sealed(manifest.model_dump(mode="json")))

@@ -1,6 +1,5 @@
 """A look at a recipe before a long run: a contact sheet of coarse frames, and statistics."""
 
-import json
 import math
 import textwrap
 import time
@@ -15,18 +14,16 @@ import numpy.typing as npt
 
 from magicsim.dataset.draw import DrawnEpisode, draw_episodes
 from magicsim.dataset.estimate import estimate
+from magicsim.dataset.preview_files import SHEET, check_preview, write_preview
 from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.statistics import recipe_statistics
 from magicsim.dataset.telling import ENLARGE, metering_scene, preview_scene, quality, telling_state
-from magicsim.errors import OutputError
 from magicsim.scenes.scene import SceneConfig
-from magicsim.workers.folder import place
 from magicsim.workers.options import WorkerOptions, usable_cores
 from magicsim.workers.run import run_tasks
 from magicsim.workers.threads import bound_threads
 
 Frame = npt.NDArray[np.uint8]
-SHEET, STATISTICS = "preview.png", "preview.json"
 MARGIN, LINE, LETTER, TEXT_PX = 6, 14, 7, 0.36
 PAPER, INK = 255, (30, 30, 30)
 
@@ -61,6 +58,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
         OutputError: The folder cannot be written.
     """
     start = time.perf_counter()
+    check_preview(out)
     episodes = draw_episodes(recipe)
     places = np.linspace(0, len(episodes) - 1, min(count, len(episodes))).round().astype(int)
     chosen = [episodes[int(place)] for place in places]
@@ -79,12 +77,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     camera = metering.rig.camera
     tiles = [(_enlarged(images.get(each.index)), captions(each)) for each in chosen]
     sheet = contact_sheet(tiles, ENLARGE * camera.rows, ENLARGE * camera.columns, note=quality())
-    try:
-        place(out / SHEET, cv2.imencode(".png", sheet[:, :, ::-1])[1].tobytes())
-        place(out / STATISTICS, (json.dumps(statistics, indent=1) + "\n").encode())
-    except OSError as error:
-        msg = f"cannot write {out}: {error.strerror or error}"
-        raise OutputError(msg) from None
+    write_preview(out, cv2.imencode(".png", sheet[:, :, ::-1])[1].tobytes(), statistics)
     return Preview(
         samples=len(images),
         shards=0,

@@ -1,15 +1,11 @@
 """Parquet files of a dataset: what bytes rows become, and how they are read."""
 
-import hashlib
 import io
-import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-
-from magicsim.workers.folder import settle_name
 
 ROWS_A_GROUP = 100
 """Most rows in a row group: what a reader of single rows has to decode."""
@@ -79,30 +75,3 @@ def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:
         chunk = chunk.storage if isinstance(chunk, pa.ExtensionArray) else chunk
         arrays.append(chunk)
     return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def place_shard(path: Path, tables: Iterable[pa.Table], schema: pa.Schema) -> int:
-    """Writes a shard under its final name, one table in memory at a time.
-
-    Returns:
-        Number of rows.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.tmp")
-    rows = write_rows_synced(partial, tables, schema)
-    settle_name(partial, path)
-    return rows
-
-
-def write_rows_synced(path: Path, tables: Iterable[pa.Table], schema: pa.Schema) -> int:
-    """Writes rows and waits until they are on disk."""
-    rows = write_rows(path, tables, schema)
-    with path.open("rb+") as file:
-        os.fsync(file.fileno())
-    return rows
-
-
-def sha256_of(path: Path) -> str:
-    """SHA-256 of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -9,9 +9,16 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from magicsim.dataset.manifest import MANIFEST, Manifest, ShardEntry, read_manifest
-from magicsim.dataset.shard import sha256_of
-from magicsim.errors import OutputError
+from magicsim.dataset.layout import plan_shards
+from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, is_unchanged, read_manifest
+from magicsim.dataset.preview_files import PREVIEW_FILES, changed_preview
+from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.errors import MagicsimError, OutputError
+from magicsim.folder.hashing import sha256_of
+from magicsim.folder.ledger import WORK
+from magicsim.folder.listing import files_below
+from magicsim.folder.lock import is_lock
+from magicsim.workers.log import ERRORS, changed_lines
 
 BALANCE = 1e-6
 """Largest relative difference between contact force and reaction, as the solver accepts it."""
@@ -42,14 +49,14 @@ def verify_dataset(folder: Path) -> Verification:
     if manifest is None:
         msg = f"'{folder}' holds no dataset: {MANIFEST} is missing"
         raise OutputError(msg)
-    problems = [*_files(folder, manifest), *_strangers(folder, manifest)]
+    problems = [*_itself(folder, manifest), *_files(folder, manifest), *_strangers(folder, manifest)]
+    problems += [f"{ERRORS}: line {number} has changed since it was written" for number in changed_lines(folder)]
+    problems += [f"{name}: changed since it was written" for name in changed_preview(folder)]
     samples = 0
     for entry in manifest.shards:
         found = list(_shard(folder, entry, manifest.config_hash))
         samples += entry.rows if not found else 0
         problems += found
-    if sum(entry.rows for entry in manifest.shards) != manifest.rows:
-        problems.append(f"{MANIFEST}: rows = {manifest.rows} is not the sum over its shards")
     return Verification(
         samples=samples,
         shards=len(manifest.shards),
@@ -57,6 +64,41 @@ def verify_dataset(folder: Path) -> Verification:
         complete=manifest.is_complete,
         problems=problems,
     )
+
+
+def _itself(folder: Path, manifest: Manifest) -> Iterator[str]:
+    """What the manifest says wrongly of itself and of the recipe."""
+    if not is_unchanged(folder):
+        yield f"{MANIFEST}: changed since it was written (its own SHA-256 differs)"
+    if sum(entry.rows for entry in manifest.shards) != manifest.rows:
+        yield f"{MANIFEST}: rows = {manifest.rows} is not the sum over its shards"
+    try:
+        recipe = load_recipe(folder / CONFIG)
+    except MagicsimError:
+        return  # `_files` tells that it has changed
+    for name, found, wanted in (
+        ("config_hash", manifest.config_hash, recipe.config_hash()),
+        ("seed", manifest.seed, recipe.seed),
+        ("episodes", manifest.episodes, recipe.episodes),
+    ):
+        if found != wanted:
+            yield f"{MANIFEST}: {name} = {found} is not that of {CONFIG}, {wanted}"
+    yield from _plan(recipe, manifest)
+
+
+def _plan(recipe: Recipe, manifest: Manifest) -> Iterator[str]:
+    """Where the manifest's shards differ from those that the recipe gives."""
+    failed = {each.episode for each in manifest.failed}
+    plans = {plan.file: plan for plan in plan_shards(recipe)}
+    held = [episode for entry in manifest.shards for episode in entry.episodes]
+    for entry in manifest.shards:
+        plan = plans.get(entry.file)
+        if plan is None or (entry.split, set(entry.episodes) - set(plan.episodes)) != (plan.split, set()):
+            yield f"{MANIFEST}: {entry.file} is no shard of the recipe's, with split '{entry.split}' and its episodes"
+    everything = len(set(held) | failed) == manifest.episodes
+    if manifest.is_complete != everything or len(held) != len(set(held)) or failed & set(held):
+        state = "complete" if manifest.is_complete else "not complete"
+        yield f"{MANIFEST}: says that the dataset is {state}, unlike its episodes"
 
 
 def _files(folder: Path, manifest: Manifest) -> Iterator[str]:
@@ -68,11 +110,12 @@ def _files(folder: Path, manifest: Manifest) -> Iterator[str]:
 
 
 def _strangers(folder: Path, manifest: Manifest) -> Iterator[str]:
-    known = {entry.file for entry in manifest.shards}
-    for path in sorted((folder / "data").glob("*.parquet")):
-        name = path.relative_to(folder).as_posix()
-        if name not in known:
-            yield f"{name}: not in the manifest" + ("" if manifest.is_complete else " yet; --resume finishes it")
+    """Every file that the manifest does not list; an unfinished dataset has some that it will."""
+    known = {MANIFEST, ERRORS, *PREVIEW_FILES, *manifest.listed()}
+    for name in files_below(folder):
+        if name in known or is_lock(name) or (name.startswith(f"{WORK}/") and not manifest.is_complete):
+            continue
+        yield f"{name}: not in the manifest" + ("" if manifest.is_complete else " yet; --resume finishes it")
 
 
 def _shard(folder: Path, entry: ShardEntry, config_hash: str) -> Iterator[str]:

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import secrets
 import tomllib
 from pathlib import Path
 
@@ -61,7 +62,7 @@ def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) ->
     # JSON's numbers and short words are TOML's too, and Python writes floats so that they read back exactly.
     lines += [f"{name} = {json.dumps(value)}" for name, value in dataclasses.asdict(profile).items()]
     target = Path(path)
-    partial = target.with_name(f".{target.name}.partial")
+    partial = target.with_name(f".{target.name}.{secrets.token_hex(8)}.partial")
     try:
         partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
         os.replace(partial, target)

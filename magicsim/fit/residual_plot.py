@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from magicsim.fit.model import Comparison
 from magicsim.fit.observation import Observation
-from magicsim.folder import result_file
+from magicsim.folder import PRODUCER, result_file
 
 Array = npt.NDArray[np.float64]
 CHANNELS = ("red", "green", "blue")
@@ -47,4 +47,4 @@ def plot_residual(observations: Sequence[Observation], found: Comparison, target
         row[5].set_title("mean of the columns; dashed: simulated", fontsize=8)
         row[5].set_xlabel("column [px]", fontsize=8)
     with result_file(target) as partial:
-        figure.savefig(partial, dpi=80, format="png", metadata={"Software": None})
+        figure.savefig(partial, dpi=80, format="png", metadata={"Software": PRODUCER})

@@ -17,6 +17,7 @@ from magicsim.fit.model import Comparison, compare, observed_states, render_base
 from magicsim.fit.observation import Observation
 from magicsim.fit.solve import DETERMINED_SD, UNKNOWN_SD, Solution, scatter, solve
 from magicsim.fit.strengths import Basis, Strengths
+from magicsim.folder import refuse_unsigned
 from magicsim.scenes.scene import SceneConfig
 
 Array = npt.NDArray[np.float64]
@@ -138,7 +139,7 @@ def fit_constants(
     told = _told(constants, found, rendering)
     from magicsim.fit.residual_plot import plot_residual
 
-    picture = out.with_suffix(".png")
+    picture = _picture(out)
     plot_residual(observations, best, picture)
     fitted = fitted_scene(scene, values, best.strengths, best.images[0])
     write_scene(out, fitted, comment=_comment(told, found, observations))
@@ -149,6 +150,11 @@ def fit_constants(
         weakest=dict(zip(constants, found.weakest.tolist(), strict=True)), evaluations=found.evaluations,
         seconds=time.perf_counter() - start_time,
     )  # fmt: skip
+
+
+def _picture(out: Path) -> Path:
+    """The picture of the residual stands beside the scene file."""
+    return out.with_suffix(".png")
 
 
 def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -> dict[str, Constant]:
@@ -166,6 +172,7 @@ def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -
     if not out.resolve().parent.is_dir():
         msg = f"scene file '{out}' cannot be written: no such folder"
         raise OutputError(msg)
+    refuse_unsigned(_picture(out))
     for name, number in (("starts", starts), ("evaluations", evaluations)):
         if number < 1:
             msg = f"{name} = {number} is not allowed: must be at least 1"

@@ -8,7 +8,7 @@ from pathlib import Path
 import trimesh
 
 from magicsim.errors import OutputError
-from magicsim.folder import result_file
+from magicsim.folder import PRODUCER, refuse_unsigned, result_file
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import build_elastomer
 from magicsim.geometry.glb import write_glb
@@ -48,6 +48,8 @@ def export_design(design: ElastomerDesign, out: Path) -> Export:
         msg = f"out = '{out}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         raise OutputError(msg)
     parts = printed_parts(build_elastomer(design))
+    for path in _paths(out, parts)[1:]:
+        refuse_unsigned(path)
     return Export(
         files=[str(path) for path in _write(out, parts)],
         watertight=all(part.mesh.is_watertight() for part in parts),
@@ -63,8 +65,16 @@ def _write(out: Path, parts: Sequence[Part]) -> list[Path]:
             write = write_3mf if out.suffix == ".3mf" else write_glb
             write(partial, parts)
         return [out]
-    paths = [out, *(out.with_name(f"{out.stem}-{part.name}{out.suffix}") for part in parts[1:])]
+    paths = _paths(out, parts)
     with ExitStack() as files:
         for partial, part in zip([files.enter_context(result_file(path)) for path in paths], parts, strict=True):
             trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False).export(partial)
+            with partial.open("rb+") as file:  # the 80 bytes before the triangles are anybody's
+                file.write(PRODUCER.encode())
     return paths
+
+
+def _paths(out: Path, parts: Sequence[Part]) -> list[Path]:
+    """The file that was named, and of STL those beside it."""
+    others = parts[1:] if out.suffix == ".stl" else []
+    return [out, *(out.with_name(f"{out.stem}-{part.name}{out.suffix}") for part in others)]

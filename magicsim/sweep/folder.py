@@ -8,9 +8,14 @@ from pydantic import Field
 
 from magicsim.config import Config, validate
 from magicsim.errors import OutputError
+from magicsim.folder.hashing import sha256_of
+from magicsim.folder.ledger import WORK, Ledger
+from magicsim.folder.listing import Listed
+from magicsim.folder.result import names_in, output_errors, refuse_foreign, refuse_others
+from magicsim.folder.sealing import is_sealed, sealed
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.workers.folder import ERRORS, WORK, place
+from magicsim.workers.log import ERRORS, changed_lines
 from magicsim.workers.versions import changed_versions
 
 INDEX, CONFIG, DESIGNS, REPORT = "sweep.json", "config.toml", "designs", "report.html"
@@ -29,6 +34,10 @@ class SweepIndex(Config):
     is_complete: bool = False
     failed: dict[str, str] = Field(default_factory=dict)
     """Why there is no result, by number of the design."""
+    files: dict[str, str] = Field(default_factory=dict)
+    """SHA-256 of every other file of a finished sweep."""
+    sha256: str = ""
+    """Of this index itself, see `magicsim.folder.sealing`."""
 
 
 def check_folder(out: Path, *, resume: bool) -> None:
@@ -37,13 +46,11 @@ def check_folder(out: Path, *, resume: bool) -> None:
     Raises:
         OutputError: With what to do instead.
     """
-    if out.exists() and not out.is_dir():
-        msg = f"output folder '{out}' is a file; name a new folder"
-        raise OutputError(msg)
-    index = read_index(out)
-    if index is None and out.is_dir() and {path.name for path in out.iterdir()} - {WORK, ERRORS}:
-        msg = f"output folder '{out}' holds other files; name a new or empty folder"
-        raise OutputError(msg)
+    with output_errors(out):
+        names = set(names_in(out))
+        index = read_index(out)
+    if index is None:
+        refuse_others(out, names - {WORK, ERRORS})
     if index is not None and not resume and any((out / DESIGNS).glob("*.json")):
         state = "a" if index.is_complete else "an unfinished"
         msg = f"output folder '{out}' holds {state} sweep already; --resume goes on with it"
@@ -66,37 +73,59 @@ def read_index(out: Path) -> SweepIndex | None:
         raise OutputError(msg) from None
 
 
-def write_index(out: Path, index: SweepIndex) -> None:
+def open_ledger(out: Path) -> Ledger:
+    """What earlier runs wrote into a sweep's folder, which may hold nothing else.
+
+    Raises:
+        OutputError: It does, or something has changed since, and is named.
+    """
+    index = read_index(out)
+    if index is not None and not is_sealed((out / INDEX).read_bytes()):
+        refuse_foreign(out, [INDEX])
+    known = {name: Listed(sha256=digest) for name, digest in (index.files if index is not None else {}).items()}
+    if index is not None:
+        known[INDEX] = Listed(sha256=sha256_of(out / INDEX))
+    refuse_foreign(out, [ERRORS] if changed_lines(out) else [])
+    ledger = Ledger(out, known)
+    ledger.refuse_foreign(beside={ERRORS})
+    return ledger
+
+
+def write_index(ledger: Ledger, index: SweepIndex) -> None:
     """Replaces the index at once."""
-    place(out / INDEX, (json.dumps(index.model_dump(mode="json"), indent=1) + "\n").encode())
+    ledger.place(INDEX, sealed(index.model_dump(mode="json")))
 
 
-def write_config(out: Path, sweep: SweepConfig) -> None:
+def write_config(ledger: Ledger, sweep: SweepConfig) -> None:
     """Writes the sweep with everything in place."""
     config = tomli_w.dumps(sweep.model_dump(mode="json", exclude_none=True))
-    place(out / CONFIG, f"# A sweep of magicsim, everything in place: `magicsim sweep {CONFIG}`\n{config}".encode())
+    ledger.place(CONFIG, f"# A sweep of magicsim, everything in place: `magicsim sweep {CONFIG}`\n{config}".encode())
 
 
-def result_path(out: Path, index: int) -> Path:
-    """Where a design's result lies."""
-    return out / DESIGNS / f"{index:05d}.json"
+def result_name(index: int) -> str:
+    """Name of a design's result below the folder."""
+    return f"{DESIGNS}/{index:05d}.json"
 
 
 def read_results(out: Path, count: int) -> list[DesignResult]:
-    """All results of a sweep's designs, in order; what cannot be read is not there."""
+    """All results of a sweep's designs, in order; a design without one is left out."""
     return [result for index in range(count) if (result := read_result(out, index)) is not None]
 
 
 def read_result(out: Path, index: int) -> DesignResult | None:
-    """A design's result, None without one; one that cannot be read is removed."""
-    path = result_path(out, index)
+    """A design's result, None without one.
+
+    Raises:
+        OutputError: It cannot be read.
+    """
+    path = out / result_name(index)
     try:
         return DesignResult.from_json(path.read_bytes())
     except FileNotFoundError:
         return None
-    except (ValueError, KeyError, TypeError):
-        path.unlink()
-        return None
+    except (ValueError, KeyError, TypeError) as error:
+        msg = f"'{path}' is not a result of a sweep: {error}; without it, --resume judges the design again"
+        raise OutputError(msg) from None
 
 
 def refuse_another(out: Path, earlier: SweepIndex, now: SweepIndex) -> None:

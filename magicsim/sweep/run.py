@@ -10,21 +10,26 @@ from typing import Any
 
 import numpy as np
 
+from magicsim.folder.ledger import RESUMABLE, Ledger
+from magicsim.folder.lock import sole_writer
+from magicsim.folder.result import output_errors
 from magicsim.scenes.variant import activate_variant
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer import render_explorer
 from magicsim.sweep.folder import (
     CSV,
     FRAMES,
+    INDEX,
     PARQUET,
     REPORT,
     SweepIndex,
     check_folder,
+    open_ledger,
     read_index,
     read_result,
     read_results,
     refuse_another,
-    result_path,
+    result_name,
     write_config,
     write_index,
 )  # fmt: skip
@@ -35,7 +40,7 @@ from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.table import rows_of, table_csv, table_parquet
 from magicsim.sweep.trends import check_trends
 from magicsim.workers.attempt import Prepare
-from magicsim.workers.folder import log_failures, place, sole_writer
+from magicsim.workers.log import log_failures
 from magicsim.workers.options import WorkerOptions, choose_workers
 from magicsim.workers.outcome import Outcome
 from magicsim.workers.run import run_tasks
@@ -102,7 +107,8 @@ def run_sweep(
     chooser = _chooser(sweep)
     check_folder(out, resume=resume)
     start = time.perf_counter()
-    with sole_writer(out):
+    with output_errors(out, then=RESUMABLE), sole_writer(out):
+        ledger = open_ledger(out)
         index = SweepIndex(
             config_hash=sweep.config_hash(),
             versions=versions() | chooser,
@@ -112,20 +118,23 @@ def run_sweep(
         earlier = read_index(out)
         if earlier is not None:
             refuse_another(out, earlier, index)
-        write_config(out, sweep)
+        write_config(ledger, sweep)
         kept = earlier.failed if earlier is not None and sweep.sampling == "search" else {}
-        write_index(out, index.model_copy(update={"failed": kept}))
-        call = _Call(sweep=sweep, out=out, options=options, judge=judge, progress=progress)
+        write_index(ledger, index.model_copy(update={"failed": kept}))
+        call = _Call(sweep=sweep, ledger=ledger, options=options, judge=judge, progress=progress)
         failed = call.judge_known(designs)
         if sweep.sampling == "search":
             failed |= call.search(index, kept, known=failed)
         results = read_results(out, count_designs(sweep))
-        write_index(out, index.model_copy(update={"is_complete": True, "failed": failed}))
-        return write_results(sweep, out, results, failed, seconds=time.perf_counter() - start)
+        summary = write_results(sweep, ledger, results, failed, seconds=time.perf_counter() - start)
+        files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
+        write_index(ledger, index.model_copy(update={"is_complete": True, "failed": failed, "files": files}))
+        ledger.close()
+        return summary
 
 
 def write_results(
-    sweep: SweepConfig, out: Path, results: list[DesignResult], failed: dict[str, str], *, seconds: float
+    sweep: SweepConfig, ledger: Ledger, results: list[DesignResult], failed: dict[str, str], *, seconds: float
 ) -> SweepSummary:
     """Writes table, pictures and explorer of judged designs."""
     kept = [sweep.search is None or sweep.search.keeps(result) for result in results]
@@ -134,13 +143,14 @@ def write_results(
     best = best_of([result for result, is_kept in zip(results, kept, strict=True) if is_kept], sweep.objectives)
     trends = check_trends(results)
     rows = rows_of(results, front)
-    place(out / CSV, table_csv(rows))
-    place(out / PARQUET, table_parquet(rows, sweep.quality))
+    ledger.place(CSV, table_csv(rows))
+    ledger.place(PARQUET, table_parquet(rows, sweep.quality))
     for result in results:
         for number, address in enumerate(result.pictures.values()):
-            place(out / FRAMES / f"{result.index:05d}-{number:02d}.webp", base64.b64decode(address.partition(",")[2]))
+            name = f"{FRAMES}/{result.index:05d}-{number:02d}.webp"
+            ledger.place(name, base64.b64decode(address.partition(",")[2]))
     page = render_explorer(sweep, results, front=front, trends=trends, failed=failed)
-    place(out / REPORT, page.encode())
+    ledger.place(REPORT, page.encode())
     return SweepSummary(
         designs=len(results),
         failed=len(failed),
@@ -148,8 +158,8 @@ def write_results(
         front=[result.index for result, in_front in zip(results, front, strict=True) if in_front],
         trends=[asdict(each) | {"holds": each.holds} for each in trends],
         seconds=round(seconds, 3),
-        report=str(out / REPORT),
-        out=str(out),
+        report=str(ledger.out / REPORT),
+        out=str(ledger.out),
     )
 
 
@@ -178,14 +188,14 @@ class _Call:
     """What one call of `run_sweep` judges by."""
 
     sweep: SweepConfig
-    out: Path
+    ledger: Ledger
     options: WorkerOptions
     judge: Judge
     progress: Callable[[int, int, int], None] | None
 
     def judge_known(self, designs: list[SweptDesign]) -> dict[str, str]:
         """Judges what has no result yet; returns why some have none."""
-        left = [each for each in designs if read_result(self.out, each.index) is None]
+        left = [each for each in designs if read_result(self.ledger.out, each.index) is None]
         return self.judge_all(left, len(designs) - len(left), 0)
 
     def search(self, index: SweepIndex, earlier: dict[str, str], *, known: dict[str, str]) -> dict[str, str]:
@@ -193,12 +203,12 @@ class _Call:
         from magicsim.sweep.search import search_designs
 
         def record(failed: dict[str, str]) -> None:
-            write_index(self.out, index.model_copy(update={"failed": known | failed}))
+            write_index(self.ledger, index.model_copy(update={"failed": known | failed}))
 
         def judge(left: list[SweptDesign], ended: int, failed: int) -> dict[str, str]:
             return self.judge_all(left, len(self.sweep.also) + ended, len(known) + failed)
 
-        return search_designs(self.sweep, self.out, judge, earlier=earlier, record=record)
+        return search_designs(self.sweep, self.ledger, judge, earlier=earlier, record=record)
 
     def judge_all(self, designs: list[SweptDesign], ended: int, failed_before: int) -> dict[str, str]:
         """Judges designs; returns why some have no result."""
@@ -209,9 +219,9 @@ class _Call:
         with closing(run_tasks(self.judge.function, tasks, self.options, prepare=self.judge.prepare)) as outcomes:
             outcome: Outcome[bytes]
             for done, outcome in enumerate(outcomes, ended + 1):
-                log_failures(self.out, "design", outcome.key, outcome.failures)
+                log_failures(self.ledger.out, "design", outcome.key, outcome.failures)
                 if outcome.result is not None:
-                    place(result_path(self.out, outcome.key), outcome.result)
+                    self.ledger.place(result_name(outcome.key), outcome.result)
                 else:
                     failed[str(outcome.key)] = outcome.failures[-1].message
                 if self.progress is not None:

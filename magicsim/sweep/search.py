@@ -9,8 +9,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from magicsim.errors import ConfigError
+from magicsim.folder.ledger import Ledger
 from magicsim.sweep.designs import SweptDesign, design_with, values_at
-from magicsim.sweep.folder import read_result, result_path
+from magicsim.sweep.folder import read_result, result_name
 from magicsim.sweep.result import DesignResult, finite
 from magicsim.sweep.search_settings import SearchSettings
 from magicsim.sweep.study import Study
@@ -22,7 +23,7 @@ Failures = dict[str, str]
 
 def search_designs(
     sweep: SweepConfig,
-    out: Path,
+    ledger: Ledger,
     judge: Callable[[list[SweptDesign], int, int], Failures],
     *,
     earlier: Mapping[str, str],
@@ -35,7 +36,7 @@ def search_designs(
 
     Args:
         sweep: What to search.
-        out: Folder of the results.
+        ledger: Of the folder of the results.
         judge: Judges new designs, told how many ended and how many failed before them; places their results in the
             folder and returns who failed.
         earlier: What `record` was told last in an earlier run.
@@ -51,7 +52,7 @@ def search_designs(
         new: list[SweptDesign] = []
         for index, values in enumerate(chosen, first):
             if first_with.setdefault(tuple(values.values()), index) < index:
-                result_path(out, index).unlink(missing_ok=True)
+                ledger.remove(result_name(index))
                 continue
             try:
                 new.append(design_with(sweep, index, values))
@@ -59,15 +60,15 @@ def search_designs(
                 failed[str(index)] = str(error)
         left = []
         for design in new:
-            if _stored(out, design) is None and is_replay and str(design.index) in earlier:
+            if _stored(ledger.out, design) is None and is_replay and str(design.index) in earlier:
                 failed[str(design.index)] = earlier[str(design.index)]
-            elif _stored(out, design) is None:
+            elif _stored(ledger.out, design) is None:
                 left.append(design)
         if left:
             is_replay = False
             failed |= judge(left, first + len(chosen) - len(left), len(failed))
             record(failed)
-        results |= {design.index: _stored(out, design) for design in new}
+        results |= {design.index: _stored(ledger.out, design) for design in new}
         study.tell([results.get(first_with[tuple(values.values())]) for values in chosen])
     return failed
 

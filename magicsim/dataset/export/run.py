@@ -8,7 +8,7 @@ from typing import Literal
 
 from magicsim.dataset.export.source import Source, open_dataset
 from magicsim.errors import ConfigError, OutputError
-from magicsim.folder import finished_folder
+from magicsim.folder import new_folder
 
 Format = Literal["lerobot", "webdataset", "hdf5", "zarr"]
 
@@ -42,7 +42,7 @@ def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
         msg = f"output folder '{out}' exists; name a new folder"
         raise OutputError(msg)
     writer = _writer(layout)
-    with finished_folder(out) as partial:
+    with new_folder(out) as partial:
         writer(source, partial)
     return Exported(
         format=layout,

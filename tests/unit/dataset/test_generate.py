@@ -1,6 +1,7 @@
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -141,14 +142,15 @@ def test_full_disk_is_one_line_and_what_is_finished_is_kept(
     out, recipe = tmp_path / "set", small_recipe("episodes=11")
     placed = []
 
-    def place_until_full(path: Path, *rest: object) -> int:
+    def write_until_full(path: Path, *rest: object) -> int:
         if len(placed) == 2:
+            path.write_bytes(b"half")
             raise OSError(28, "No space left on device")
         placed.append(path)
         return real(path, *rest)
 
-    real = sys.modules["magicsim.dataset.assembly"].place_shard
-    monkeypatch.setattr("magicsim.dataset.assembly.place_shard", place_until_full)
+    real = sys.modules["magicsim.dataset.assembly"].write_rows
+    monkeypatch.setattr("magicsim.dataset.assembly.write_rows", write_until_full)
     with pytest.raises(OutputError, match=r"cannot write .*no space left on the disk; what is finished is kept"):
         generate_dataset(recipe, out, options=ONE, simulator=FAKE)
     found = verify_dataset(out)
@@ -221,6 +223,56 @@ def test_killed_parent_leaves_a_dataset_that_ends_as_if_nothing_had_been(whole: 
 def test_killed_worker_changes_nothing(whole: Path, tmp_path: Path, seed: int):
     out = tmp_path / "set"
     kill_at_random(out, seed, 1, workers=True)
+    assert content(out) == content(whole)
+
+
+FOREIGN = (".mine.tmp", "data/.mine.tmp", "data/notes.parquet", ".work/a", ".work/episode-00000003.parquet", "sub/x")
+
+
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize("name", FOREIGN)
+@pytest.mark.parametrize("is_begun", [False, True])
+def test_foreign_file_is_named_and_kept(whole: Path, tmp_path: Path, name: str, *, is_begun: bool):
+    out = tmp_path / "set"
+    shutil.copytree(whole, out) if is_begun else out.mkdir()
+    (out / name).parent.mkdir(exist_ok=True)
+    (out / name).write_text("mine")
+    with pytest.raises(OutputError, match=f"holds ('{name}', not as magicsim wrote it|other files)"):
+        generate_dataset(small_recipe("episodes=12"), out, options=ONE, simulator=FAKE, resume=True)
+    assert (out / name).read_text() == "mine"
+    (out / name).unlink()
+    shutil.rmtree(out / "sub", ignore_errors=True)
+    if not is_begun:
+        shutil.rmtree(out / "data", ignore_errors=True)
+    generate_dataset(small_recipe("episodes=12"), out, options=ONE, simulator=FAKE, resume=True)
+    assert not verify_dataset(out).problems
+
+
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize("name", ["README.md", "config.toml", "manifest.json", "sensors.parquet"])
+def test_file_that_was_edited_is_not_replaced(whole: Path, tmp_path: Path, name: str):
+    out = tmp_path / "set"
+    shutil.copytree(whole, out)
+    (out / name).write_bytes((out / name).read_bytes() + b"\n")
+    changed = content(out)
+    with pytest.raises(OutputError, match=f"{name}'"):
+        generate_dataset(small_recipe("episodes=12"), out, options=ONE, simulator=FAKE, resume=True)
+    assert content(out) == changed
+
+
+@pytest.mark.usefixtures("in_process")
+def test_damaged_episode_that_waited_is_simulated_again(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    out = tmp_path / "set"
+    with monkeypatch.context() as patch:
+        patch.setattr("magicsim.dataset.generate.Assembly.close_ready_shards", lambda *_: None)
+        patch.setattr("magicsim.dataset.assembly.Assembly._close", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            generate_dataset(small_recipe("episodes=11"), out, options=ONE, simulator=FAKE)
+    waiting = sorted((out / ".work").glob("*.parquet"))
+    content_of = bytearray(waiting[0].read_bytes())
+    content_of[100] ^= 1
+    waiting[0].write_bytes(content_of)
+    generate_dataset(small_recipe("episodes=11"), out, options=ONE, simulator=FAKE, resume=True)
     assert content(out) == content(whole)
 
 

@@ -1,3 +1,4 @@
+import json
 import random
 import shutil
 from pathlib import Path
@@ -5,8 +6,12 @@ from pathlib import Path
 import pytest
 
 from magicsim.dataset.manifest import MANIFEST
+from magicsim.dataset.preview_files import write_preview
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
+from magicsim.folder.sealing import sealed
+from magicsim.workers.log import ERRORS, log_failures
+from magicsim.workers.outcome import Failure, FailureKind
 
 
 @pytest.fixture
@@ -45,6 +50,91 @@ def test_missing_cut_and_foreign_files_are_named(copy: Path):
     assert "data/train-00099.parquet: not in the manifest" in problems
     assert "calibration.json: missing" in problems
     assert len(problems) == 4
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_flipped_bit_in_the_manifest_is_told(copy: Path, seed: int):
+    content, place = bytearray((copy / MANIFEST).read_bytes()), random.Random(seed)
+    content[place.randrange(len(content))] ^= 1 << place.randrange(8)
+    (copy / MANIFEST).write_bytes(content)
+    try:
+        problems = verify_dataset(copy).problems
+    except OutputError as error:
+        problems = [str(error)]
+    assert any(MANIFEST in problem for problem in problems)
+
+
+def test_newline_at_the_end_of_the_manifest_is_told(copy: Path):
+    (copy / MANIFEST).write_bytes((copy / MANIFEST).read_bytes() + b"\n")
+    assert verify_dataset(copy).problems == [f"{MANIFEST}: changed since it was written (its own SHA-256 differs)"]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"seed": 99}, "seed = 99 is not that of config.toml"),
+        ({"episodes": 12}, "episodes = 12 is not that of config.toml"),
+        ({"is_complete": False}, "says that the dataset is not complete"),
+        ({"failed": [{"episode": 2, "kind": "refused", "message": "no"}]}, "says that the dataset is complete"),
+        ({"config_hash": "0" * 64}, "config_hash = 000"),
+        ({"rows": 3}, "rows = 3 is not the sum"),
+    ],
+)
+def test_manifest_that_was_forged_with_its_hash_contradicts_the_recipe(copy: Path, change: dict, told: str):
+    """Whoever also makes a new hash is noticed by what else is known."""
+    values = json.loads((copy / MANIFEST).read_text())
+    (copy / MANIFEST).write_bytes(sealed(values | change))
+    assert any(told in problem for problem in verify_dataset(copy).problems)
+
+
+def test_split_of_a_shard_that_was_forged_contradicts_the_recipe(copy: Path):
+    values = json.loads((copy / MANIFEST).read_text())
+    values["shards"][0]["split"] = "test" if values["shards"][0]["split"] != "test" else "train"
+    (copy / MANIFEST).write_bytes(sealed(values))
+    assert any("is no shard of the recipe's" in problem for problem in verify_dataset(copy).problems)
+
+
+@pytest.mark.parametrize("name", ["../other.parquet", "/etc/passwd", "data/../../x", ""])
+def test_path_that_leads_out_of_the_folder_is_refused(copy: Path, name: str):
+    values = json.loads((copy / MANIFEST).read_text())
+    values["shards"][0]["file"] = name
+    (copy / MANIFEST).write_bytes(sealed(values))
+    with pytest.raises(OutputError, match="must be a path below the dataset's folder"):
+        verify_dataset(copy)
+
+
+STRANGERS = (
+    "notes.txt",
+    ".hidden",
+    "data/sub/x.parquet",
+    "data/train-00099.parquet",
+    "sub/a/b",
+    ".work/a",
+    "data/.x.tmp",
+)
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+def test_every_additional_file_is_told(copy: Path, name: str):
+    (copy / name).parent.mkdir(parents=True, exist_ok=True)
+    (copy / name).write_text("mine")
+    assert verify_dataset(copy).problems == [f"{name}: not in the manifest"]
+
+
+def test_changed_log_and_preview_are_told(copy: Path):
+    log_failures(copy, "episode", 3, (Failure(kind=FailureKind.CRASH, message="its process ended"),) * 2)
+    write_preview(copy, b"picture", {"samples": 4})
+    write_preview(copy, b"another picture", {"samples": 4})
+    assert not verify_dataset(copy).problems
+    text = (copy / ERRORS).read_text()
+    (copy / ERRORS).write_text(text.replace("crash", "crush", 1))
+    (copy / "preview.png").write_bytes(b"mine")
+    assert verify_dataset(copy).problems == [
+        f"{ERRORS}: line 1 has changed since it was written", "preview.png: changed since it was written",
+    ]  # fmt: skip
+    with pytest.raises(OutputError, match=r"holds 'preview\.png', not as magicsim wrote it"):
+        write_preview(copy, b"third picture", {})
+    assert (copy / "preview.png").read_bytes() == b"mine"
 
 
 def test_folder_without_a_readable_manifest_is_refused(copy: Path, tmp_path: Path):

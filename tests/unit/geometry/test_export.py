@@ -71,6 +71,17 @@ def test_nothing_is_left_when_one_of_two_parts_cannot_be_written(tmp_path: Path)
     assert [path.name for path in tmp_path.iterdir()] == ["block-infill.stl"]
 
 
+def test_file_beside_the_named_one_is_replaced_only_where_magicsim_wrote_it(tmp_path: Path):
+    (tmp_path / "block-infill.stl").write_text("mine")
+    with pytest.raises(OutputError, match=r"block-infill\.stl' would be replaced, and magicsim did not write it"):
+        export_design(design(), tmp_path / "block.stl")
+    assert (tmp_path / "block-infill.stl").read_text() == "mine"
+    assert not (tmp_path / "block.stl").exists()
+    (tmp_path / "block-infill.stl").unlink()
+    export_design(design(), tmp_path / "block.stl")
+    export_design(design(), tmp_path / "block.stl")
+
+
 def test_folder_that_cannot_be_made_is_one_line(tmp_path: Path):
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(OutputError, match="cannot write"):

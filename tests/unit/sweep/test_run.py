@@ -57,11 +57,33 @@ def test_resuming_judges_only_what_is_left(out: Path):
     run_sweep(small_sweep(), out, options=ONE, judge=FAKE)
     whole = files(out)
     (out / "designs" / "00002.json").unlink()
-    (out / "designs" / "00003.json").write_text('{"index": 3, "val')
+    (out / "designs" / "00003.json").unlink()
     seen = []
     run_sweep(small_sweep(), out, options=ONE, resume=True, judge=FAKE, progress=lambda *told: seen.append(told))
     assert seen == [(3, 4, 0), (4, 4, 0)]
     assert files(out) == whole
+
+
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize("name", ["designs/00003.json", "sweep.csv", "report.html", "sweep.json", "config.toml"])
+def test_file_that_was_changed_is_named_and_kept(out: Path, name: str):
+    run_sweep(small_sweep(), out, options=ONE, judge=FAKE)
+    (out / name).write_bytes((out / name).read_bytes() + b"\n")
+    changed = files(out)
+    with pytest.raises(OutputError, match=f"holds '{name}', not as magicsim wrote it"):
+        run_sweep(small_sweep(), out, options=ONE, resume=True, judge=FAKE)
+    assert files(out) == changed
+
+
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize("name", [".mine.tmp", "designs/notes.txt", ".work/a", "frames/.x.tmp"])
+def test_foreign_file_is_named_and_kept(out: Path, name: str):
+    run_sweep(small_sweep(), out, options=ONE, judge=FAKE)
+    (out / name).parent.mkdir(exist_ok=True)
+    (out / name).write_text("mine")
+    with pytest.raises(OutputError, match=f"holds '{name}', not as magicsim wrote it"):
+        run_sweep(small_sweep(), out, options=ONE, resume=True, judge=FAKE)
+    assert (out / name).read_text() == "mine"
 
 
 @pytest.mark.usefixtures("in_process")

@@ -1,0 +1,189 @@
+"""What magicsim wrote into a folder that grows over several runs, so that it replaces and removes nothing else.
+
+While a folder grows, a journal in it names every file before it gets its name: its size, its hash, and the random part
+of the name under which it is written. What stands when the folder is whole is in an index of the folder's own, such as
+a dataset's manifest, and the journal goes.
+"""
+
+import json
+import os
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from magicsim.folder.hashing import sha256_of
+from magicsim.folder.listing import Listed, files_below
+from magicsim.folder.lock import is_lock
+from magicsim.folder.naming import new_token
+from magicsim.folder.result import refuse_foreign
+from magicsim.folder.sealing import is_sealed, sealed
+
+WORK = ".work"
+"""Folder of what is not yet in its final place; gone when the run is complete."""
+JOURNAL = "written.jsonl"
+"""One line for each file, in that folder."""
+UNEDITED = frozenset({".parquet", ".webp"})
+"""Endings of files that nobody changes by hand."""
+RESUMABLE = "; what is finished is kept, and --resume goes on from there"
+"""What an error says of a folder that grows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Entry:
+    """One line of the journal."""
+
+    file: str
+    token: str | None = None
+    """Random part of the name under which the file is written; None once it is."""
+    facts: Listed | None = None
+    """None until it is written."""
+
+
+class Ledger:
+    """The files of one growing folder; its writer has the folder's lock."""
+
+    def __init__(self, out: Path, known: Mapping[str, Listed]) -> None:
+        """Takes up what an earlier run has written, and removes what it had not finished.
+
+        Args:
+            out: The folder.
+            known: What the folder's index lists, by name below the folder.
+        """
+        self.out = out
+        self._journal = out / WORK / JOURNAL
+        self._written: dict[str, list[Listed]] = {name: [each] for name, each in known.items()}
+        self._not_logged, self._is_begun = dict(known), False
+        for entry in _entries(self._journal):
+            if entry.token is not None:
+                _partial(out / entry.file, entry.token).unlink(missing_ok=True)
+            if entry.facts is not None:
+                self._note(entry.file, entry.facts)
+
+    def names(self) -> list[str]:
+        """Names below the folder of every written file that is there, in order."""
+        return sorted(name for name in self._written if (self.out / name).is_file())
+
+    def is_intact(self, name: str) -> bool:
+        """Whether a file is there, as it was written."""
+        return any(each.is_unchanged(self.out / name) for each in self._written.get(name, ()))
+
+    def is_own(self, name: str) -> bool:
+        """Whether a name is free, or its file may be replaced.
+
+        A file of numbers or pixels that has the size it was written with is magicsim's, perhaps damaged: nobody edits
+        such a file. Any other has to be intact.
+        """
+        path = self.out / name
+        if not os.path.lexists(path):
+            return True
+        if path.suffix in UNEDITED and path.is_file() and not path.is_symlink():
+            size = path.stat().st_size
+            if any(each.size == size for each in self._written.get(name, ())):
+                return True
+        return self.is_intact(name)
+
+    def refuse_foreign(self, *, beside: Collection[str] = ()) -> None:
+        """Refuses the folder where it holds a file that magicsim did not write, or that has changed.
+
+        Args:
+            beside: Names below the folder of what other lists than this one answer for.
+
+        Raises:
+            OutputError: It names what is foreign.
+        """
+        others = {f"{WORK}/{JOURNAL}", *beside}
+        names = [name for name in files_below(self.out) if name not in others and not is_lock(name)]
+        refuse_foreign(self.out, [name for name in names if not self.is_own(name)])
+
+    def place(self, name: str, content: bytes) -> None:
+        """Gives a file its content under its final name, whole or not at all.
+
+        Raises:
+            OutputError: Somebody else's file has the name.
+        """
+        with self.writing(name) as partial, partial.open("wb") as file:
+            file.write(content)
+
+    @contextmanager
+    def writing(self, name: str) -> Iterator[Path]:
+        """A path to write a file at, which gets its name when the block ends without an error.
+
+        Raises:
+            OutputError: Somebody else's file has the name.
+        """
+        if not self.is_own(name):
+            refuse_foreign(self.out, [name])
+        path, token = self.out / name, new_token()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._log(_Entry(file=name, token=token))
+        partial = _partial(path, token)
+        try:
+            yield partial
+            with partial.open("rb+") as file:
+                os.fsync(file.fileno())
+            facts = Listed(size=partial.stat().st_size, sha256=sha256_of(partial))
+            self._log(_Entry(file=name, facts=facts))
+            self._note(name, facts)
+            partial.replace(path)
+        except BaseException:
+            partial.unlink(missing_ok=True)
+            raise
+        _sync(path.parent)
+
+    def remove(self, name: str) -> None:
+        """Removes a file that magicsim wrote; one that is not there is no error.
+
+        Raises:
+            OutputError: It has changed since.
+        """
+        if not self.is_own(name):
+            refuse_foreign(self.out, [name])
+        (self.out / name).unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Ends the journal, once an index of the folder lists what stands there."""
+        self._journal.unlink(missing_ok=True)
+        with suppress(OSError):  # somebody else's file is in it
+            self._journal.parent.rmdir()
+
+    def listed(self, name: str) -> Listed:
+        """What was written last under a name."""
+        return self._written[name][-1]
+
+    def _note(self, name: str, facts: Listed) -> None:
+        self._written.setdefault(name, []).append(facts)
+
+    def _log(self, entry: _Entry) -> None:
+        """Adds a line to the journal, after what an index listed: that may be replaced from now on."""
+        entries = [*(_Entry(file=name, facts=each) for name, each in self._not_logged.items()), entry]
+        start = b"" if self._is_begun else b"\n"  # the last line may have been cut off
+        self._not_logged, self._is_begun = {}, True
+        self._journal.parent.mkdir(exist_ok=True)
+        with self._journal.open("ab") as journal:
+            journal.write(start + b"".join(sealed(asdict(each), indent=None) for each in entries))
+            journal.flush()
+            os.fsync(journal.fileno())
+
+
+def _partial(path: Path, token: str) -> Path:
+    return path.with_name(f".{path.name}.{token}.tmp")
+
+
+def _entries(journal: Path) -> Iterator[_Entry]:
+    """Entries of a journal; a line that is damaged, or was cut off, tells nothing."""
+    lines = journal.read_bytes().splitlines(keepends=True) if journal.is_file() else []
+    for line in lines:
+        if is_sealed(line, indent=None):
+            entry = json.loads(line)
+            facts = Listed(**entry["facts"]) if entry["facts"] is not None else None
+            yield _Entry(file=entry["file"], token=entry["token"], facts=facts)
+
+
+def _sync(folder: Path) -> None:
+    """Makes the names in a folder last."""
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)

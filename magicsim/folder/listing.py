@@ -1,0 +1,98 @@
+"""The list in a finished folder of what magicsim wrote there, with size and hash of every file."""
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from magicsim.folder.hashing import sha256_of
+
+LISTING = ".magicsim.json"
+"""Name of the list, which does not list itself."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Listed:
+    """What a file was when it was written."""
+
+    sha256: str
+    size: int | None = None
+    """Length [bytes]; None where only the hash is listed."""
+
+    def is_unchanged(self, path: Path) -> bool:
+        """Whether the file at a path is still this one; a link never is."""
+        is_file = path.is_file() and not path.is_symlink()
+        return is_file and self.size in {None, path.stat().st_size} and sha256_of(path) == self.sha256
+
+
+def write_listing(folder: Path) -> None:
+    """Lists every file that a folder holds now."""
+    files = {
+        name: {"size": (folder / name).stat().st_size, "sha256": sha256_of(folder / name)}
+        for name in files_below(folder)
+    }
+    content = {"written_by": "magicsim", "files": files}
+    (folder / LISTING).write_text(json.dumps(content, indent=0) + "\n", encoding="utf-8")
+
+
+def read_listing(folder: Path) -> dict[str, Listed] | None:
+    """The list of a folder by name below it; None where there is none that can be read."""
+    try:
+        files = json.loads((folder / LISTING).read_text(encoding="utf-8"))["files"]
+        return {str(name): Listed(size=int(each["size"]), sha256=str(each["sha256"])) for name, each in files.items()}
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return None
+
+
+def foreign_in(folder: Path, listing: Mapping[str, Listed]) -> Iterator[str]:
+    """Names below a folder of what its list does not show to be magicsim's: other or changed files, other folders."""
+    known_folders = {str(parent) for name in listing for parent in Path(name).parents}
+    for name in sorted(everything_below(folder)):
+        path = folder / name
+        if path.is_dir() and not path.is_symlink():
+            if name not in known_folders:
+                yield name
+        elif name != LISTING and not (name in listing and listing[name].is_unchanged(path)):
+            yield name
+
+
+def remove_listed(folder: Path) -> list[str]:
+    """Removes what the list of a folder shows to be magicsim's, the list, and the folder where it is empty then.
+
+    Returns:
+        Names below the folder of what is left.
+    """
+    listing = read_listing(folder) or {}
+    foreign = set(foreign_in(folder, listing))
+    for name in listing:
+        if name not in foreign:
+            (folder / name).unlink(missing_ok=True)
+    if listing:
+        (folder / LISTING).unlink()
+    remove_empty_folders(folder)
+    return sorted(everything_below(folder)) if folder.exists() else []
+
+
+def remove_empty_folders(folder: Path) -> None:
+    """Removes a folder and those below it, as far as they hold no file."""
+    for path, _, _ in os.walk(folder, topdown=False):
+        with suppress(OSError):  # it holds something
+            Path(path).rmdir()
+
+
+def everything_below(folder: Path) -> Iterator[str]:
+    """Names below a folder of all files, links and folders in it; links are not followed."""
+    for path, folders, files in os.walk(folder):
+        for name in (*folders, *files):
+            yield (Path(path) / name).relative_to(folder).as_posix()
+
+
+def files_below(folder: Path) -> list[str]:
+    """Names below a folder of all files and links in it, in order."""
+    return sorted(name for name in everything_below(folder) if not _is_folder(folder / name))
+
+
+def _is_folder(path: Path) -> bool:
+    return path.is_dir() and not path.is_symlink()
