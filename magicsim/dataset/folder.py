@@ -8,7 +8,7 @@ from magicsim.dataset.manifest import MANIFEST, Manifest, read_manifest, written
 from magicsim.dataset.preview_files import PREVIEW_FILES
 from magicsim.dataset.shard import read_rows
 from magicsim.errors import OutputError
-from magicsim.folder.ledger import WORK, Ledger
+from magicsim.folder.ledger import WORK, Ledger, is_begun
 from magicsim.folder.result import names_in, output_errors, refuse_foreign, refuse_others
 from magicsim.workers.log import ERRORS, changed_lines
 
@@ -25,8 +25,8 @@ def check_folder(out: Path, *, resume: bool) -> None:
     with output_errors(out):
         names = set(names_in(out)) - PREVIEW_FILES
         manifest = begun_dataset(out)
-    if manifest is None and not (out / MANIFEST).is_file():
-        refuse_others(out, names - {WORK, ERRORS})
+    if not (out / MANIFEST).is_file() and not is_begun(out):
+        refuse_others(out, names)
     if manifest is not None and not resume:
         state = "a" if manifest.is_complete else "an unfinished"
         msg = f"output folder '{out}' holds {state} dataset already; --resume goes on with it"

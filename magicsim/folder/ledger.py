@@ -29,6 +29,11 @@ RESUMABLE = "; what is finished is kept, and --resume goes on from there"
 """What an error says of a folder that grows."""
 
 
+def is_begun(out: Path) -> bool:
+    """Whether a run has begun to write a folder and has not ended."""
+    return (out / WORK / JOURNAL).is_file()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Entry:
     """One line of the journal."""

@@ -9,7 +9,7 @@ from pydantic import Field
 from magicsim.config import Config, validate
 from magicsim.errors import OutputError
 from magicsim.folder.hashing import sha256_of
-from magicsim.folder.ledger import WORK, Ledger
+from magicsim.folder.ledger import Ledger, is_begun
 from magicsim.folder.listing import Listed
 from magicsim.folder.result import names_in, output_errors, refuse_foreign, refuse_others
 from magicsim.folder.sealing import is_sealed, sealed
@@ -49,8 +49,8 @@ def check_folder(out: Path, *, resume: bool) -> None:
     with output_errors(out):
         names = set(names_in(out))
         index = read_index(out)
-    if index is None:
-        refuse_others(out, names - {WORK, ERRORS})
+    if index is None and not is_begun(out):
+        refuse_others(out, names)
     if index is not None and not resume and any((out / DESIGNS).glob("*.json")):
         state = "a" if index.is_complete else "an unfinished"
         msg = f"output folder '{out}' holds {state} sweep already; --resume goes on with it"

@@ -15,6 +15,7 @@ from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.manifest import read_manifest
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
+from magicsim.folder.ledger import Ledger
 from magicsim.workers.options import WorkerOptions
 
 from . import fakes
@@ -224,6 +225,28 @@ def test_killed_worker_changes_nothing(whole: Path, tmp_path: Path, seed: int):
     out = tmp_path / "set"
     kill_at_random(out, seed, 1, workers=True)
     assert content(out) == content(whole)
+
+
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize("files", [0, 1, 3, 4])
+def test_run_that_ended_before_its_manifest_goes_on(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, files: int
+):
+    real, placed = Ledger.place, []
+
+    def place_until_full(self: Ledger, name: str, data: bytes) -> None:
+        if len(placed) == files:
+            raise OSError(28, "No space left on device")
+        placed.append(name)
+        real(self, name, data)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Ledger, "place", place_until_full)
+        with pytest.raises(OutputError, match="no space left on the disk"):
+            generate_dataset(small_recipe("episodes=11"), tmp_path / "set", options=ONE, simulator=FAKE)
+    assert read_manifest(tmp_path / "set") is None
+    generate_dataset(small_recipe("episodes=11"), tmp_path / "set", options=ONE, simulator=FAKE, resume=True)
+    assert content(tmp_path / "set") == content(whole)
 
 
 FOREIGN = (".mine.tmp", "data/.mine.tmp", "data/notes.parquet", ".work/a", ".work/episode-00000003.parquet", "sub/x")
