@@ -266,7 +266,7 @@ def test_foreign_file_is_named_and_kept(whole: Path, tmp_path: Path, name: str, 
     (out / name).unlink()
     shutil.rmtree(out / "sub", ignore_errors=True)
     if not is_begun:
-        shutil.rmtree(out / "data", ignore_errors=True)
+        shutil.rmtree(out)
     generate_dataset(small_recipe("episodes=12"), out, options=ONE, simulator=FAKE, resume=True)
     assert not verify_dataset(out).problems
 
