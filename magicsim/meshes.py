@@ -15,6 +15,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.indenter import Indenter
 from magicsim.scenes.safe_gap import check_skin
 from magicsim.scenes.scene import ContactSettings
+from magicsim.scenes.still import still
 
 Array = npt.NDArray[np.float64]
 WET_OVERLAP_MM = 0.008
@@ -57,9 +58,16 @@ def _attach_infill(elastomer: Elastomer, lattice: Lattice) -> CellCorrectors | N
 
 
 def deformed_vertices(
-    meshes: Meshes, deformation: Deformation, indenter: Indenter, contact: ContactSettings
+    meshes: Meshes, deformation: Deformation, indenter: Indenter, contact: ContactSettings, *, still_mm: float
 ) -> tuple[Array, Array | None]:
     """Vertices of body and infill under a deformation, the skin fitted to the object.
+
+    Args:
+        meshes: How they hang on the lattice.
+        deformation: Of the lattice.
+        indenter: The object where it is.
+        contact: How skin and object meet.
+        still_mm: Displacements up to this are left out (`magicsim.scenes.still`) [mm].
 
     Returns:
         Body vertices, shape (body vertices, 3) [mm], and infill vertices or None without a grid.
@@ -70,6 +78,7 @@ def deformed_vertices(
     clearance = -WET_OVERLAP_MM if contact.coupling == "wet" else contact.film_mm
     followed = meshes.body.displaced(deformation.displacements_mm)
     followed[meshes.is_face] = meshes.face.displaced(deformation.displacements_mm)
+    followed = still(followed, meshes.body.points_mm, still_mm)
     body = settle(followed, meshes.is_face, indenter, clearance)
     if contact.coupling == "dry":
         middles = (body[meshes.face_edges[:, 0]] + body[meshes.face_edges[:, 1]]) / 2
@@ -77,6 +86,6 @@ def deformed_vertices(
         body = settle(followed, meshes.is_face, indenter, clearance)
     if meshes.infill is None:
         return body, None
-    infill = meshes.infill.displaced(deformation.displacements_mm)
+    infill = still(meshes.infill.displaced(deformation.displacements_mm), meshes.infill.points_mm, still_mm)
     check_skin(infill, indenter, clearance)
     return body, settle(infill, np.zeros(len(infill), bool), indenter, clearance)

@@ -118,6 +118,9 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
     if solved:
         left_out += _rough_edges(scene)
+    if solved and scene.render.still_mm > 0:
+        bound = f"displacements below {scene.render.still_mm:g} mm are not rendered, and none is off by more"
+        left_out.append(Decision(stage="light through what hardly moved", reason=bound))
     left_out += [
         Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}")
         for reason, count in reasons.items()

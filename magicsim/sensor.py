@@ -135,7 +135,9 @@ class Sensor:
         light = state.light_x_mm if state.flashlight else None
         if deformation.is_rest or indenter is None:
             return View(indenter=indenter, flashlight_x_mm=light)
-        body, infill = deformed_vertices(self.meshes, deformation, indenter, self.scene.contact)
+        body, infill = deformed_vertices(
+            self.meshes, deformation, indenter, self.scene.contact, still_mm=self.scene.render.still_mm
+        )
         if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
             check_walls(infill, self.elastomer.infill, self.elastomer.grid)
         return View(body=body, infill=infill, indenter=indenter, flashlight_x_mm=light)

@@ -23,7 +23,7 @@ from magicsim.scenes.recorded_light import RecordedLight
 from magicsim.scenes.recorded_paths import RecordedPaths, record_paths
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.shapes import lights
-from magicsim.scenes.untouched import RECORDED_PER_PARTICLE, Recorded
+from magicsim.scenes.untouched import Recorded
 from magicsim.scenes.untouched_passes import follow_camera, follow_light, record_camera, record_light
 from magicsim.scenes.view import View
 from magicsim.scenes.window import Window
@@ -80,10 +80,10 @@ def recorded(scene: Any, *, seed: int, samples: int, particles: int) -> Recorded
         scene: The loaded scene, with nothing before the block.
         seed: Random stream of both.
         samples: Paths of each pixel.
-        particles: That a frame traces.
+        particles: Of all strips together.
     """
     strips = max(1, len(lights(scene)))
-    each = max(1, RECORDED_PER_PARTICLE * particles // strips)
+    each = max(1, particles // strips)
     return Recorded(
         paths=recorded_paths(scene, seed=seed, samples=samples),
         light=record_light(scene, each, seed=seed),
@@ -112,33 +112,45 @@ def try_out(scene: Any, outside: Outside, finish: Finish, *, seed: int) -> None:
         follow_camera(scene, outside, MirroredStarts.of(mi.UInt32(0), up, mi.Float(1)), field, finish, seed=seed)
 
 
-def light_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: Anchor, *, seed: int) -> LightField:
-    """Light in the block and on the object: that of the untouched sensor, and what the things outside add.
+def strips_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: Anchor, *, seed: int) -> LightField:
+    """Light of the strips in the block and on the object: that of the untouched sensor, and what the object adds.
 
     Args:
         scene: The loaded scene, with nothing before the block.
-        outside: What stands there. A flashlight alone reflects nothing: it adds light, and leaves that of the strips.
+        outside: What stands there.
         light: Of the strips, that leaves the untouched sensor.
         anchor: The untouched sensor.
         seed: Of the frame.
     """
-    integrator, dark = scene.integrator(), scene.integrator().darkness(scene, outside)
-    added, careful = [], total(list(anchor.careful.values()))
-    if outside.object is not None:
-        back = follow_light(scene, outside, light, seed=seed)
-        now = replace(careful, fluence=careful.fluence + back.fluence)
-        careful = anchored_light({"": now}, {"": careful}, {"": careful}, integrator.counts, None)[""]
-        added.append(replace(back, fluence=dark.fluence))
-    if outside.flashlight is not None:
-        particles = {FLASHLIGHT: integrator.particles}  # Nothing else is traced from a light.
-        added += integrator.light_fields(scene, particles, seed=seed, outside=outside).values()
-    return total([replace(careful, irradiance=dark.irradiance), *added])
+    careful, dark = total(list(anchor.careful.values())), scene.integrator().darkness(scene, outside)
+    if outside.object is None:
+        return replace(careful, irradiance=dark.irradiance)
+    back = follow_light(scene, outside, light, seed=seed)
+    now = replace(careful, fluence=careful.fluence + back.fluence)
+    careful = anchored_light({"": now}, {"": careful}, {"": careful}, scene.integrator().counts, None)[""]
+    return replace(careful, irradiance=back.irradiance)
 
 
-def seen_beside_anchor(
+def flashlight_outside(scene: Any, outside: Outside, *, seed: int) -> LightField:
+    """Light of the flashlight in the block and on the object; it reflects nothing itself.
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        outside: What stands there, perhaps no flashlight.
+        seed: Of the frame.
+    """
+    integrator = scene.integrator()
+    if outside.flashlight is None:
+        return integrator.darkness(scene, outside)  # type: ignore[no-any-return]
+    particles = {FLASHLIGHT: integrator.particles}  # Nothing else is traced from a light.
+    return total(list(integrator.light_fields(scene, particles, seed=seed, outside=outside).values()))
+
+
+def seen_outside(
     scene: Any,
     outside: Outside,
-    known: Recorded,
+    paths: RecordedPaths,
+    field: LightField,
     anchor: Anchor,
     finish: Finish,
     window: Window,
@@ -151,15 +163,15 @@ def seen_beside_anchor(
     Args:
         scene: The loaded scene, with nothing before the block.
         outside: What stands there.
-        known: Camera paths and light of the untouched sensor.
-        anchor: The untouched sensor.
+        paths: Camera paths of the untouched sensor.
+        field: Light in the block and on the object.
+        anchor: The untouched sensor, whose careful light is what the field differs from.
         finish: Surface of the object.
         window: Part of the ideal image.
         samples: Camera samples of each pixel.
         seed: Of the frame.
     """
     integrator = scene.integrator()
-    paths, field = known.paths, light_outside(scene, outside, known.light, anchor, seed=seed)
     change = field.fluence - np.sum([careful.fluence for careful in anchor.careful.values()], axis=0)
     slopes = cell_slopes(change, integrator.inventory.centres_mm(scene), integrator.counts)
     columns, rows = (int(size) for size in scene.sensors()[0].film().size())

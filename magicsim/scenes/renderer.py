@@ -2,9 +2,10 @@
 
 from copy import copy
 from dataclasses import replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
@@ -14,18 +15,19 @@ from magicsim.scenes.anchored_light import anchored_light
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
+from magicsim.scenes.free_states import FreeStates, by_channel, lifted
 from magicsim.scenes.light_field import total
-from magicsim.scenes.plain_renderer import FloatImage, PlainRenderer, checked, lights_of
+from magicsim.scenes.names import FLASHLIGHT
+from magicsim.scenes.plain_renderer import FloatImage, PlainRenderer, lights_of
 from magicsim.scenes.reach import is_out_of_reach
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
-from magicsim.scenes.untouched import Recorded, UntouchedState, UntouchedStates, untouched_key
+from magicsim.scenes.untouched import UntouchedState, UntouchedStates, untouched_key
 from magicsim.scenes.view import View
 from magicsim.scenes.window import Window
 from magicsim.scenes.world import World
 
-if TYPE_CHECKING:
-    from magicsim.scenes.outside import Outside, Outsides
+Array = npt.NDArray[np.float64]
 
 
 class Renderer(PlainRenderer):
@@ -63,7 +65,7 @@ class Renderer(PlainRenderer):
         self._wide_film, self._whole_film = (film(elastomer.design, rig, read) for read in (self._around, all_pixels))
         self._untouched = untouched if untouched is not None else UntouchedStates()
         self._anchor: Anchor | None = None
-        self._outsides: Outsides | None = None
+        self._free: FreeStates | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
         """This renderer with other random numbers; both bring their views into the same Mitsuba scenes.
@@ -75,7 +77,7 @@ class Renderer(PlainRenderer):
         other = copy(self)
         other.seed = seed
         other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
-        other._untouched, other._anchor = UntouchedStates(), None
+        other._untouched, other._anchor, other._free = UntouchedStates(), None, None
         return other
 
     def radiance(self, view: View) -> FloatImage:
@@ -86,24 +88,37 @@ class Renderer(PlainRenderer):
         """
         if self.estimator == "path" or not self.settings.anchor_samples:
             return self.plain_radiance(view)
-        view, anchor = self._within_reach(view), self.anchor()
-        window = self.rig.camera.window
+        view, anchor = self._within_reach(view), self._around_window(self.anchor())
+        inner, placed = self.rig.camera.window.within(self._around), self._placed(view)
         if view.is_untouched:
-            return np.asarray(window.of(anchor.image))
-        if self._stands_free(view):
-            return self._beside_anchor(view, anchor)
+            return np.asarray(inner.of(anchor.image))
+        if self._stands_free(view, placed):
+            return np.asarray(inner.of(self._free_states().image(placed, view.flashlight_x_mm, anchor)))
+        return np.asarray(inner.of(self._touched(view, placed, anchor)))
+
+    def _touched(self, view: View, placed: Array | None, anchor: Anchor) -> FloatImage:
+        """Radiance of a view that recorded paths do not show, as it changes what its anchor shows."""
+        had_free_state = self._had_free_state(view, placed)
+        if had_free_state and placed is not None:
+            anchor = self._free_states().anchor(placed, view.flashlight_x_mm, anchor)
         world = self.world(view)
         integrator = world.scene.integrator()
         counts = self.elastomer.grid.counts if self.elastomer.grid is not None else None
         voxels = integrator.voxels.counts if integrator.voxels is not None else None
         fields = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
+        if had_free_state:
+            fields |= by_channel(total([fields.pop(name) for name in list(fields) if name != FLASHLIGHT]))
         growth = _ratio(integrator.held_mm3(world.scene), anchor.held_mm3)
         known = {name: fields[name] for name in fields if name in anchor.careful}
         fields |= anchored_light(known, anchor.cheap, anchor.careful, counts, voxels, growth)
         field = total([integrator.darkness(world.scene), *fields.values()])
         image = self._gather(world, field, self.settings.samples, self.seed, read=self._wide_film)
-        clean = anchored_image(image, *(self._around.of(rest) for rest in (anchor.cheap_image, anchor.image)))
-        return np.asarray(window.within(self._around).of(clean))
+        return anchored_image(image, anchor.cheap_image, anchor.image)
+
+    def _around_window(self, anchor: Anchor) -> Anchor:
+        """The anchor with what is read out of its images, and the neighbours that are looked at."""
+        cheap_image, image = (self._around.of(whole) for whole in (anchor.cheap_image, anchor.image))
+        return replace(anchor, cheap_image=cheap_image, image=image)
 
     def _within_reach(self, view: View) -> View:
         """The view without an object that is too far to be seen."""
@@ -114,7 +129,7 @@ class Renderer(PlainRenderer):
         is_gone = is_out_of_reach(gap_mm, self.object_finish, design, self.rig, self.anchor().image)
         return replace(view, indenter=None) if is_gone else view
 
-    def _stands_free(self, view: View) -> bool:
+    def _stands_free(self, view: View, placed: Array | None) -> bool:
         is_fluence = self.estimator == "fluence" and self.elastomer.grid is not None
         if not (self.uses_records and is_fluence and self.settings.anchor_samples):
             return False
@@ -123,39 +138,22 @@ class Renderer(PlainRenderer):
         from magicsim.scenes.approach import stands_free
 
         integrator = self.world(View()).scene.integrator()
-        return stands_free(view, self.rig, self.object_finish, integrator, self._placed(view))
+        return stands_free(view, self.rig, self.object_finish, integrator, placed)
 
-    def _outside(self, view: View) -> "Outside":
-        from magicsim.scenes.outside import Outsides
+    def _had_free_state(self, view: View, placed: Array | None) -> bool:
+        """Whether the view is one of contact whose last state before it is known from recorded paths."""
+        if placed is None or (view.is_undeformed and placed[:, 2].max() < 0):
+            return False
+        return self._stands_free(replace(view, body=None, infill=None), lifted(placed))
 
-        if self._outsides is None:
-            self._outsides = Outsides(self.rig, self.object_mesh, self.object_finish)
-        return self._outsides.of(self._placed(view), view.flashlight_x_mm)
-
-    def _recorded(self) -> Recorded:
-        """Camera paths and light of the untouched sensor."""
-        from magicsim.scenes.approach import recorded
-
-        settings = self.settings
-        key = f"{self._untouched_key()} {settings.particles}"
-        known = self._untouched.recorded(key)
-        if known is None:
-            known = recorded(
-                self.world(View()).scene, seed=settings.anchor_seed, samples=settings.anchor_samples,
-                particles=settings.particles,
+    def _free_states(self) -> FreeStates:
+        if self._free is None:
+            self._free = FreeStates(
+                self.world(View()).scene, self.rig, self.settings, seed=self.seed, object_mesh=self.object_mesh,
+                object_finish=self.object_finish, film=self._wide_film, untouched=self._untouched,
+                key=self._untouched_key(),
             )  # fmt: skip
-            self._untouched.keep_recorded(key, known)
-        return known
-
-    def _beside_anchor(self, view: View, anchor: Anchor) -> FloatImage:
-        from magicsim.scenes.approach import seen_beside_anchor
-
-        change = seen_beside_anchor(
-            self.world(View()).scene, self._outside(view), self._recorded(), anchor, self.object_finish,
-            self._film.window, samples=self.settings.samples, seed=self.seed,
-        )  # fmt: skip
-        image = self._film.seen(checked(change.astype(np.float32)))
-        return np.asarray(np.maximum(image + self.rig.camera.window.of(anchor.image), 0))
+        return self._free
 
     def metered(self) -> FloatImage:
         """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
@@ -166,10 +164,9 @@ class Renderer(PlainRenderer):
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, at a negligible number of samples."""
-        if not view.is_untouched and self._stands_free(view):
-            from magicsim.scenes.approach import try_out
-
-            try_out(self.world(View()).scene, self._outside(view), self.object_finish, seed=self.seed)
+        placed = self._placed(view)
+        if not view.is_untouched and self._stands_free(view, placed):
+            self._free_states().try_out(placed, view.flashlight_x_mm)
             return
         world = self.world(view)
         if self.estimator == "path":
@@ -184,8 +181,12 @@ class Renderer(PlainRenderer):
         if self.estimator == "fluence" and self.settings.anchor_samples:
             self.anchor()
             seen = self._within_reach(view)
-            if not seen.is_untouched and self._stands_free(seen):
-                self._recorded()
+            placed = self._placed(seen)
+            touches = self._had_free_state(seen, placed)
+            if touches or (not seen.is_untouched and self._stands_free(seen, placed)):
+                self._free_states().careful()
+            if touches:
+                self._free_states().cheap()
 
     def anchor(self) -> Anchor:
         """The untouched state of this episode, computed once."""

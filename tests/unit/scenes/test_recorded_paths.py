@@ -9,6 +9,7 @@ from magicsim.scenes.backend import VARIANT
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.integrator import CAMERA_DEPTH
 from magicsim.scenes.light_field import LightField
+from magicsim.scenes.outside import Outsides
 from magicsim.scenes.path_record import STEPS
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.shapes import lights
@@ -25,6 +26,13 @@ def small(name, *overrides):
     overrides = [*overrides, "object.radius_mm=3"] if name == "near" else list(overrides)
     sensor = Sensor(load_scene(name, [*SMALL, *overrides]))
     return sensor.renderer, sensor.view(timeline(sensor.scene)[0], sensor.rest)
+
+
+def outside_of(renderer, view):
+    """What stands before the block, in a scene of its own."""
+    return Outsides(renderer.rig, renderer.object_mesh, renderer.object_finish).of(
+        renderer._placed(view), view.flashlight_x_mm
+    )
 
 
 def smooth_field(integrator, scene, outside):
@@ -45,7 +53,7 @@ def test_recorded_paths_give_the_gathered_image(name):
     from magicsim.scenes.cached_light import cell_slopes
 
     renderer, view = small(name)
-    seen, outside = renderer.world(view).scene, renderer._outside(view)
+    seen, outside = renderer.world(view).scene, outside_of(renderer, view)
     scene = renderer.world(View()).scene
     integrator = scene.integrator()
     field = smooth_field(integrator, scene, outside)
@@ -69,7 +77,7 @@ def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
 
     many, few, seeds = 32, 16, 8
     renderer, view = small("near", "object.specular=0.6", "object.roughness=0.3", "object.color=[0,0,0]")
-    seen, outside = renderer.world(view).scene, renderer._outside(view)
+    seen, outside = renderer.world(view).scene, outside_of(renderer, view)
     scene, finish = renderer.world(View()).scene, renderer.object_finish
     integrator = scene.integrator()
     field, pixels = smooth_field(integrator, scene, outside), np.arange(24 * 28, dtype=np.uint32)
@@ -108,7 +116,7 @@ def test_mirrored_paths_are_none_without_a_mirror():
     paths = recorded_paths(renderer.world(View()).scene, seed=SEED, samples=1)
     pixels = np.arange(5, dtype=np.uint32)
     found = paths.mirrored(
-        renderer._outside(view), renderer.object_finish, pixels, lambda _: pytest.fail("nothing to follow"), samples=1,
+        outside_of(renderer, view), renderer.object_finish, pixels, lambda _: pytest.fail("nothing to follow"), samples=1,
         seed=SEED,
     )  # fmt: skip
     assert not found.any()
@@ -119,7 +127,7 @@ def test_light_on_a_thing_in_its_own_scene_is_that_in_one_scene():
     together, scene = renderer.world(view).scene, renderer.world(View()).scene
     shares = {"strip0": 3000, "strip2": 3000}
     wanted = together.integrator().light_fields(together, shares, seed=SEED)
-    found = scene.integrator().light_fields(scene, shares, seed=SEED, outside=renderer._outside(view))
+    found = scene.integrator().light_fields(scene, shares, seed=SEED, outside=outside_of(renderer, view))
     for name in shares:
         for kind in ("fluence", "irradiance"):
             one, other = getattr(found[name], kind), getattr(wanted[name], kind)
@@ -132,7 +140,7 @@ def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
 
     renderer, view = small("near")
     together, scene = renderer.world(view).scene, renderer.world(View()).scene
-    integrator, outside, particles = scene.integrator(), renderer._outside(view), 100_000
+    integrator, outside, particles = scene.integrator(), outside_of(renderer, view), 100_000
     names = lights(scene)
     shares = dict.fromkeys(names, particles)
     wanted = together.integrator().light_fields(together, shares, seed=SEED)
@@ -154,7 +162,7 @@ def test_light_that_misses_a_thing_leaves_all_as_it_is():
     view = sensor.view(replace(timeline(sensor.scene)[0], gap_mm=1e5), sensor.rest)
     scene = sensor.renderer.world(View()).scene
     light = record_light(scene, 1000, seed=SEED)
-    added = follow_light(scene, sensor.renderer._outside(view), light, seed=SEED)
+    added = follow_light(scene, outside_of(sensor.renderer, view), light, seed=SEED)
     assert not added.fluence.any()
     assert not added.irradiance.any()
 
