@@ -16,12 +16,10 @@ SMALL = (
     "render.anchor_particles=100000",
 )  # fmt: skip
 PLACE = {"x_mm": 5.0, "y_mm": 6.0, "twist_deg": 0.0, "flashlight": False, "light_x_mm": 0.0}
-FAR = (
-    (slice(0, 24), slice(0, 16)),
-    (slice(36, 60), slice(0, 16)),
-    (slice(36, 60), slice(32, 48)),
-    (slice(0, 24), slice(32, 48)),
-)
+CORNERS = [(rows, columns) for rows in (slice(0, 24), slice(36, 60)) for columns in (slice(0, 16), slice(32, 48))]
+TOUCHES_MM = (-0.005, -0.02, -0.05)
+HIDDEN = 0.002
+"""Noise that rounding to grey levels is above, 0.29 of a level, in units of the brightness, 90 levels."""
 
 
 def state(gap_mm, *, flashlight=False):
@@ -38,28 +36,26 @@ def seen(sensor, each):
     return sensor.radiance(each, deformation).astype(np.float64)
 
 
-def far_noise(change):
-    """Of the quarter of the image that is the furthest from the contact, whichever that is in the picture."""
-    around = sum(np.roll(change, step, axis) for step in (-1, 1) for axis in (0, 1)) / 4
-    return min(float((change - around)[block].std()) for block in FAR)
+def far_noise(sensor, gaps_mm):
+    """Of what frames add to the untouched one, in the corner that is the furthest from the contact, over brightness."""
+    untouched, levels = seen(sensor, UNTOUCHED), []
+    for gap_mm in gaps_mm:
+        change = seen(sensor, state(gap_mm)) - untouched
+        around = sum(np.roll(change, step, axis) for step in (-1, 1) for axis in (0, 1)) / 4
+        levels.append(min(float((change - around)[corner].std()) for corner in CORNERS))
+    return np.sqrt(np.mean(np.square(levels))) / untouched.mean()
 
 
-@pytest.mark.parametrize("settings", [(), ("object.specular=0.3", "object.roughness=0.4"), ("contact.coupling='dry'",)])
+@pytest.mark.parametrize("settings", [(), ("object.specular=0.3", "object.roughness=0.4")])
 def test_noise_far_away_does_not_tell_a_light_touch(settings):
     sensor = sensor_of(*settings)
-    untouched = seen(sensor, UNTOUCHED)
-    before = [far_noise(seen(sensor, state(gap)) - untouched) for gap in (0.02, 0.005)]
-    after = [far_noise(seen(sensor, state(gap)) - untouched) for gap in (-0.005, -0.02, -0.05)]
-    assert max(after) < 1.5 * max(before)
-    assert min(after) > 0.5 * min(before)
+    assert far_noise(sensor, (0.02, 0.005)) < HIDDEN
+    assert far_noise(sensor, TOUCHES_MM) < HIDDEN
 
 
 def test_without_the_bound_the_noise_would_tell():
-    """What the test above sees is there to be seen."""
-    sensor = sensor_of("render.still_mm=0")
-    untouched = seen(sensor, UNTOUCHED)
-    before = far_noise(seen(sensor, state(0.005)) - untouched)
-    assert far_noise(seen(sensor, state(-0.05)) - untouched) > 3 * before
+    """What the test above does not see is there to be seen."""
+    assert far_noise(sensor_of("render.still_mm=0"), TOUCHES_MM) > 3 * HIDDEN
 
 
 @pytest.mark.parametrize("flashlight", [False, True])

@@ -116,9 +116,13 @@ def test_mirrored_paths_are_none_without_a_mirror():
     paths = recorded_paths(renderer.world(View()).scene, seed=SEED, samples=1)
     pixels = np.arange(5, dtype=np.uint32)
     found = paths.mirrored(
-        outside_of(renderer, view), renderer.object_finish, pixels, lambda _: pytest.fail("nothing to follow"), samples=1,
+        outside_of(renderer, view),
+        renderer.object_finish,
+        pixels,
+        lambda _: pytest.fail("nothing to follow"),
+        samples=1,
         seed=SEED,
-    )  # fmt: skip
+    )
     assert not found.any()
 
 
