@@ -1,0 +1,185 @@
+"""What of a frame tells whether the object touches, although it must not: how the light was computed.
+
+    python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json [--cases 24] [--seed 1]
+
+Pairs of states 0.002 to 0.05 mm before and after contact are filmed with several objects, places, seeds, designs and
+lights, by a camera without noise; so are a sensor with an object too far to be seen and one without, and a flashlight
+on and off behind nothing. Classifiers see only what must not know: features of blocks of the image that lie 8 mm and
+more from the contact, where nothing physical changes (residual noise, high-pass statistics, noise levels of blocks,
+sums of channels), and the size of the frame's PNG. Each is trained on some cases and judged on others (grouped
+cross-validation); the area under its curve is 0.5 where nothing is told. Intervals are a bootstrap over cases.
+"""
+
+import argparse
+import json
+import random
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from sklearn.ensemble import HistGradientBoostingClassifier
+from sklearn.linear_model import LogisticRegression
+from sklearn.metrics import roc_auc_score
+from sklearn.model_selection import GroupKFold
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
+
+from magicsim.plan import can_touch
+from magicsim.scenes.exposure import expose, meter
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.sensor import Sensor
+
+Array = npt.NDArray[np.float64]
+Frame = npt.NDArray[np.uint8]
+GAPS_MM = (0.002, 0.005, 0.01, 0.02, 0.05)
+FAR_MM = 8.0
+"""Distance from the contact where the deformation does not reach."""
+BLOCK_PX = 20
+OBJECTS = (
+    "sphere:radius_mm=4,color=0.8x0.4x0.1", "sphere:radius_mm=2.5,color=0.2x0.2x0.25", "finger",
+    "domed_cylinder:radius_mm=3,edge_radius_mm=1,color=0.3x0.6x0.2", "sphere:radius_mm=6,color=0.7x0.7x0.7",
+)  # fmt: skip
+PLACES = ((-6.0, -9.0), (6.0, 9.0), (-5.0, 8.0), (5.0, -8.0), (0.0, -10.0), (0.0, 10.0))
+"""Near the rim, so that much of the image is far from the contact."""
+DESIGNS = ((), ("design.cell_mm=1.0",), ("design.skin_mm=0.6",))
+LIGHTS = ((), ("rig.strips.0.radiance=[2,0.2,0.2]",))
+CLEAN = ("rig.camera.read_noise_e=0", "rig.camera.full_well_e=1e12", "references=1")
+"""The camera's own noise must not be what hides a step."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown:
+    """One frame and what a classifier may see of it."""
+
+    case: int
+    label: bool
+    features: dict[str, list[float]]
+
+
+def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
+    """Frames of one case, with the question that they belong to."""
+    chance = random.Random(1000 * seed + case)
+    x_mm, y_mm = chance.choice(PLACES)
+    settings = [*CLEAN, *chance.choice(DESIGNS), *chance.choice(LIGHTS), f"object={chance.choice(OBJECTS)!r}"]
+    deepest = [f"keyframes=[{{frame=0,gap_mm=-{GAPS_MM[-1]},x_mm={x_mm},y_mm={y_mm}}}]"]
+    sensor = Sensor(load_scene("pressed", [*settings, *deepest], seed=100 * seed + case))
+    camera = sensor.scene.rig.camera
+    untouched = sensor.radiance(UNTOUCHED, sensor.rest)
+    exposure = meter(untouched, camera)
+    rest = expose(untouched, exposure, camera, seed=0, frame=0)
+    far = _far_blocks(camera.rows, camera.columns, camera.field_mm, x_mm, y_mm)
+
+    def shown(state: FrameState, *, label: bool) -> Shown:
+        deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+        frame = expose(sensor.radiance(state, deformation), exposure, camera, seed=0, frame=0)
+        return Shown(case=case, label=label, features=features(frame, rest, far))
+
+    for gap_mm in GAPS_MM:
+        for sign in (1, -1):
+            state = FrameState(
+                gap_mm=sign * gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0
+            )
+            yield "before or after contact", shown(state, label=sign < 0)
+    for gap_mm in (None, 400.0, 800.0):
+        state = FrameState(gap_mm=gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0)
+        yield "absent or too far to be seen", shown(state, label=gap_mm is not None)
+
+
+def _far_blocks(rows: int, columns: int, field_mm: float, x_mm: float, y_mm: float) -> list[tuple[slice, slice]]:
+    """Blocks of the image that are far from a place of the contact face; row 0 is at the top, +y."""
+    pixel_mm = field_mm / columns
+    blocks = []
+    for top in range(0, rows - BLOCK_PX + 1, BLOCK_PX):
+        for left in range(0, columns - BLOCK_PX + 1, BLOCK_PX):
+            across = (left + BLOCK_PX / 2 - columns / 2) * pixel_mm
+            down = (top + BLOCK_PX / 2 - rows / 2) * pixel_mm
+            # Whichever way the image is mirrored, the block is far from the contact.
+            if min(np.hypot(across - a * x_mm, down - b * y_mm) for a in (-1, 1) for b in (-1, 1)) > FAR_MM:
+                blocks.append((slice(top, top + BLOCK_PX), slice(left, left + BLOCK_PX)))
+    return blocks
+
+
+def features(frame: Frame, rest: Frame, far: list[tuple[slice, slice]]) -> dict[str, list[float]]:
+    """Numbers that must not know whether anything touches, by kind."""
+    change = frame.astype(np.float64) - rest
+    residual = change - _of_neighbours(change)
+    high = frame - _of_neighbours(frame.astype(np.float64))
+    levels = np.array([residual[block].std((0, 1)) for block in far])
+    fine = np.array([high[block].std((0, 1)) for block in far])
+    sums = np.array([change[block].mean((0, 1)) for block in far])
+    return {
+        "residual noise": [*levels.mean(0), *np.abs(residual[far[0]]).mean((0, 1))],
+        "high-pass statistics": [*fine.mean(0), *(high**4).mean((0, 1))],
+        "noise levels of blocks": [*np.quantile(levels, (0.1, 0.5, 0.9), axis=0).ravel()],
+        "sums of channels": [*sums.mean(0), *sums.std(0)],
+        "size of the PNG": [float(len(cv2.imencode(".png", frame)[1]))],
+    }
+
+
+def _of_neighbours(image: Array) -> Array:
+    """Mean of the four neighbours of each pixel."""
+    return sum(np.roll(image, step, axis) for step in (-1, 1) for axis in (0, 1)) / 4
+
+
+def judge(frames: list[Shown], kind: str, chance: np.random.Generator) -> dict[str, float]:
+    """The better of two classifiers' areas under the curve, its bootstrap interval over cases."""
+    values = np.array([each.features[kind] for each in frames])
+    labels, cases = np.array([each.label for each in frames]), np.array([each.case for each in frames])
+    best: dict[str, float] = {}
+    for make in (
+        lambda: make_pipeline(StandardScaler(), LogisticRegression(max_iter=1000)),
+        lambda: HistGradientBoostingClassifier(max_iter=60, min_samples_leaf=5, random_state=0),
+    ):
+        scores = np.zeros(len(frames))
+        for train, test in GroupKFold(min(6, len(set(cases)))).split(values, labels, cases):
+            model = make().fit(values[train], labels[train])
+            scores[test] = model.predict_proba(values[test])[:, 1]
+        drawn = []
+        for _ in range(400):
+            chosen = np.concatenate(
+                [np.flatnonzero(cases == case) for case in chance.choice(np.unique(cases), len(set(cases)))]
+            )
+            if len(set(labels[chosen])) > 1:
+                drawn.append(roc_auc_score(labels[chosen], scores[chosen]))
+        found = {
+            "auc": float(roc_auc_score(labels, scores)),
+            "low": float(np.quantile(drawn, 0.025)),
+            "high": float(np.quantile(drawn, 0.975)),
+        }
+        if not best or abs(found["auc"] - 0.5) > abs(best["auc"] - 0.5):
+            best = found
+    return best
+
+
+def main() -> None:
+    """See the module."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--cases", type=int, default=24)
+    parser.add_argument("--seed", type=int, default=1)
+    chosen = parser.parse_args()
+    frames: dict[str, list[Shown]] = {}
+    for case in range(chosen.cases):
+        for question, shown in film(case, chosen.seed):
+            frames.setdefault(question, []).append(shown)
+        print(json.dumps({"case": case, "frames": sum(map(len, frames.values()))}), flush=True)
+    chance = np.random.default_rng(chosen.seed)
+    rows = [
+        {"question": question, "seen": kind, "frames": len(each), **judge(each, kind, chance)}
+        for question, each in frames.items()
+        for kind in each[0].features
+    ]
+    for row in rows:
+        print(json.dumps(row))
+    settings = {"cases": chosen.cases, "seed": chosen.seed, "gaps_mm": GAPS_MM, "far_mm": FAR_MM}
+    chosen.out.write_text(json.dumps({"settings": settings, "results": rows}, indent=1) + "\n")
+    raw = [asdict(shown) | {"question": question} for question, each in frames.items() for shown in each]
+    chosen.out.with_suffix(".frames.jsonl").write_text("".join(json.dumps(each, default=bool) + "\n" for each in raw))
+
+
+if __name__ == "__main__":
+    main()
