@@ -7,7 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config, apply_overrides, read_toml, validate
+from magicsim.config import Config, apply_overrides, validate
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.presets import find_preset

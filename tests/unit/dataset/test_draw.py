@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from magicsim.config import apply_overrides, read_toml, validate
+from magicsim.config import apply_overrides, validate
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import draw_episodes, draw_sensors, drawn_names, episode_seed
 from magicsim.dataset.object_recipe import ObjectRecipe
 from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects import OBJECT_KINDS
 from magicsim.presets import find_preset
