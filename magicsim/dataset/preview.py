@@ -27,6 +27,8 @@ from magicsim.workers.threads import bound_threads
 
 Frame = npt.NDArray[np.uint8]
 SHEET, STATISTICS = "preview.png", "preview.json"
+COUNTED = 10_000
+"""Most episodes that are counted."""
 MARGIN, LINE, LETTER, TEXT_PX = 6, 14, 7, 0.36
 PAPER, INK = 255, (30, 30, 30)
 
@@ -71,8 +73,10 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
         if outcome.result is not None:
             images[outcome.key] = outcome.result
     cost = estimate(recipe, episodes, processes=options.workers)
-    statistics = recipe_statistics(recipe, episodes) | {
-        "preview": quality(),
+    step = -(-len(episodes) // COUNTED)
+    counted = quality() if step == 1 else f"{quality()} Statistics of every {step}th episode."
+    statistics = recipe_statistics(recipe, episodes[::step]) | {
+        "preview": counted,
         "estimated_hours": round(cost.seconds(usable_cores()) / 3600, 3),
         "estimated_megabytes": round(cost.bytes / 1e6, 1),
     }

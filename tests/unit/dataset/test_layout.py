@@ -2,13 +2,13 @@ from collections import Counter
 from itertools import pairwise
 
 from magicsim.dataset.draw import sensor_of
-from magicsim.dataset.layout import plan_shards, split_of
+from magicsim.dataset.layout import Layout, split_of
 
 from .fakes import small_recipe
 
 
 def test_every_episode_is_in_one_file_in_order():
-    shards = plan_shards(small_recipe("episodes=23"))
+    shards = Layout(small_recipe("episodes=23"))
     assert sorted(episode for shard in shards for episode in shard.episodes) == list(range(23))
     for shard in shards:
         assert len(shard.episodes) <= 2
@@ -34,6 +34,6 @@ def test_no_sensor_is_in_two_splits_where_that_is_asked_for():
 
 
 def test_files_that_are_full_stay_when_there_are_more_episodes():
-    few, many = ({shard.file: shard.episodes for shard in plan_shards(small_recipe(f"episodes={n}"))} for n in (9, 40))
+    few, many = ({shard.file: shard.episodes for shard in Layout(small_recipe(f"episodes={n}"))} for n in (9, 40))
     for file, episodes in few.items():
         assert many[file][: len(episodes)] == episodes
