@@ -69,7 +69,7 @@ class Layout(Sequence[ShardPlan]):
         if isinstance(place, slice):
             return [self[each] for each in range(*place.indices(len(self)))]
         index = range(len(self))[place]
-        split = max((each for each in self._begins if self._begins[each] <= index), key=self._begins.__getitem__)
+        split = [each for each in self._begins if self._begins[each] <= index][-1]  # of equal ones all but it are empty
         number = index - self._begins[split]
         return ShardPlan(
             file=f"data/{self._names[split]}-{number:05d}.parquet",
