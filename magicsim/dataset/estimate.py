@@ -22,7 +22,7 @@ LOOK_S, RECORD_S = 5e-6, 4e-6
 """Core seconds of a pixel of a frame that is made from recorded paths, and of a camera sample that is recorded."""
 IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES, ROW_BYTES = 2.0, 0.02, 1.0, 6.0, 3000
 """A pixel of a frame, of a mask, of a depth map in contact, a lattice node in contact, the rest of a row."""
-LOOKED_AT, COUNTED = 64, 512
+LOOKED_AT, COUNTED = 64, 256
 """Most episodes that are planned, and of which the frames are counted; the rest is taken to be like them."""
 
 
@@ -77,6 +77,15 @@ def estimate(
     )
 
 
+def estimate_scene(scene: SceneConfig) -> Estimate:
+    """What one scene will cost in a process of its own."""
+    seconds, size = episode_cost(scene)
+    shared = _anchor_s(scene.render, scene.rig.camera) + START_S
+    if _is_recorded(scene):
+        shared += _record_s(scene.render, scene.rig.camera)
+    return Estimate(frames=scene.references + scene.frame_count, core_seconds=seconds + shared, bytes=round(size))
+
+
 def _some(numbers: npt.NDArray[np.int64], most: int) -> list[int]:
     """Some of the numbers, evenly spread."""
     return list(map(int, numbers[:: max(1, math.ceil(len(numbers) / most))]))
@@ -112,11 +121,12 @@ def episode_cost(scene: SceneConfig) -> tuple[float, float]:
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)
     size = frames * (ROW_BYTES + pixels * (IMAGE_BYTES + MASK_BYTES * scene.output.contact_mask))
     size += pressed * pixels * DEPTH_BYTES * scene.output.depth_map
-    size += pressed * _nodes(scene) * NODE_BYTES * scene.output.displacements
+    size += pressed * lattice_nodes(scene) * NODE_BYTES * scene.output.displacements
     return seconds, size
 
 
-def _nodes(scene: SceneConfig) -> float:
+def lattice_nodes(scene: SceneConfig) -> float:
+    """Nodes of the whole lattice, about."""
     design = scene.design
     spacing = node_spacing_mm(design)
     width, length = design.footprint_mm

@@ -34,7 +34,7 @@ from magicsim.workers.versions import changed_versions, versions
 CONFIG, CARD, CALIBRATION, SENSORS = "config.toml", "README.md", "calibration.json", "sensors.parquet"
 
 
-CHECKED_FIRST, CHECKED = 500, 100_000
+CHECKED_FIRST, CHECKED = 200, 100_000
 """Episodes that are drawn, to see that they can be, before anything is written, and before anything is simulated."""
 
 

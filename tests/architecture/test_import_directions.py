@@ -36,6 +36,7 @@ LAYERS = (
         "sweep",
         "recorded",
         "detector_fit",
+        "foresight",
         "judge",
         "table",
         "still",
