@@ -67,6 +67,14 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def is_folder(path: Path) -> bool:
+    """Whether there is such a folder; not where the name is none, is too long or leads through links in a circle."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
 def expanded(path: str | Path) -> Path:
     """The path with `~` replaced by the home folder, where there is one."""
     try:
