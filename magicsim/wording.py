@@ -1,5 +1,9 @@
 """How text from outside is shown: on one line, of bounded length, with every character that hides spelt out."""
 
+from unicodedata import category
+
+SPACE = "Zs"
+"""Category of spaces, of which those that do not break are not printable for Python."""
 LINE_LENGTH = 480
 """Longest message [characters]: with the name of the program before it, a line stays below 500."""
 NAME_LENGTH = 80
@@ -12,7 +16,10 @@ def visible(text: str) -> str:
     r"""The text with control, bidirectional and other invisible characters spelt out, such as `\x1b` or `\u202e`."""
     if text.isprintable():
         return text
-    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in text)
+    return "".join(
+        each if each.isprintable() or category(each) == SPACE else each.encode("unicode_escape").decode()
+        for each in text
+    )
 
 
 def shortened(text: str, length: int) -> str:
