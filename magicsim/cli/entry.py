@@ -64,6 +64,7 @@ def _fail(message: str) -> None:
 class _OneLine(logging.Formatter):
     """Warnings, as errors, are one printable line."""
 
-    def formatMessage(self, record: logging.LogRecord) -> str:
-        """Puts the message on one line."""
-        return one_line(super().formatMessage(record))
+    def format(self, record: logging.LogRecord) -> str:
+        """The message, without a traceback that a library may have added."""
+        record.message = record.getMessage()
+        return one_line(self.formatMessage(record))

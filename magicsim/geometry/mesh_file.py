@@ -20,6 +20,7 @@ from magicsim.presets import is_file
 OBJ_OPTIONS: dict[str, Any] = {"skip_materials": True}
 """Textures are read where colours are asked for."""
 LOGGER = logging.getLogger(__name__)
+logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # what it stumbles on is told once, by us
 SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 MIN_SIZE_MM, MAX_SIZE_MM = 0.01, 200.0
 """Least and largest extent of a mesh [mm]."""
