@@ -20,7 +20,6 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
@@ -207,7 +206,7 @@ def mutated_tables(data: dict[str, Any], random: Random) -> dict[str, Any]:
     return result
 
 
-def places(value: Any) -> Iterator[tuple[Any, Any]]:
+def places(value: dict[str, Any] | list[Any]) -> Iterator[tuple[Any, Any]]:
     """Every table or list of a nesting with each of its keys."""
     for key, inner in list(value.items()) if isinstance(value, dict) else list(enumerate(value)):
         yield value, key
@@ -237,7 +236,9 @@ def broken_text(text: str, random: Random) -> str:
             lines.insert(at, f'"{random.choice(NAMES[1:])}" = 1')
         case _:
             place = random.randrange(len(text))
-            return text[:place] + random.choice(["\x00", "\u202e", "=", "[", '"', "'''", "9" * 5000]) + text[place + 1 :]
+            return (
+                text[:place] + random.choice(["\x00", "\u202e", "=", "[", '"', "'''", "9" * 5000]) + text[place + 1 :]
+            )
     return "\n".join(lines)
 
 
@@ -258,7 +259,7 @@ def fuzz_toml(count: int, seed: int, folder: Path) -> Found:
     return found
 
 
-def changed_bytes(content: bytes, random: Random) -> bytes:
+def changed_bytes(content: bytes, random: Random) -> bytes:  # noqa: PLR0911 - one each
     """A file with something flipped, cut, doubled, put in or put together anew."""
     at, length = random.randrange(len(content)), random.choice([1, 4, 100, 5000])
     match random.randrange(7):
@@ -276,7 +277,9 @@ def changed_bytes(content: bytes, random: Random) -> bytes:
         case 5:
             return content[:at] + content[at : at + length] * 3 + content[at + length :]
         case _:
-            return content.replace(random.choice([b"0", b"1", b" ", b"\n", b"e"]), random.choice([b"9", b"nan", b"-", b""]))
+            return content.replace(
+                random.choice([b"0", b"1", b" ", b"\n", b"e"]), random.choice([b"9", b"nan", b"-", b""])
+            )
 
 
 def sample_files(folder: Path) -> list[tuple[str, bytes, Read]]:

@@ -95,6 +95,12 @@ def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", 
         raise OutputError(msg)
     from magicsim.dataset.preview import preview_recipe
 
+    try:
+        out.mkdir(parents=True, exist_ok=True)  # what cannot be written is told before anything is rendered
+    except OSError as error:
+        msg = f"cannot write {out}: {error.strerror or error}"
+        raise OutputError(msg) from None
+
     print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
 
 

@@ -215,3 +215,21 @@ def test_override_reaches_into_the_default_recipe():
     data = apply_overrides(read_toml(find_preset("recipe", "default")), ["objects=[]"])
     assert data["objects"] == []
     assert load_recipe("default", ["design.skin_mm=0.6"]).design.skin_mm == 0.6
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "random"])
+def test_episode_is_the_same_whenever_it_is_asked_for(sampling: str):
+    recipe = small_recipe("episodes=5000", f"sampling={sampling}")
+    forwards, backwards = draw_episodes(recipe), draw_episodes(recipe)
+    numbers = [0, 1023, 1024, 4999]
+    assert [forwards[number] for number in numbers] == [backwards[number] for number in numbers[::-1]][::-1]
+    assert forwards[-1] == forwards[4999]
+    assert [each.index for each in forwards[10:13]] == [10, 11, 12]
+    with pytest.raises(IndexError):
+        forwards[5000]
+
+
+def test_more_sensors_than_a_table_should_hold_are_refused():
+    with pytest.raises(ConfigError, match="are 625000 sensors: at most 100000 are allowed; raise episodes_per_sensor"):
+        load_recipe("default", ["episodes=10000000"])
+    assert len(draw_episodes(load_recipe("default", ["episodes=10000000", "episodes_per_sensor=1000"]))) == 10_000_000
