@@ -88,7 +88,12 @@ def estimate_scene(scene: SceneConfig) -> Estimate:
 
 def _some(numbers: npt.NDArray[np.int64], most: int) -> list[int]:
     """Some of the numbers, evenly spread."""
-    return list(map(int, numbers[:: max(1, math.ceil(len(numbers) / most))]))
+    return list(map(int, numbers[:: odd_step(len(numbers), most)]))
+
+
+def odd_step(count: int, most: int) -> int:
+    """A step that takes no more than so many of some things; odd, as every second Sobol point lies in one half."""
+    return math.ceil(count / most) | 1
 
 
 def _anchor_s(render: RenderSettings, camera: Camera) -> float:

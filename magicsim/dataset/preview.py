@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.dataset.draw import DrawnEpisode, draw_episodes
-from magicsim.dataset.estimate import estimate
+from magicsim.dataset.estimate import estimate, odd_step
 from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.statistics import recipe_statistics
 from magicsim.dataset.telling import ENLARGE, metering_scene, preview_scene, quality, telling_state
@@ -73,7 +73,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
         if outcome.result is not None:
             images[outcome.key] = outcome.result
     cost = estimate(recipe, episodes, processes=options.workers)
-    step = -(-len(episodes) // COUNTED)
+    step = odd_step(len(episodes), COUNTED)
     counted = quality() if step == 1 else f"{quality()} Statistics of every {step}th episode."
     statistics = recipe_statistics(recipe, episodes[::step]) | {
         "preview": counted,

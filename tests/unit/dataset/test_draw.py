@@ -6,6 +6,7 @@ import pytest
 import trimesh
 
 from magicsim.config import apply_overrides, validate
+from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import draw_episodes, draw_sensors, drawn_names, episode_seed
 from magicsim.dataset.object_recipe import ObjectRecipe
@@ -233,3 +234,11 @@ def test_more_sensors_than_a_table_should_hold_are_refused():
     with pytest.raises(ConfigError, match="are 625000 sensors: at most 100000 are allowed; raise episodes_per_sensor"):
         load_recipe("default", ["episodes=10000000"])
     assert len(draw_episodes(load_recipe("default", ["episodes=10000000", "episodes_per_sensor=1000"]))) == 10_000_000
+
+
+def test_names_in_a_recipe_cannot_change_the_header_of_its_card():
+    names = "a\n---\nlicense: none\n|<script>"
+    recipe = recipe_with(objects=[{"kind": "mesh", "path": f"{names}.stl", "scale": 2.0}])
+    plain = recipe_with(objects=[{"kind": "mesh", "path": "a.stl", "scale": 2.0}])
+    cards = [dataset_card(each, columns_of(each), {"magicsim": "1"}) for each in (recipe, plain)]
+    assert cards[0] == cards[1]
