@@ -15,6 +15,10 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from magicsim.wording import one_line
+
+TITLE_LENGTH = 120
+"""Longest title [characters]."""
 LINE_SECONDS = 10.0
 """Shortest time between two plain lines [s]."""
 
@@ -22,13 +26,15 @@ LINE_SECONDS = 10.0
 @contextmanager
 def show_progress(title: str) -> Iterator[Callable[..., None]]:
     """Gives a function that takes the work done and all work, in any unit, and a note if there is one."""
+    title = one_line(title, TITLE_LENGTH)
     console = Console(stderr=True)
     if not console.is_terminal:
         yield _plain_lines(title)
         return
     columns = (
-        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
+        TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(),
+        TimeElapsedColumn(), TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}", markup=False),
     )  # fmt: skip
     with Progress(*columns, console=console) as bar:
         task = bar.add_task(title, total=None, note="")

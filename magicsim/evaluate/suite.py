@@ -7,15 +7,18 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config, apply_overrides, read_toml, validate
+from magicsim.config import Config, apply_overrides, validate
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.presets import find_preset
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import GapMm, RenderSettings, Seed
+from magicsim.scenes.scene import FrameNumber, GapMm, RenderSettings, Seed
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 Role = Literal["training", "held_out"]
+MAX_TAKES = 10_000
+"""Most combinations of object, path, light and seed: each is rendered, which takes a minute or so."""
 
 
 class SuiteObject(Config):
@@ -38,7 +41,7 @@ class SuiteObject(Config):
 class PathFrame(Config):
     """State at one frame; between these everything moves linearly, without gap and press there is no object."""
 
-    frame: Annotated[int, Field(ge=0)]
+    frame: FrameNumber
     """Index among the scored frames."""
     gap_mm: GapMm | None = None
     """Distance from the undeformed contact face [mm], negative when pressed."""
@@ -175,6 +178,12 @@ class SuiteConfig(Config):
                 for name in getattr(block, key):
                     if name not in choices:
                         raise ValueError(unknown_choice(f"episodes.{key}", name, choices))
+        takes = sum(
+            len(block.objects) * len(block.paths) * len(block.lights) * len(block.seeds) for block in self.episodes
+        )
+        if takes > MAX_TAKES:
+            msg = f"{takes} combinations in episodes are too many: at most {MAX_TAKES}"
+            raise ValueError(msg)
         if not self.episodes and not self.recordings:
             msg = "episodes and recordings are both empty: a suite needs at least one of them"
             raise ValueError(msg)

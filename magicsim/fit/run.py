@@ -33,6 +33,10 @@ EDGE = 0.01
 """A fitted constant so near to an end of its range, as a share of it, would go on beyond."""
 
 
+MOST = 10_000
+"""Most starts, and most evaluations of each: an evaluation renders every state."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedConstant:
     """One constant."""
@@ -174,8 +178,8 @@ def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -
         raise OutputError(msg)
     refuse_unsigned(_picture(out))
     for name, number in (("starts", starts), ("evaluations", evaluations)):
-        if number < 1:
-            msg = f"{name} = {number} is not allowed: must be at least 1"
+        if not 1 <= number <= MOST:
+            msg = f"{name} = {number} is not allowed: must be 1 to {MOST}"
             raise ConfigError(msg)
     return constants
 

@@ -40,7 +40,7 @@ class BodyMaterial(Optics):
     """Long-term Young's modulus [MPa]."""
     poisson_ratio: Annotated[float, Field(gt=-1, lt=0.5)]
     """Poisson's ratio of the long-term response."""
-    prony: tuple[PronyTerm, ...] = ()
+    prony: Annotated[tuple[PronyTerm, ...], Field(max_length=32)] = ()
     """Relaxation, used on timed paths only; without it the body has its long-term stiffness at any rate."""
 
     @property

@@ -124,7 +124,7 @@ class Rig(Config):
     """Everything optical around one elastomer."""
 
     schema_version: Literal[1]
-    strips: tuple[LedStrip, ...]
+    strips: Annotated[tuple[LedStrip, ...], Field(max_length=64)]
     lens: Lens = Lens()
     flashlight: Flashlight = Flashlight()
     ambient: Rgb = (0.0, 0.0, 0.0)

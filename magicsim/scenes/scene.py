@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config, apply_overrides, read_toml, validate
+from magicsim.config import Config, apply_overrides, validate
+from magicsim.documents import read_toml
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.presets import find_preset
@@ -15,12 +16,15 @@ from magicsim.scenes.rig import Rig
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
+MAX_FRAMES = 100_000
+"""Most scored frames of an episode, nearly two hours at 15 a second: all of them are planned before the first."""
+FrameNumber = Annotated[int, Field(ge=0, lt=MAX_FRAMES)]
 
 
 class Keyframe(Config):
     """State at one frame; between keyframes everything moves linearly, what is absent stays absent."""
 
-    frame: Annotated[int, Field(ge=0)]
+    frame: FrameNumber
     """Index among the scored frames (the reference frames come before and are not counted)."""
     gap_mm: GapMm | None = None
     """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed; left out

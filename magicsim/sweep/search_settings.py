@@ -9,6 +9,9 @@ from magicsim.errors import unknown_choice
 from magicsim.sweep.measures import MEASURES
 from magicsim.sweep.result import DesignResult
 
+MAX_DESIGNS = 10_000
+"""Most designs of a sweep."""
+
 
 class SearchLimit(Config):
     """A measure that has to stay in a range."""
@@ -44,9 +47,9 @@ class SearchLimit(Config):
 class SearchSettings(Config):
     """Everything here changes which designs are chosen."""
 
-    start: Annotated[int, Field(ge=1)] = 16
+    start: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] = 16
     """Designs that are spread evenly (Sobol) before the search looks at results."""
-    batch: Annotated[int, Field(ge=1)] = 8
+    batch: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] = 8
     """Designs that are chosen at once, and judged at the same time; the next batch knows their results."""
     limits: tuple[SearchLimit, ...] = ()
     """What a design has to keep; one that does not is in no Pareto front."""

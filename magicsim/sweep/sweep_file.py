@@ -19,9 +19,8 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings, Seed, read_scene_file
 from magicsim.sweep.measures import MEASURES, Better
 from magicsim.sweep.quality import Quality
-from magicsim.sweep.search_settings import SearchSettings
+from magicsim.sweep.search_settings import MAX_DESIGNS, SearchSettings
 
-MAX_DESIGNS = 10_000
 ROOTS = ("design", "rig", "render")
 """What the name of a swept field begins with."""
 
@@ -137,6 +136,9 @@ class SweepConfig(Config):
         return self
 
     def _check_count(self) -> None:
+        if len(self.also) > MAX_DESIGNS:
+            msg = f"also has {len(self.also)} designs: at most {MAX_DESIGNS} are allowed"
+            raise ValueError(msg)
         if self.sampling == "grid":
             for each in self.swept:
                 if each.values is None and each.count is None:

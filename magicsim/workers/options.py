@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 from magicsim.errors import ConfigError
 
+MAX_WORKERS = 1024
+"""Each is a process with the renderer in it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkerOptions:
@@ -46,8 +49,8 @@ def choose_workers(
     Raises:
         ConfigError: A number is not allowed, or both workers and a cluster were named.
     """
-    if workers is not None and workers < 1:
-        msg = f"workers = {workers} is not allowed: must be at least 1"
+    if workers is not None and not 1 <= workers <= MAX_WORKERS:
+        msg = f"workers = {workers} is not allowed: must be 1 to {MAX_WORKERS}"
         raise ConfigError(msg)
     if workers is not None and cluster is not None:
         msg = f"workers = {workers} is not allowed with a cluster, which has workers of its own"

@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import Field
 
-from magicsim.config import Config, apply_overrides, load_preset, read_toml, validate
+from magicsim.config import Config, apply_overrides, load_preset, validate
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError, MagicsimError, PresetError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.scene import load_scene
