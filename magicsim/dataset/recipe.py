@@ -15,7 +15,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.presets import find_preset
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import ContactSettings, RenderSettings, Seed, read_scene_file
+from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed, read_scene_file
 
 Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -85,7 +85,7 @@ class Recipe(Config):
     """Seed of everything random."""
     episodes: Annotated[int, Field(ge=1, le=10_000_000)]
     """How many; a dataset may grow later."""
-    episodes_per_sensor: Annotated[int, Field(ge=1)] = 8
+    episodes_per_sensor: Annotated[int, Field(ge=1, le=10_000_000)] = 8
     """Consecutive episodes of one printed sensor."""
     episodes_per_shard: Annotated[int, Field(ge=1, le=1000)] = 16
     """Episodes of one split in one file."""
@@ -96,7 +96,7 @@ class Recipe(Config):
     splits: Splits = Splits()
     references: Annotated[int, Field(ge=0, le=1000)] = 1
     """Frames of the untouched sensor before each episode."""
-    frames_per_second: Annotated[float, Field(gt=0, le=1000)] = 15.0
+    frames_per_second: FrameRate = 15.0
     tolerances: Tolerances = Tolerances()
     camera: CameraNoise = CameraNoise()
     objects: tuple[ObjectRecipe, ...] = ()
@@ -105,7 +105,7 @@ class Recipe(Config):
     """Of which the friction is drawn with each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
-    timeout_s: Annotated[float, Field(gt=0)] = 1800.0
+    timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
     """Longest time for one attempt at an episode [s]."""
 
     @model_validator(mode="after")

@@ -10,11 +10,14 @@ from pydantic import Field, model_validator
 from magicsim.config import Config, apply_overrides, read_toml, validate
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
+from magicsim.geometry.objects_base import AngleDeg
 from magicsim.presets import find_preset
-from magicsim.scenes.rig import Rig
+from magicsim.scenes.rig import PlaceMm, Rig
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
+FrameRate = Annotated[float, Field(ge=0.001, le=1000)]
+"""Down to a frame in a quarter of an hour [1/s]."""
 
 
 class Keyframe(Config):
@@ -25,15 +28,15 @@ class Keyframe(Config):
     gap_mm: GapMm | None = None
     """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed; left out
     means that there is no object."""
-    x_mm: float = 0.0
+    x_mm: PlaceMm = 0.0
     """Object's origin along x [mm]."""
-    y_mm: float = 0.0
+    y_mm: PlaceMm = 0.0
     """Object's origin along y [mm]."""
-    twist_deg: float = 0.0
+    twist_deg: AngleDeg = 0.0
     """Object's rotation about z [degrees]."""
     flashlight: bool = False
     """Whether the outside light is on, from this frame to the next keyframe."""
-    light_x_mm: float = 0.0
+    light_x_mm: PlaceMm = 0.0
     """Shift of the flashlight along x [mm]."""
 
 
@@ -99,7 +102,7 @@ class SceneConfig(Config):
     """Seed of everything random in the episode."""
     references: Annotated[int, Field(ge=0, le=1000)] = 30
     """Frames of the untouched sensor before the scored ones."""
-    frames_per_second: Annotated[float, Field(gt=0, le=1000)] = 15.0
+    frames_per_second: FrameRate = 15.0
     """Frame rate [1/s]."""
     object: ObjectConfig | None = None
     """What approaches; a file may give the name of an object preset instead."""
