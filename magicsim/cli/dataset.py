@@ -10,6 +10,7 @@ from cyclopts import App, Parameter
 
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
 from magicsim.errors import ConfigError, OutputError
+from magicsim.ranges import check_number
 
 if TYPE_CHECKING:
     from magicsim.dataset.estimate import Estimate
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from magicsim.dataset.recipe import Recipe
     from magicsim.workers.options import WorkerOptions
 
+MOST_PREVIEWED = 1000
+"""Frames on one contact sheet."""
 dataset_app = App(name="dataset")
 app.command(dataset_app)
 Folder = Annotated[Path, Parameter(help="Folder of a dataset.")]
@@ -85,9 +88,7 @@ def export(
 
 
 def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", *, as_json: bool) -> None:
-    if count < 1:
-        msg = f"preview = {count} is not allowed: must be at least 1"
-        raise ConfigError(msg)
+    check_number("preview", count, 1, MOST_PREVIEWED, whole=True)
     if out.is_file():
         msg = f"output folder '{out}' is a file; name a new folder"
         raise OutputError(msg)

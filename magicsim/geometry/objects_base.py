@@ -12,8 +12,9 @@ from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes import Shape
 
 Size = Annotated[float, Field(gt=0.01, le=200)]
-AngleDeg = Annotated[float, Field(ge=-3600, le=3600)]
-"""Ten turns either way: a path may turn an object more than once [degrees]."""
+MOST_TWIST_DEG = 3600.0
+"""Ten turns: a path may turn an object more than once [degrees]."""
+AngleDeg = Annotated[float, Field(ge=-MOST_TWIST_DEG, le=MOST_TWIST_DEG)]
 Reflectance = Annotated[float, Field(ge=0, le=1)]
 EDGE_RADIUS_MM = 0.1
 SHELL_MM = 0.05

@@ -2,15 +2,27 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from magicsim.config import Config
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 from magicsim.scenes.window import Window
 
-PlaceMm = Annotated[float, Field(ge=-2000, le=2000)]
-"""A room's width either way [mm], as far as an object may be away."""
-Radiance = Annotated[float, Field(ge=0, le=1000)]
+FARTHEST_MM = 2000.0
+"""Half of a room's width [mm]: what is further away matters to no frame."""
+PlaceMm = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM)]
+FAINTEST, BRIGHTEST = 1e-6, 1000.0
+"""Radiances that light particles still carry without losing digits, beside 0."""
+
+
+def _not_faint(radiance: float) -> float:
+    if 0 < radiance < FAINTEST:
+        msg = f"{radiance:g} is not allowed: must be 0 (off) or a number of at least {FAINTEST:g}"
+        raise ValueError(msg)
+    return radiance
+
+
+Radiance = Annotated[float, Field(ge=0, le=BRIGHTEST), AfterValidator(_not_faint)]
 """In units that only compare lights with each other: exposure makes up for all of them. 0 is a light that is off."""
 Rgb = tuple[Radiance, Radiance, Radiance]
 Share = Annotated[float, Field(ge=-10, le=10)]
@@ -51,7 +63,7 @@ class Flashlight(Config):
     """Emitted radiance per channel, relative units."""
     radius_mm: Annotated[float, Field(ge=0.1, le=500)] = 8.0
     """Radius of the disk [mm]."""
-    distance_mm: Annotated[float, Field(ge=0.1, le=2000)] = 40.0
+    distance_mm: Annotated[float, Field(ge=0.1, le=10_000)] = 40.0
     """Distance from the undeformed contact face [mm]."""
     x_mm: PlaceMm = 0.0
     """Centre along x [mm]."""
@@ -114,7 +126,8 @@ class Camera(Config):
     @model_validator(mode="after")
     def _check_noise(self) -> Self:
         if self.read_noise_e > self.full_well_e:
-            msg = f"read_noise_e = {self.read_noise_e:g} is not allowed: must be at most full_well_e = {self.full_well_e:g}"
+            noise, well = self.read_noise_e, self.full_well_e
+            msg = f"read_noise_e = {noise:g} is not allowed: must be at most full_well_e = {well:g}"
             raise ValueError(msg)
         return self
 

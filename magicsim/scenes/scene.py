@@ -13,6 +13,7 @@ from magicsim.geometry.objects import ObjectConfig
 from magicsim.geometry.objects_base import AngleDeg
 from magicsim.presets import find_preset
 from magicsim.scenes.rig import PlaceMm, Rig
+from magicsim.scenes.viewing import check_view
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
@@ -121,6 +122,11 @@ class SceneConfig(Config):
         if self.object is None and any(keyframe.gap_mm is not None for keyframe in self.keyframes):
             msg = "object is missing: a keyframe gives gap_mm, so [object] must say what approaches"
             raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_view(self) -> Self:
+        check_view(self.design, self.rig)
         return self
 
     @property

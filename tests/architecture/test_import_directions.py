@@ -8,7 +8,7 @@ import pytest
 from .source import imports, modules, top_level_imports
 
 LAYERS = (
-    {"errors", "presets", "conventions", "config", "config_problems", "folder", "markdown", "sampling"},
+    {"errors", "presets", "conventions", "config", "config_problems", "folder", "markdown", "ranges", "sampling"},
     {"geometry"},
     {"deform"},
     {"scenes"},
@@ -38,7 +38,7 @@ LAYERS = (
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""
 LEAF_OF_DETECTORS = {"errors", "presets", "conventions"}
-BELOW_SIMULATE = {"config", "config_problems", "geometry", "deform", "scenes", "plan"} | LEAF_OF_DETECTORS
+BELOW_SIMULATE = {"config", "ranges", "config_problems", "geometry", "deform", "scenes", "plan"} | LEAF_OF_DETECTORS
 RENDERER = {"mitsuba", "drjit"}
 
 
