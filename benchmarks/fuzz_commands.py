@@ -95,7 +95,7 @@ def resolved(schema: dict[str, Any], part: dict[str, Any]) -> dict[str, Any]:
 def written(schema: dict[str, Any], part: dict[str, Any], draw: random.Random) -> str:
     """A value in TOML: mostly one that the schema allows, often a limit."""
     part = resolved(schema, part)
-    if draw.random() < 0.12:
+    if draw.random() < 0.03:
         return draw.choice(FORBIDDEN)
     if "oneOf" in part:
         return written(schema, draw.choice(part["oneOf"]), draw)
@@ -118,7 +118,9 @@ def number(part: dict[str, Any], draw: random.Random) -> str:
     """A limit, a place between the limits, or a little beyond one of them."""
     low = part.get("minimum", part.get("exclusiveMinimum", -1e6))
     high = part.get("maximum", part.get("exclusiveMaximum", 1e6))
-    value = draw.choice([low, high, draw.uniform(low, high), 2 * low - 1, 2 * high + 1, 0, min(high, 1.0)])
+    value = draw.choice([low, high, draw.uniform(low, high), max(low, min(high, 1.0))])
+    if draw.random() < 0.05:
+        value = draw.choice([2 * low - 1, 2 * high + 1])
     return repr(int(value)) if part.get("type") == "integer" else repr(float(value))
 
 

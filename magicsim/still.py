@@ -87,7 +87,7 @@ def render_still(
     if relative_error is not None:
         check_number("relative_error", relative_error, LEAST_ERROR, 1)
         if basis:
-            msg = f"relative_error = {relative_error:g} is not allowed with basis"
+            msg = f"relative_error = {relative_error:g} is not allowed: must be without basis"
             raise ConfigError(msg)
     state = states[frame]
     sensor = Sensor(scene)

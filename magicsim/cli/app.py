@@ -10,7 +10,7 @@ from cyclopts import App, Parameter
 
 import magicsim
 from magicsim.cli.lines import lines_of
-from magicsim.ranges import check_number
+from magicsim.errors import ConfigError
 
 app = App(
     name="magicsim",
@@ -18,8 +18,6 @@ app = App(
     help="Simulator of the mini-MagicTac see-through touch sensor.",
     suppress_keyboard_interrupt=False,
 )
-
-MOST_THREADS = 1024
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object on stdout.")]
 Settings = Annotated[
@@ -37,7 +35,9 @@ def limit_threads(threads: int | None) -> None:
     """Bounds the threads of the renderer; None leaves them alone."""
     if threads is None:
         return
-    check_number("threads", threads, 1, MOST_THREADS, whole=True)
+    if threads < 1:
+        msg = f"threads = {threads} is not allowed: must be at least 1"
+        raise ConfigError(msg)
     from magicsim.scenes.backend import dr
 
     dr.set_thread_count(threads)

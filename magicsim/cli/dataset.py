@@ -10,7 +10,6 @@ from cyclopts import App, Parameter
 
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
 from magicsim.errors import ConfigError, OutputError
-from magicsim.ranges import check_number
 
 if TYPE_CHECKING:
     from magicsim.dataset.estimate import Estimate
@@ -18,8 +17,6 @@ if TYPE_CHECKING:
     from magicsim.dataset.recipe import Recipe
     from magicsim.workers.options import WorkerOptions
 
-MOST_PREVIEWED = 1000
-"""Frames on one contact sheet."""
 dataset_app = App(name="dataset")
 app.command(dataset_app)
 Folder = Annotated[Path, Parameter(help="Folder of a dataset.")]
@@ -88,7 +85,9 @@ def export(
 
 
 def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", *, as_json: bool) -> None:
-    check_number("preview", count, 1, MOST_PREVIEWED, whole=True)
+    if count < 1:
+        msg = f"preview = {count} is not allowed: must be at least 1"
+        raise ConfigError(msg)
     if out.is_file():
         msg = f"output folder '{out}' is a file; name a new folder"
         raise OutputError(msg)

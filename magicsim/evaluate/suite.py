@@ -13,7 +13,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects_base import AngleDeg
 from magicsim.presets import find_preset
 from magicsim.scenes.rig import PlaceMm, Rig
-from magicsim.scenes.scene import FrameRate, GapMm, RenderSettings, Seed
+from magicsim.scenes.scene import FrameNumber, FrameRate, GapMm, RenderSettings, Seed
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 Role = Literal["training", "held_out"]
@@ -39,7 +39,7 @@ class SuiteObject(Config):
 class PathFrame(Config):
     """State at one frame; between these everything moves linearly, without gap and press there is no object."""
 
-    frame: Annotated[int, Field(ge=0)]
+    frame: FrameNumber
     """Index among the scored frames."""
     gap_mm: GapMm | None = None
     """Distance from the undeformed contact face [mm], negative when pressed."""

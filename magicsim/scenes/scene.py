@@ -17,6 +17,9 @@ from magicsim.scenes.viewing import check_view
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
+MAX_FRAMES = 100_000
+"""Most scored frames of an episode, nearly two hours at 15 a second: all of them are planned before the first."""
+FrameNumber = Annotated[int, Field(ge=0, lt=MAX_FRAMES)]
 FrameRate = Annotated[float, Field(ge=0.001, le=1000)]
 """Down to a frame in a quarter of an hour [1/s]."""
 
@@ -24,7 +27,7 @@ FrameRate = Annotated[float, Field(ge=0.001, le=1000)]
 class Keyframe(Config):
     """State at one frame; between keyframes everything moves linearly, what is absent stays absent."""
 
-    frame: Annotated[int, Field(ge=0)]
+    frame: FrameNumber
     """Index among the scored frames (the reference frames come before and are not counted)."""
     gap_mm: GapMm | None = None
     """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed; left out
