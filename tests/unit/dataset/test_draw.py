@@ -214,3 +214,8 @@ def test_override_reaches_into_the_default_recipe():
     data = apply_overrides(read_toml(find_preset("recipe", "default")), ["objects=[]"])
     assert data["objects"] == []
     assert load_recipe("default", ["design.skin_mm=0.6"]).design.skin_mm == 0.6
+
+
+def test_sensor_without_strips_has_no_column_of_their_radiance():
+    names = [{each.name for each in columns_of(small_recipe(*more))} for more in ((), ("rig.strips=[]",))]
+    assert names[0] - names[1] == {"led_radiance"}
