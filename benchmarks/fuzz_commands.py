@@ -143,10 +143,10 @@ def case(draw: random.Random, schemas: dict[str, dict[str, Any]], folder: Path) 
         "dataset": ["--out", str(folder / "out"), "--workers", "1"],
         "render": ["--frame", str(draw.choice([0, 0, 1, 1, 2, 2, 9]))],
         "press": [
-            "--object", pressed_object(schemas["object"], draw),
-            "--depth-mm", draw.choice(["0", "1e-9", "0.1", "0.5", "2", "1e9", "nan", "-1"]),
-            "--shear-mm", draw.choice(["0,0", "0.2,0", "1e9,0", "nan,0"]),
-            "--friction", draw.choice(["0", "0.5", "5", "1e300"]),
+            "--object", draw.choice(["sphere:radius_mm=4", pressed_object(schemas["object"], draw)]),
+            "--depth-mm", draw.choice(["0.1", "0.3", "0.5", "1", "1", "1e-9", "1e9", "nan"]),
+            "--shear-mm", draw.choice(["0,0", "0,0", "0.2,0", "0.2,0", "1e9,0", "nan,0"]),
+            "--friction", draw.choice(["0", "0", "0.5", "0.5", "5", "1e300"]),
         ],
     }  # fmt: skip
     source = {"design": "mini-magictac", "recipe": str(folder.parent / RECIPE)}.get(kind, str(folder.parent / SCENE))

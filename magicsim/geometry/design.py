@@ -10,6 +10,8 @@ Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
 """From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""
 HEIGHT_MM = (1.0, 25.0)
 CELL_MM = (0.3, 3.0)
+MAX_DEPTH_SHARE = 0.9
+"""Deepest press in units of the block's height."""
 
 
 class Optics(Config):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 from itertools import product
 
 from magicsim.errors import ConfigError
+from magicsim.geometry.design import MAX_DEPTH_SHARE
 from magicsim.geometry.objects_base import MOST_TWIST_DEG
 from magicsim.ranges import check_number
 from magicsim.scenes.rig import FARTHEST_MM
@@ -15,8 +16,6 @@ Range = tuple[float, float]
 TWIST_STEP_DEG = 30.0
 """Twists at which the touched part of the face is looked up [degrees]: a rectangle turned half as far is 3.4 % of its
 half diagonal wider at most, less than the fine lattice's margin."""
-MAX_DEPTH_SHARE = 0.9
-"""Deepest press in units of the block's height, as in `magicsim press`."""
 ROUNDING = 1e-9
 """Poses beyond a limit by no more than this are on it [mm, degrees]."""
 

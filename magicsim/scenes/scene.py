@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config import Config, apply_overrides, read_toml, validate
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.geometry.objects_base import AngleDeg
 from magicsim.presets import find_preset
@@ -125,6 +125,18 @@ class SceneConfig(Config):
         if self.object is None and any(keyframe.gap_mm is not None for keyframe in self.keyframes):
             msg = "object is missing: a keyframe gives gap_mm, so [object] must say what approaches"
             raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_depth(self) -> Self:
+        deepest = -MAX_DEPTH_SHARE * self.design.height_mm
+        for place, keyframe in enumerate(self.keyframes):
+            if keyframe.gap_mm is not None and keyframe.gap_mm < deepest:
+                msg = (
+                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: must be at least {deepest:g}, 90 "
+                    "% of the block's height"
+                )
+                raise ValueError(msg)
         return self
 
     @model_validator(mode="after")

@@ -18,12 +18,13 @@ from magicsim.scenes.scene import load_scene
         ("rig.camera={distance_mm=1, field_mm=1000}", "field of view of 179 degrees must be at most 170"),
         ("rig.strips=[{side='-x', radiance=[1e30,0,0]}]", "must be less than or equal to 1000"),
         ("rig.strips=[{side='-x', radiance=[1e-9,0,0]}]", "must be 0 (off) or a number of at least 1e-06"),
+        ("keyframes=[{frame=0, gap_mm=-6}]", "keyframes.0.gap_mm = -6 is not allowed: must be at least -5.94"),
         ("keyframes=[{frame=0, x_mm=1e6}]", "x_mm = 1000000.0 is not allowed: must be a number of at least -2000"),
     ],
 )
 def test_what_no_image_can_come_of_is_refused(setting: str, message: str):
     with pytest.raises(ConfigError) as error:
-        load_scene("rest", [setting])
+        load_scene("near", [setting])
     assert message in str(error.value)
     assert len(str(error.value).splitlines()) == 1
 
