@@ -84,7 +84,7 @@ def _added(parts: Sequence[Counts]) -> Counts:
             "render.anchor_particles, or the radiances of rig.strips, rig.flashlight and rig.ambient alike"
         )
         raise RenderError(msg)
-    return np.sum(parts, axis=0, dtype=np.uint64)
+    return np.asarray(np.sum(parts, axis=0, dtype=np.uint64))
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
