@@ -111,7 +111,7 @@ def preview_frame(task: PreviewTask) -> Frame:
     sensor, state = Sensor(task.scene), timeline(task.scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), task.scene.rig.camera
-    exposure = meter(_untouched(task.metering.model_dump_json()), camera)
+    exposure = meter(_untouched(task.metering.model_dump_json()), camera, task.metering.rig.lit)
     return expose(radiance, exposure, camera, seed=task.scene.seed, frame=0)
 
 

@@ -15,7 +15,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.presets import find_preset
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import ContactSettings, RenderSettings, Seed, read_scene_file
+from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed, read_scene_file
 
 MAX_SENSORS = 100_000
 """Most printed sensors: each has a row in `sensors.parquet`, which is made before the first episode."""
@@ -98,7 +98,7 @@ class Recipe(Config):
     splits: Splits = Splits()
     references: Annotated[int, Field(ge=0, le=1000)] = 1
     """Frames of the untouched sensor before each episode."""
-    frames_per_second: Annotated[float, Field(gt=0, le=1000)] = 15.0
+    frames_per_second: FrameRate = 15.0
     tolerances: Tolerances = Tolerances()
     camera: CameraNoise = CameraNoise()
     objects: tuple[ObjectRecipe, ...] = ()
@@ -107,7 +107,7 @@ class Recipe(Config):
     """Of which the friction is drawn with each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
-    timeout_s: Annotated[float, Field(gt=0)] = 1800.0
+    timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
     """Longest time for one attempt at an episode [s]."""
 
     @model_validator(mode="after")

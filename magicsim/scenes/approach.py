@@ -123,7 +123,7 @@ def light_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: An
         seed: Of the frame.
     """
     integrator, dark = scene.integrator(), scene.integrator().darkness(scene, outside)
-    added, careful = [], total(list(anchor.careful.values()))
+    added, careful = [], total([integrator.darkness(scene), *anchor.careful.values()])
     if outside.object is not None:
         back = follow_light(scene, outside, light, seed=seed)
         now = replace(careful, fluence=careful.fluence + back.fluence)

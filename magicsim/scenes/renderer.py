@@ -27,6 +27,9 @@ from magicsim.scenes.world import World
 if TYPE_CHECKING:
     from magicsim.scenes.outside import Outside, Outsides
 
+MOST_RECORDED = 20_000_000
+"""Camera paths that are recorded at most, with two gigabytes; more of them are traced anew for each frame."""
+
 
 class Renderer(PlainRenderer):
     """Owns the Mitsuba scenes of one elastomer on one rig, and the anchor of one episode."""
@@ -116,7 +119,9 @@ class Renderer(PlainRenderer):
 
     def _stands_free(self, view: View) -> bool:
         is_fluence = self.estimator == "fluence" and self.elastomer.grid is not None
-        if not (self.uses_records and is_fluence and self.settings.anchor_samples):
+        camera, samples = self.rig.camera, self.settings.anchor_samples
+        is_recordable = 0 < camera.columns * camera.rows * samples <= MOST_RECORDED
+        if not (self.uses_records and is_fluence and is_recordable):
             return False
         if view.indenter is not None and self.object_mesh is None:
             return False

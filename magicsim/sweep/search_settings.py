@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from magicsim.config import Config
 from magicsim.errors import unknown_choice
+from magicsim.sampling.distribution import Value
 from magicsim.sweep.measures import MEASURES
 from magicsim.sweep.result import DesignResult
 
@@ -17,9 +18,9 @@ class SearchLimit(Config):
     """A measure that has to stay in a range."""
 
     measure: str
-    low: float | None = None
+    low: Value | None = None
     """Smallest value that is allowed."""
-    high: float | None = None
+    high: Value | None = None
     """Largest value that is allowed."""
 
     @model_validator(mode="after")

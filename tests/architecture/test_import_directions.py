@@ -18,6 +18,7 @@ LAYERS = (
         "config_problems",
         "folder",
         "markdown",
+        "ranges",
         "sampling",
     },
     {"geometry"},
@@ -50,7 +51,7 @@ LAYERS = (
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""
 LEAF_OF_DETECTORS = {"errors", "wording", "documents", "presets", "conventions"}
-BELOW_SIMULATE = {"config", "config_problems", "geometry", "deform", "scenes", "plan"} | LEAF_OF_DETECTORS
+BELOW_SIMULATE = {"config", "ranges", "config_problems", "geometry", "deform", "scenes", "plan"} | LEAF_OF_DETECTORS
 RENDERER = {"mitsuba", "drjit"}
 
 

@@ -242,3 +242,8 @@ def test_names_in_a_recipe_cannot_change_the_header_of_its_card():
     plain = recipe_with(objects=[{"kind": "mesh", "path": "a.stl", "scale": 2.0}])
     cards = [dataset_card(each, columns_of(each), {"magicsim": "1"}) for each in (recipe, plain)]
     assert cards[0] == cards[1]
+
+
+def test_sensor_without_strips_has_no_column_of_their_radiance():
+    names = [{each.name for each in columns_of(small_recipe(*more))} for more in ((), ("rig.strips=[]",))]
+    assert "led_radiance" in names[0] - names[1]
