@@ -3,7 +3,6 @@
 Every error is one line that names the file, the field, the value and what is allowed.
 """
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,8 +10,10 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from magicsim.config_problems import describe_problems
+from magicsim.documents import MAX_DEPTH, parse_toml, read_toml
 from magicsim.errors import ConfigError
 from magicsim.presets import find_preset
+from magicsim.wording import NAME_LENGTH, shortened
 
 
 class Config(BaseModel):
@@ -54,30 +55,12 @@ def load_preset(model: type[ConfigT], kind: str, name: str | Path, overrides: Se
     return validate(model, data, source=path.name)
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Parses a TOML file.
-
-    Raises:
-        ConfigError: Not readable, not valid TOML, or not UTF-8.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        msg = f"cannot read {path}: {error.strerror or error}"
-        raise ConfigError(msg) from None
-    except UnicodeDecodeError:
-        msg = f"{path.name} is not valid TOML: not a text in UTF-8"
-        raise ConfigError(msg) from None
-    except tomllib.TOMLDecodeError as error:
-        msg = f"{path.name} is not valid TOML: {error}"
-        raise ConfigError(msg) from None
-
-
 def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
     """Copy of nested tables with `dotted.key=value` settings put in; tables are made where they are missing.
 
     Raises:
-        ConfigError: An override has no `=`, an empty key, or goes through something that is not a table.
+        ConfigError: An override has no `=`, an empty key, goes through something that is not a table, or is nested too
+            deeply.
     """
     result = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
     for override in overrides:
@@ -85,6 +68,9 @@ def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[s
         parts = key.strip().split(".")
         if not separator or not all(parts):
             msg = f"override '{override}' is not of the form dotted.key=value"
+            raise ConfigError(msg)
+        if len(parts) > MAX_DEPTH:
+            msg = f"override '{override}' is nested too deeply: at most {MAX_DEPTH} keys inside each other are allowed"
             raise ConfigError(msg)
         table = result
         for part in parts[:-1]:
@@ -99,10 +85,15 @@ def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[s
 
 
 def _parse_value(text: str) -> object:
+    """A value in TOML; what is none is a bare word."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        found = parse_toml(f"value = {text}", source="the value")
+    except ConfigError as error:
+        if text[:1] in {"[", "{"}:
+            msg = f"override value '{shortened(text, NAME_LENGTH)}': {error}"
+            raise ConfigError(msg) from None
         return text
+    return found["value"] if len(found) == 1 else text
 
 
 def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> ConfigT:

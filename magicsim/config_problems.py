@@ -6,6 +6,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from magicsim.errors import unknown_choice
+from magicsim.wording import LINE_LENGTH, shortened
 
 NUMERIC = ("int_", "float_", "greater_than", "less_than")
 """How pydantic's kinds of problems with a number begin."""
@@ -45,7 +46,8 @@ def _describe(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
     if kind == "value_error":
         return f"{location}: {reason}" if location else reason
     allowed = _range_at(model, problem["loc"]) if kind.startswith(NUMERIC) else ""
-    return f"{location} = {problem['input']!r} is not allowed: {allowed or reason[0].lower() + reason[1:]}"
+    value = shortened(repr(problem["input"]), LINE_LENGTH // 2)
+    return f"{location} = {value} is not allowed: {allowed or reason[0].lower() + reason[1:]}"
 
 
 def _below(model: type[BaseModel], key: str) -> str:

@@ -3,9 +3,18 @@
 import difflib
 from collections.abc import Iterable
 
+from magicsim.wording import NAME_LENGTH, one_line, shortened
+
 
 class MagicsimError(ValueError):
-    """Base of all deliberate errors; the command line prints it as one line and exits with 2."""
+    """Base of all deliberate errors; the command line prints it as one line and exits with 2.
+
+    Whatever a message quotes, it is one printable line of bounded length (`magicsim.wording.one_line`).
+    """
+
+    def __init__(self, message: str = "") -> None:
+        """Takes the message."""
+        super().__init__(one_line(message))
 
 
 class ConfigError(MagicsimError):
@@ -50,6 +59,7 @@ def unknown_choice(what: str, value: str, choices: Iterable[str]) -> str:
         choices: The names that do.
     """
     names = sorted(choices)
-    near = difflib.get_close_matches(value, names, n=1)
+    asked = shortened(value, NAME_LENGTH)
+    near = difflib.get_close_matches(asked, names, n=1)
     hint = f" (did you mean '{near[0]}'?)" if near else ""
-    return f"unknown {what} '{value}'{hint}; available: {', '.join(names) or 'none'}"
+    return f"unknown {what} '{asked}'{hint}; available: {', '.join(names) or 'none'}"

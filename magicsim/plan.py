@@ -56,12 +56,15 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         leave_out: False plans every frame in full, for comparison.
     """
     states = timeline(scene)
-    frames = []
+    frames: list[FramePlan] = []
     seen = {UNTOUCHED: UNTOUCHED_FRAME} if leave_out else {}
     for index, state in enumerate(states):
         touching = can_touch(state)
         relaxing = touching and scene.contact.rate_dependent
-        earlier = _same_as(states, seen, index, touching=touching) if leave_out and not relaxing else None
+        before = frames[-1] if touching and frames and states[index - 1] == state else None
+        earlier = seen.get(state) if not touching else None
+        if before is not None and leave_out and not relaxing:  # paths in contact have a history
+            earlier = before.same_as if before.same_as is not None else index - 1
         frames.append(FramePlan(state=state, solve=touching and earlier is None, same_as=earlier))
         if leave_out and earlier is None and not touching:
             seen[state] = index
@@ -79,16 +82,6 @@ def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
 def can_touch(state: FrameState) -> bool:
     """Whether the object's highest point is above the undeformed contact face."""
     return state.gap_mm is not None and state.gap_mm < 0
-
-
-def _same_as(states: list[FrameState], seen: dict[FrameState, int], index: int, *, touching: bool) -> int | None:
-    """An earlier frame that looks the same: the one before in contact (paths have a history), any one otherwise."""
-    if not touching:
-        return seen.get(states[index])
-    first = index
-    while first > 0 and states[first - 1] == states[index]:
-        first -= 1
-    return first if first < index else None
 
 
 def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision], list[Decision]]:

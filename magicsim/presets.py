@@ -6,6 +6,7 @@ The wheel carries them in `magicsim/_presets/`; a checkout has them at its top l
 from pathlib import Path
 
 from magicsim.errors import PresetError, unknown_choice
+from magicsim.wording import NAME_LENGTH, shortened
 
 FOLDERS = {
     "design": "geometry",
@@ -45,12 +46,38 @@ def find_preset(kind: str, name: str | Path) -> Path:
     """
     text = str(name)
     if text.endswith(".toml") or "/" in text or "\\" in text:
-        path = Path(text).expanduser()
-        if not path.is_file():
-            msg = f"{kind} file '{text}' does not exist; give a TOML file or one of: {', '.join(preset_names(kind))}"
+        path = expanded(text)
+        if not is_file(path):
+            msg = (
+                f"{kind} file '{shortened(text, 2 * NAME_LENGTH)}' does not exist; give a TOML file or one of: "
+                f"{', '.join(preset_names(kind))}"
+            )
             raise PresetError(msg)
         return path
-    path = preset_root() / FOLDERS[kind] / f"{text}.toml"
-    if not path.is_file():
+    if text not in preset_names(kind):
         raise PresetError(unknown_choice(kind, text, preset_names(kind)))
-    return path
+    return preset_root() / FOLDERS[kind] / f"{text}.toml"
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is such a file; not where the name is none, is too long or leads through links in a circle."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """Whether there is such a folder; not where the name is none, is too long or leads through links in a circle."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def expanded(path: str | Path) -> Path:
+    """The path with `~` replaced by the home folder, where there is one."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:  # no such user
+        return Path(path)

@@ -1,6 +1,7 @@
 """Progress of long work on stderr: a bar with an estimate on a terminal, plain lines elsewhere."""
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,6 +16,10 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from magicsim.wording import one_line
+
+TITLE_LENGTH = 120
+"""Longest title [characters]."""
 LINE_SECONDS = 10.0
 """Shortest time between two plain lines [s]."""
 
@@ -22,21 +27,27 @@ LINE_SECONDS = 10.0
 @contextmanager
 def show_progress(title: str) -> Iterator[Callable[..., None]]:
     """Gives a function that takes the work done and all work, in any unit, and a note if there is one."""
+    title = one_line(title, TITLE_LENGTH)
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _plain_lines(title)
+        with _plain_lines(title) as report:
+            yield report
         return
     columns = (
-        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
+        TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(),
+        TimeElapsedColumn(), TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}", markup=False),
     )  # fmt: skip
     with Progress(*columns, console=console) as bar:
         task = bar.add_task(title, total=None, note="")
         yield lambda done, total, note="": bar.update(task, completed=done, total=total, note=note)
 
 
-def _plain_lines(title: str) -> Callable[..., None]:
+@contextmanager
+def _plain_lines(title: str) -> Iterator[Callable[..., None]]:
+    """Lines with the part that is done, and where a part takes long, lines that say only that work goes on."""
     start = last = time.monotonic()
+    ended = threading.Event()
 
     def report(done: int, total: int, note: str = "") -> None:
         nonlocal last
@@ -48,4 +59,16 @@ def _plain_lines(title: str) -> Callable[..., None]:
         more = f", {note}" if note else ""
         sys.stderr.write(f"{title}: {done / total:.0%}, {now - start:.0f} s so far, about {left:.0f} s left{more}\n")
 
-    return report
+    def go_on() -> None:
+        nonlocal last
+        while not ended.wait(LINE_SECONDS / 5):
+            now = time.monotonic()
+            if now - last >= LINE_SECONDS:
+                last = now
+                sys.stderr.write(f"{title}: {now - start:.0f} s so far\n")
+
+    threading.Thread(target=go_on, daemon=True).start()
+    try:
+        yield report
+    finally:
+        ended.set()

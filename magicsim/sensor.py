@@ -181,4 +181,5 @@ def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
         untouched: What the camera reads out at rest, shape (rows, columns, 3).
     """
     camera = sensor.scene.rig.camera
-    return meter(untouched if camera.region_px is None else sensor.renderer.metered(), camera)
+    whole = untouched if camera.region_px is None else sensor.renderer.metered()
+    return meter(whole, camera, sensor.scene.rig.lit)

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from magicsim.deform.deformation import Deformation
 from magicsim.episode import SimulatedFrame
+from magicsim.scenes.brightness import BrightnessWatch
 from magicsim.scenes.exposure import Exposure, FloatImage, expose
 from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.scene import SceneConfig
@@ -23,14 +24,17 @@ class Shot:
     exposure: Exposure
     landing_mm: npt.NDArray[np.float64] | None
     """Where pixels look, see `pixel_landing_mm`; None where no output needs it."""
+    watch: BrightnessWatch
+    """Tells frames that are black or saturated."""
 
     @classmethod
     def of(cls, scene: SceneConfig, exposure: Exposure) -> Self:
         """For a scene whose exposure is locked."""
         needed = scene.output.contact_mask or scene.output.depth_map
-        return cls(
-            scene=scene, exposure=exposure, landing_mm=pixel_landing_mm(scene.design, scene.rig) if needed else None
-        )
+        watch = BrightnessWatch(rig=scene.rig)
+        watch.see_exposure(exposure)
+        landing = pixel_landing_mm(scene.design, scene.rig) if needed else None
+        return cls(scene=scene, exposure=exposure, landing_mm=landing, watch=watch)
 
     def take(
         self,
@@ -57,8 +61,10 @@ class Shot:
             is_reference: Whether the frame makes the references.
         """
         output, landing = self.scene.output, self.landing_mm
+        image = expose(radiance, self.exposure, self.scene.rig.camera, seed=seed, frame=index)
+        self.watch.see(image, index=index, flashlight=state.flashlight)
         return SimulatedFrame(
-            image=expose(radiance, self.exposure, self.scene.rig.camera, seed=seed, frame=index),
+            image=image,
             truth=frame_truth(state, deformation, index=index, time_s=time_s, is_reference=is_reference),
             contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
             displacements_mm=displacements_mm,

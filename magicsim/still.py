@@ -9,10 +9,14 @@ import numpy as np
 from magicsim.errors import ConfigError
 from magicsim.folder import result_file
 from magicsim.plan import can_touch
+from magicsim.ranges import check_number
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import timeline
 from magicsim.scenes.variant import activate_variant
 from magicsim.sensor import Sensor
+
+LEAST_ERROR = 1e-6
+"""Below the rounding of float32 images."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,9 +84,11 @@ def render_still(
     if out is not None and out.suffix != suffix:
         msg = f"out = '{out}' is not allowed: must end in {suffix}"
         raise ConfigError(msg)
-    if relative_error is not None and (basis or not relative_error > 0):
-        msg = f"relative_error = {relative_error:g} is not allowed: must be above 0, and without basis"
-        raise ConfigError(msg)
+    if relative_error is not None:
+        check_number("relative_error", relative_error, LEAST_ERROR, 1)
+        if basis:
+            msg = f"relative_error = {relative_error:g} is not allowed: must be without basis"
+            raise ConfigError(msg)
     state = states[frame]
     sensor = Sensor(scene)
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
@@ -106,7 +112,9 @@ def render_still(
         seconds_total=time.perf_counter() - start,
         estimator=sensor.renderer.estimator,
         variant=activate_variant(),
-        mean=np.sum([image.mean((0, 1), dtype=np.float64) for image in images.values()], axis=0).tolist(),
+        mean=np.sum(
+            [np.zeros(3), *(image.mean((0, 1), dtype=np.float64) for image in images.values())], axis=0
+        ).tolist(),
         lights=[name for name in images if name],
         passes=refinement.passes if refinement is not None else 1,
         relative_error=refinement.relative_error if refinement is not None else None,

@@ -226,7 +226,7 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
     state = timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest)
     radiance = sensor.radiance(state, deformation)
-    whole, lean = (Shot.of(asked, meter(radiance, asked.rig.camera)) for asked in (scene, bare))
+    whole, lean = (Shot.of(asked, meter(radiance, asked.rig.camera, asked.rig.lit)) for asked in (scene, bare))
 
     def run(shot: Shot) -> Array:
         moved = sensor.printed_displacements_mm(deformation) if shot.scene.output.displacements else None

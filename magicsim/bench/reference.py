@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.documents import read_json
 from magicsim.errors import PresetError
 from magicsim.folder import result_file
 
@@ -78,7 +79,7 @@ def load_reference(path: Path | None = None) -> Reference:
     if not file.is_file():
         msg = f"reference '{file}' does not exist; write it with --recompute (needs `pip install magicsim[reference]`)"
         raise PresetError(msg)
-    data = json.loads(file.read_text(encoding="utf-8"))
+    data = read_json(file)
     return Reference(
         depths=tuple(
             ReferenceDepth(**(values | {"surface_mm": np.array(values["surface_mm"], float).reshape(-1, 3)}))

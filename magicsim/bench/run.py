@@ -30,6 +30,7 @@ from magicsim.bench.stress_plot import plot_stress
 from magicsim.bench.stress_pool import remove_parts
 from magicsim.bench.verdicts import run_verdicts
 from magicsim.bench.visibility import run_visibility
+from magicsim.documents import read_json
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.folder import result_file
 
@@ -101,7 +102,7 @@ def draw(file: Path, target: Path) -> None:
         file: What `run_bench` wrote.
         target: PNG or SVG file.
     """
-    data = json.loads(file.read_text(encoding="utf-8"))
+    data = read_json(file)
     BENCHMARKS[data["kind"]].plot(data, target)
 
 

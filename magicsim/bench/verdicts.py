@@ -101,7 +101,7 @@ def measure_verdicts(state: str, samples: int, particles: int, *, seeds: int, qu
         start = time.perf_counter()
         radiance = sensor.radiance(frame, deformation)
         seconds.append(time.perf_counter() - start)
-        camera, exposure = scene.rig.camera, meter(untouched, scene.rig.camera)
+        camera, exposure = scene.rig.camera, meter(untouched, scene.rig.camera, scene.rig.lit)
         rest = [
             expose(untouched, exposure, camera, seed=seed, frame=number) for number in range(profile.reference_count)
         ]

@@ -19,6 +19,8 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 
+MAX_THREADS = 1024
+
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object on stdout.")]
 Settings = Annotated[
     list[str] | None,
@@ -35,8 +37,8 @@ def limit_threads(threads: int | None) -> None:
     """Bounds the threads of the renderer; None leaves them alone."""
     if threads is None:
         return
-    if threads < 1:
-        msg = f"threads = {threads} is not allowed: must be at least 1"
+    if not 1 <= threads <= MAX_THREADS:
+        msg = f"threads = {threads} is not allowed: must be 1 to {MAX_THREADS}"
         raise ConfigError(msg)
     from magicsim.scenes.backend import dr
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 dataset_app = App(name="dataset")
 app.command(dataset_app)
+MOST_FRAMES = 1000
+"""On one contact sheet."""
 Folder = Annotated[Path, Parameter(help="Folder of a dataset.")]
 
 
@@ -85,13 +87,19 @@ def export(
 
 
 def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", *, as_json: bool) -> None:
-    if count < 1:
-        msg = f"preview = {count} is not allowed: must be at least 1"
+    if not 1 <= count <= MOST_FRAMES:
+        msg = f"preview = {count} is not allowed: must be 1 to {MOST_FRAMES} frames"
         raise ConfigError(msg)
     if out.is_file():
         msg = f"output folder '{out}' is a file; name a new folder"
         raise OutputError(msg)
     from magicsim.dataset.preview import preview_recipe
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)  # what cannot be written is told before anything is rendered
+    except OSError as error:
+        msg = f"cannot write {out}: {error.strerror or error}"
+        raise OutputError(msg) from None
 
     print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
 

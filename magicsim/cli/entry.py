@@ -14,6 +14,7 @@ from cyclopts.exceptions import UnknownCommandError
 from magicsim.cli import benchmark, calibrate, dataset, design, detect, fit, light, machine, mechanics, scene, sweep  # noqa: F401
 from magicsim.cli.app import app
 from magicsim.errors import MagicsimError, unknown_choice
+from magicsim.wording import one_line
 
 STOPPED, UNREAD, TERMINATED = 130, 141, 143
 """Exit codes after SIGINT, SIGPIPE and SIGTERM, as a shell gives them."""
@@ -22,7 +23,9 @@ STOPPED, UNREAD, TERMINATED = 130, 141, 143
 def main() -> None:
     """Entry point: errors are one line on stderr and exit code 2; who ends it finds no half-written results."""
     signal.signal(signal.SIGTERM, _terminate)
-    logging.basicConfig(level=logging.WARNING, format="magicsim: %(message)s", stream=sys.stderr)
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(_OneLine("magicsim: %(message)s"))
+    logging.basicConfig(level=logging.WARNING, handlers=[handler])
     try:
         app(sys.argv[1:], exit_on_error=False, print_error=False)
         sys.stdout.flush()
@@ -31,9 +34,12 @@ def main() -> None:
     except CycloptsError as error:
         _fail(" ".join(str(error).split()))
     except MagicsimError as error:
-        _fail(" ".join(str(error).split()))
+        _fail(str(error))
     except BrokenPipeError:
         _silence()
+    except OSError as error:  # a name that is too long, links in a circle, a folder that may not be read
+        where = f"'{error.filename}': " if error.filename is not None else ""
+        _fail(f"{where}{error.strerror or error}")
     except KeyboardInterrupt:
         sys.stderr.write("magicsim: stopped\n")
         sys.exit(STOPPED)
@@ -51,5 +57,14 @@ def _silence() -> None:
 
 
 def _fail(message: str) -> None:
-    sys.stderr.write(f"magicsim: {message}\n")
+    sys.stderr.write(f"magicsim: {one_line(message)}\n")
     sys.exit(2)
+
+
+class _OneLine(logging.Formatter):
+    """Warnings, as errors, are one printable line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The message, without a traceback that a library may have added."""
+        record.message = record.getMessage()
+        return one_line(self.formatMessage(record))

@@ -32,6 +32,7 @@ def fit(
     from magicsim.detectors.video import quiet_opencv
     from magicsim.fit.observation import read_observation
     from magicsim.fit.run import DEFAULT_FREE, fit_constants
+    from magicsim.progress import show_progress
     from magicsim.scenes.scene import load_scene
 
     config = load_scene(scene, settings or [], seed=seed)
@@ -39,10 +40,11 @@ def fit(
     shown: list[tuple[int | None, str]] = [(None, str(references)), *(_frame(each) for each in frame or [])]
     with quiet_opencv():
         observations = [read_observation(source, config.rig.camera, frame=number) for number, source in shown]
-    result = fit_constants(
-        config, observations, out, free=free or DEFAULT_FREE, blocks=_blocks(blocks), starts=starts,
-        evaluations=evaluations, seed=config.seed,
-    )  # fmt: skip
+    with show_progress(f"{scene}: fit"):
+        result = fit_constants(
+            config, observations, out, free=free or DEFAULT_FREE, blocks=_blocks(blocks), starts=starts,
+            evaluations=evaluations, seed=config.seed,
+        )  # fmt: skip
     print_result(fields_of(result), as_json=json)
 
 

@@ -28,11 +28,13 @@ def render(
     choices += [f"render.particles={particles}"] if particles is not None else []
     config = load_scene(scene, [*(settings or []), *choices], seed=seed)
     limit_threads(threads)
+    from magicsim.progress import show_progress
     from magicsim.still import render_still, with_care
 
     if relative_error is None:
         config = with_care(config, samples=samples is None, particles=particles is None)
-    still = render_still(config, frame, out, basis=basis, relative_error=relative_error)
+    with show_progress(f"{scene}: frame {frame}"):
+        still = render_still(config, frame, out, basis=basis, relative_error=relative_error)
     print_result(fields_of(still), as_json=json)
 
 

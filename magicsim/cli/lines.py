@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from magicsim.wording import visible
+
 WIDE = 3
 """Keys of a thing above which a list of such things becomes a table with a head."""
 
@@ -46,4 +48,4 @@ def _cell(value: object) -> str:
                 or "none"
             )
         case _:
-            return str(value)
+            return visible(str(value))

@@ -1,5 +1,6 @@
 """Commands that take a scene: `demo`, `simulate`, `plan`."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -30,11 +31,15 @@ def _run(
     name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
 ) -> None:
     from magicsim.folder import check_target
+    from magicsim.foresight import check_memory, long_work
     from magicsim.progress import show_progress
     from magicsim.scenes.scene import load_scene
 
     scene = load_scene(name, settings or [], seed=seed)
     check_target(out)
+    check_memory(scene)
+    if (line := long_work(scene)) is not None:
+        sys.stderr.write(f"{line}\n")
     limit_threads(threads)
     from magicsim.run import run_scene
 

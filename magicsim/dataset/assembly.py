@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 
 from magicsim.dataset.folder import Staging
-from magicsim.dataset.layout import ShardPlan, plan_shards
+from magicsim.dataset.layout import Layout, ShardPlan
 from magicsim.dataset.manifest import FailedEpisode, Manifest, ShardEntry, write_manifest
 from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.shard import as_schema, read_episodes, rows_as_bytes, write_rows
@@ -22,18 +24,20 @@ class Assembly:
         self.ledger, self.out, self.schema = ledger, ledger.out, schema
         self.staging = Staging(ledger)
         self.manifest = manifest
-        self._plans = plan_shards(recipe)
-        self._place = {episode: plan for plan in self._plans for episode in plan.episodes}
+        self._layout = Layout(recipe)
         self._failed = {each.episode: each for each in manifest.failed if each.kind == "refused"}
         self._shards = {entry.file: entry for entry in manifest.shards if self._is_intact(entry)}
-        self._missing: dict[str, set[int]] = {}
+        self._is_missing = np.ones(recipe.episodes, bool)
+        self._closed: set[int] = set()
         waiting = self.staging.episodes()
-        for plan in self._plans:
-            self._take_up(plan, waiting)
+        known = waiting | set(self._failed) | {entry.episodes[0] for entry in self._shards.values() if entry.episodes}
+        self._begun = {self._layout.number_of(each) for each in known if 0 <= each < recipe.episodes}
+        for number in sorted(self._begun):
+            self._take_up(number, waiting)
 
-    def episodes_to_simulate(self) -> list[int]:
-        """What is neither in a shard nor waiting for one, in order."""
-        return sorted(episode for missing in self._missing.values() for episode in missing)
+    def episodes_to_simulate(self) -> npt.NDArray[np.int64]:
+        """Numbers of those neither in a shard nor waiting for one, in order, shape (episodes left,)."""
+        return np.flatnonzero(self._is_missing)
 
     @property
     def rows(self) -> int:
@@ -52,13 +56,12 @@ class Assembly:
 
     def close_ready_shards(self) -> None:
         """Writes the shards whose episodes all wait already."""
-        for plan in self._plans:
-            if self._missing.get(plan.file) == set():
-                self._close(plan)
+        for number in sorted(self._begun - self._closed):
+            self._close_if_whole(number)
 
     def take(self, outcome: Outcome[bytes]) -> None:
         """Takes the end of one episode, and closes its shard if it was the last one."""
-        episode, plan = outcome.key, self._place[outcome.key]
+        episode = outcome.key
         log_failures(self.out, "episode", episode, outcome.failures)
         if outcome.result is not None:
             self.staging.put(episode, outcome.result)
@@ -66,9 +69,8 @@ class Assembly:
         else:
             last = outcome.failures[-1]
             self._failed[episode] = FailedEpisode(episode=episode, kind=last.kind.value, message=last.message)
-        self._missing[plan.file].discard(episode)
-        if not self._missing[plan.file]:
-            self._close(plan)
+        self._is_missing[episode] = False
+        self._close_if_whole(self._layout.number_of(episode))
 
     def write_manifest(self) -> None:
         """Replaces the manifest by what is true now."""
@@ -78,24 +80,35 @@ class Assembly:
                 "shards": shards,
                 "failed": tuple(self._failed[episode] for episode in sorted(self._failed)),
                 "rows": self.rows,
-                "is_complete": not self._missing,
+                "is_complete": len(self._closed) == len(self._layout),
             }
         )
         write_manifest(self.ledger, self.manifest)
 
-    def _take_up(self, plan: ShardPlan, waiting: set[int]) -> None:
+    def _take_up(self, number: int, waiting: set[int]) -> None:
+        plan = self._layout[number]
         wanted = set(plan.episodes) - set(self._failed)
         entry = self._shards.get(plan.file)
         if entry is not None and set(entry.episodes) == wanted:
-            return
-        if entry is not None:
+            self._closed.add(number)
+        elif entry is not None:
             for episode, table in read_episodes(self.out / plan.file, wanted - waiting):
                 self.staging.put(episode, rows_as_bytes(as_schema(table, self.schema)))
                 waiting.add(episode)
-        self._missing[plan.file] = wanted - waiting
+        missing = wanted - waiting if number not in self._closed else ()
+        for episode in plan.episodes:
+            self._is_missing[episode] = episode in missing
+
+    def _close_if_whole(self, number: int) -> None:
+        plan = self._layout[number]
+        if not self._is_missing[list(plan.episodes)].any():
+            self._close(plan)
+            self._closed.add(number)
+            self.write_manifest()
+            self.staging.drop(plan.episodes)
 
     def _close(self, plan: ShardPlan) -> None:
-        """Writes a shard, then the manifest that knows it, and only then forgets its episodes."""
+        """Writes a shard."""
         episodes = tuple(episode for episode in plan.episodes if episode not in self._failed)
         if episodes:
             with self.ledger.writing(plan.file) as partial:
@@ -109,9 +122,6 @@ class Assembly:
                 size=(self.out / plan.file).stat().st_size,
                 sha256=written.sha256,
             )
-        del self._missing[plan.file]
-        self.write_manifest()
-        self.staging.drop(episodes)
 
     def _tables(self, episodes: tuple[int, ...]) -> Iterator[pa.Table]:
         for episode in episodes:

@@ -1,7 +1,7 @@
 """The dataset card: `README.md` whose header `datasets` reads."""
 
 from magicsim.dataset.features import Column
-from magicsim.dataset.layout import plan_shards
+from magicsim.dataset.layout import Layout
 from magicsim.dataset.recipe import Recipe
 
 LICENCE = "cc-by-4.0"
@@ -9,7 +9,7 @@ LICENCE = "cc-by-4.0"
 
 def dataset_card(recipe: Recipe, columns: list[Column], versions: dict[str, str]) -> str:
     """Markdown with a YAML header that names the files of each split."""
-    splits = sorted({shard.split for shard in plan_shards(recipe)}, key=["train", "validation", "test"].index)
+    splits = Layout(recipe).splits
     files = "\n".join(f"  - split: {split}\n    path: data/{split}-*.parquet" for split in splits)
     rows = "\n".join(f"| `{column.name}` | {column.meaning} |" for column in columns)
     made_by = ", ".join(f"{name} {version}" for name, version in versions.items())

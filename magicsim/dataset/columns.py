@@ -39,7 +39,12 @@ def columns_of(recipe: Recipe) -> list[Column]:
         vector("object_rotation", 9, "rotation matrix from its frame to the sensor's, row by row"),
         value("twist_deg", "float64", "its turn about z on the path [degrees]"),
         value("friction", "float64", "Coulomb's coefficient between skin and object"),
-        vector("led_radiance", 3 * strips, "radiance of each LED strip, RGB, in the rig's order"),
+        # Lists of no numbers are written, but cannot be read.
+        *(
+            [vector("led_radiance", 3 * strips, "radiance of each LED strip, RGB, in the rig's order")]
+            if strips
+            else []
+        ),
         value("flashlight", "bool", "whether the outside light is on"),
         vector("flashlight_radiance", 3, "its radiance, RGB"),
         value("flashlight_x_mm", "float64", "its centre along x [mm]"),

@@ -1,8 +1,12 @@
-"""From a recipe to what is simulated: printed sensors, and episodes on them, each with its values."""
+"""From a recipe to what is simulated: printed sensors, and episodes on them, each with its values.
 
-from collections.abc import Callable, Iterable
+Both are drawn when they are asked for, so that it does not matter how many there are.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Generic, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -12,16 +16,19 @@ from magicsim.dataset.path_recipe import ClearPath, FlashlightPath, TouchPath, d
 from magicsim.dataset.recipe import Recipe
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Distribution, Number, choose
-from magicsim.sampling.points import unit_points
+from magicsim.sampling.points import UnitPoints
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 
 Array = npt.NDArray[np.float64]
 Values = dict[str, float]
+DrawnT = TypeVar("DrawnT")
 SENSORS, EPISODES = 1, 2
 """Streams of points."""
 CHOICES = 3
 """Dimensions of an episode's point that choose: the path, the object, the mesh file."""
+KEPT = 64
+"""Things that were drawn last, which are not drawn again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,33 +64,60 @@ def sensor_of(recipe: Recipe, index: int) -> int:
     return index // recipe.episodes_per_sensor
 
 
-def draw_sensors(recipe: Recipe, count: int) -> list[DrawnSensor]:
+class Drawn(Sequence[DrawnT], Generic[DrawnT]):
+    """Things that are drawn one by one as they are asked for; what one of them is never depends on the others."""
+
+    def __init__(self, count: int, draw: Callable[[int], DrawnT]) -> None:
+        """Takes their number, and what draws one by its number."""
+        self._count, self._draw = count, lru_cache(maxsize=KEPT)(draw)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return self._count
+
+    @overload
+    def __getitem__(self, place: int) -> DrawnT: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[DrawnT]: ...
+    def __getitem__(self, place: int | slice) -> DrawnT | Sequence[DrawnT]:
+        """One of them, or the list of some."""
+        if isinstance(place, slice):
+            return [self._draw(each) for each in range(*place.indices(self._count))]
+        return self._draw(range(self._count)[place])
+
+    def __iter__(self) -> Iterator[DrawnT]:
+        """All of them in order."""
+        return (self._draw(place) for place in range(self._count))
+
+
+def draw_sensors(recipe: Recipe, count: int) -> Drawn[DrawnSensor]:
     """The first sensors of a recipe.
 
     Raises:
-        ConfigError: A drawn design is not allowed.
+        ConfigError: A drawn design is not allowed; raised when it is asked for.
     """
     numbers = _tolerances(recipe)
-    points = _points(recipe, count, _varying(numbers.values()), SENSORS)
-    return [_sensor(recipe, index, numbers, point) for index, point in enumerate(points)]
+    points = _points(recipe, len(_varying(numbers.values())), SENSORS)
+    return Drawn(count, lambda index: _sensor(recipe, index, numbers, points[index]))
 
 
-def draw_episodes(recipe: Recipe) -> list[DrawnEpisode]:
+def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
     """All episodes of a recipe; the first ones stay the same when there are more.
 
     Raises:
-        ConfigError: Drawn values are not allowed together; the message names the episode.
+        ConfigError: Drawn values are not allowed together; the message names the episode, and is raised when that is
+            asked for.
     """
     sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
     camera = len(_varying(_camera(recipe).values()))
     objects = max((len(_varying(each.numbers().values())) for each in recipe.objects), default=0)
     paths = max(len(_varying(each.numbers().values())) for each in recipe.paths)
-    points = _points(recipe, recipe.episodes, [None] * (CHOICES + camera + objects + paths), EPISODES)
+    points = _points(recipe, CHOICES + camera + objects + paths, EPISODES)
     ends = np.cumsum([CHOICES, camera, objects])
-    return [
-        _episode(recipe, index, sensors[sensor_of(recipe, index)], np.split(point, ends))
-        for index, point in enumerate(points)
-    ]
+    return Drawn(
+        recipe.episodes,
+        lambda index: _episode(recipe, index, sensors[sensor_of(recipe, index)], np.split(points[index], ends)),
+    )
 
 
 def drawn_names(recipe: Recipe) -> list[str]:
@@ -97,8 +131,8 @@ def drawn_names(recipe: Recipe) -> list[str]:
     return sorted(set(names))
 
 
-def _points(recipe: Recipe, count: int, numbers: list[Any], stream: int) -> Array:
-    return unit_points(count, len(numbers), seed=recipe.seed, stream=stream, sampling=recipe.sampling)
+def _points(recipe: Recipe, dimensions: int, stream: int) -> UnitPoints:
+    return UnitPoints(dimensions, seed=recipe.seed, stream=stream, sampling=recipe.sampling)
 
 
 def _varying(numbers: Iterable[Number]) -> list[Distribution]:

@@ -1,8 +1,13 @@
 """What a dataset will cost, before any work starts: a rough model of the time, and the size of its pictures."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from magicsim.dataset.draw import DrawnEpisode
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.dataset.draw import DrawnEpisode, sensor_of
 from magicsim.dataset.recipe import Recipe
 from magicsim.geometry.grid import node_spacing_mm
 from magicsim.plan import plan_scene
@@ -17,8 +22,8 @@ LOOK_S, RECORD_S = 5e-6, 4e-6
 """Core seconds of a pixel of a frame that is made from recorded paths, and of a camera sample that is recorded."""
 IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES, ROW_BYTES = 2.0, 0.02, 1.0, 6.0, 3000
 """A pixel of a frame, of a mask, of a depth map in contact, a lattice node in contact, the rest of a row."""
-LOOKED_AT = 64
-"""Episodes that are planned; the rest is taken to be like them."""
+LOOKED_AT, COUNTED = 64, 256
+"""Most episodes that are planned, and of which the frames are counted; the rest is taken to be like them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,28 +41,59 @@ class Estimate:
         return self.core_seconds / cores
 
 
-def estimate(recipe: Recipe, episodes: list[DrawnEpisode], *, processes: int) -> Estimate:
+def estimate(
+    recipe: Recipe,
+    episodes: Sequence[DrawnEpisode],
+    chosen: npt.NDArray[np.int64] | None = None,
+    *,
+    processes: int,
+) -> Estimate:
     """What some of the episodes of a recipe will cost.
 
     Args:
         recipe: What they were drawn from.
-        episodes: Those to be simulated.
+        episodes: All of them.
+        chosen: Numbers of those to be simulated, in order; all by default.
         processes: How many share the work; each renders every sensor's untouched state once.
     """
-    looked_at = episodes[:: max(1, len(episodes) // LOOKED_AT)]
-    scale = len(episodes) / max(1, len(looked_at))
-    costs = [_episode(each.scene) for each in looked_at]
-    sensors = len({each.sensor for each in episodes})
-    anchors = min(processes * sensors, len(episodes))
+    numbers = np.arange(len(episodes)) if chosen is None else chosen
+    planned, counted = _some(numbers, LOOKED_AT), _some(numbers, COUNTED)
+    looked_at = [episodes[each] for each in planned]
+    scale = len(numbers) / max(1, len(looked_at))
+    costs = [episode_cost(each.scene) for each in looked_at]
+    sensors = len({sensor_of(recipe, each) for each in counted})
+    if len(counted) < len(numbers):
+        sensors = min(len(numbers), int(sensor_of(recipe, int(numbers[-1] - numbers[0]))) + 1)
+    anchors = min(processes * sensors, len(numbers))
     shared = _anchor_s(recipe.render, recipe.rig.camera)
     if any(_is_recorded(each.scene) for each in looked_at):
         shared += _record_s(recipe.render, recipe.rig.camera)
     seconds = scale * sum(cost[0] for cost in costs) + anchors * shared + processes * START_S
+    frames = sum(recipe.references + episodes[each].scene.frame_count for each in counted)
     return Estimate(
-        frames=sum(recipe.references + each.scene.frame_count for each in episodes),
+        frames=round(frames * len(numbers) / max(1, len(counted))),
         core_seconds=seconds,
         bytes=round(scale * sum(cost[1] for cost in costs)),
     )
+
+
+def estimate_scene(scene: SceneConfig) -> Estimate:
+    """What one scene will cost in a process of its own."""
+    seconds, size = episode_cost(scene)
+    shared = _anchor_s(scene.render, scene.rig.camera) + START_S
+    if _is_recorded(scene):
+        shared += _record_s(scene.render, scene.rig.camera)
+    return Estimate(frames=scene.references + scene.frame_count, core_seconds=seconds + shared, bytes=round(size))
+
+
+def _some(numbers: npt.NDArray[np.int64], most: int) -> list[int]:
+    """Some of the numbers, evenly spread."""
+    return list(map(int, numbers[:: odd_step(len(numbers), most)]))
+
+
+def odd_step(count: int, most: int) -> int:
+    """A step that takes no more than so many of some things; odd, as every second Sobol point lies in one half."""
+    return math.ceil(count / most) | 1
 
 
 def _anchor_s(render: RenderSettings, camera: Camera) -> float:
@@ -77,7 +113,8 @@ def _is_recorded(scene: SceneConfig) -> bool:
     return max(scene.rig.ambient) == 0 and body.sigma_s_per_mm == 0 and infill.anisotropy == 0
 
 
-def _episode(scene: SceneConfig) -> tuple[float, float]:
+def episode_cost(scene: SceneConfig) -> tuple[float, float]:
+    """Core seconds of an episode without the anchor, and the bytes of its rows."""
     render, camera, plan = scene.render, scene.rig.camera, plan_scene(scene)
     pixels = camera.rows * camera.columns
     rendered = [frame for frame in plan.frames if frame.same_as is None]
@@ -89,11 +126,12 @@ def _episode(scene: SceneConfig) -> tuple[float, float]:
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)
     size = frames * (ROW_BYTES + pixels * (IMAGE_BYTES + MASK_BYTES * scene.output.contact_mask))
     size += pressed * pixels * DEPTH_BYTES * scene.output.depth_map
-    size += pressed * _nodes(scene) * NODE_BYTES * scene.output.displacements
+    size += pressed * lattice_nodes(scene) * NODE_BYTES * scene.output.displacements
     return seconds, size
 
 
-def _nodes(scene: SceneConfig) -> float:
+def lattice_nodes(scene: SceneConfig) -> float:
+    """Nodes of the whole lattice, about."""
     design = scene.design
     spacing = node_spacing_mm(design)
     width, length = design.footprint_mm

@@ -1,17 +1,19 @@
 """From a recipe to a dataset on disk: resumable, and the same bytes however it was computed."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
 import tomli_w
 
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
-from magicsim.dataset.draw import DrawnEpisode, draw_episodes, draw_sensors, sensor_of
+from magicsim.dataset.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.estimate import Estimate, estimate
 from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.folder import begun_dataset, check_folder, open_ledger
@@ -29,6 +31,9 @@ from magicsim.workers.options import WorkerOptions, choose_workers
 from magicsim.workers.run import run_tasks
 from magicsim.workers.threads import bound_threads
 from magicsim.workers.versions import changed_versions, versions
+
+CHECKED_FIRST, CHECKED = 200, 100_000
+"""Episodes that are drawn, to see that they can be, before anything is written, and before anything is simulated."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,13 +111,24 @@ def generate_dataset(
     options = options or choose_workers(None, timeout_s=recipe.timeout_s)
     simulator = simulator or Simulator()
     episodes = draw_episodes(recipe)
+    _draw_once(episodes, range(min(len(episodes), CHECKED_FIRST)))
     check_folder(out, resume=resume)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
+        is_new = begun_dataset(out) is None
+        if announce is not None and is_new:  # before the sensors are drawn, which takes a while where there are many
+            announce(estimate(recipe, episodes, processes=options.workers))
+        _draw_once(episodes, range(CHECKED_FIRST, min(len(episodes), CHECKED)))
         assembly = _begin(recipe, out, columns_of(recipe), simulator.variant())
         left = assembly.episodes_to_simulate()
-        if announce is not None:
-            announce(estimate(recipe, [episodes[each] for each in left], processes=options.workers))
+        if announce is not None and not is_new:
+            announce(estimate(recipe, episodes, left, processes=options.workers))
         return _complete(recipe, assembly, episodes, left, options, simulator, progress)
+
+
+def _draw_once(episodes: Drawn[DrawnEpisode], numbers: range) -> None:
+    """Draws episodes to see that their values are allowed together."""
+    for number in numbers:
+        episodes[number]
 
 
 def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:
@@ -159,8 +175,8 @@ def _refuse_another(recipe: Recipe, earlier: Manifest, out: Path, variant: str) 
 def _complete(
     recipe: Recipe,
     assembly: Assembly,
-    episodes: list[DrawnEpisode],
-    left: list[int],
+    episodes: Drawn[DrawnEpisode],
+    left: npt.NDArray[np.int64],
     options: WorkerOptions,
     simulator: Simulator,
     progress: Callable[[Standing], None] | None,
@@ -171,7 +187,7 @@ def _complete(
     frames = 0
     tasks = _tasks(recipe, assembly, episodes, left)
     with closing(run_tasks(simulator.function, tasks, options, prepare=simulator.prepare)) as outcomes:
-        for done, outcome in enumerate(outcomes if left else (), 1):
+        for done, outcome in enumerate(outcomes if len(left) else (), 1):
             assembly.take(outcome)
             added = recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
             frames += added
@@ -202,7 +218,7 @@ def _complete(
 
 
 def _tasks(
-    recipe: Recipe, assembly: Assembly, episodes: list[DrawnEpisode], left: list[int]
+    recipe: Recipe, assembly: Assembly, episodes: Sequence[DrawnEpisode], left: npt.NDArray[np.int64]
 ) -> Iterator[tuple[int, SampleTask]]:
     columns = columns_of(recipe)
     made_by = ", ".join(f"{name} {version}" for name, version in assembly.manifest.versions.items())
@@ -211,5 +227,5 @@ def _tasks(
         "version": made_by,
         "variant": assembly.manifest.variant,
     }
-    for index in left:
+    for index in map(int, left):
         yield index, SampleTask(episode=episodes[index], columns=columns, constants=constants)

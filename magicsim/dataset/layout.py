@@ -1,14 +1,20 @@
 """Which episode goes into which split and file; an episode's place never depends on how many there are."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
+from typing import overload
 
-from magicsim.dataset.draw import sensor_of
+import numpy as np
+import numpy.typing as npt
+
 from magicsim.dataset.recipe import Recipe
-from magicsim.sampling.distribution import choose
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 """Multiples of it, without their whole part, are spread evenly, so that splits keep their shares at any size."""
+AT_ONCE = 1 << 18
+"""Episodes that are sorted into splits at once, which bounds the memory that takes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,23 +29,68 @@ class ShardPlan:
 
 def split_of(recipe: Recipe, episode: int) -> str:
     """Name of the split that an episode belongs to."""
-    unit = sensor_of(recipe, episode) if recipe.split_by == "sensor" else episode
-    shares = recipe.splits.shares()
-    return list(shares)[choose((0.5 + unit * GOLDEN) % 1.0, tuple(shares.values()))]
+    return _names(recipe)[int(_splits(recipe, np.array([episode]))[0])]
 
 
-def plan_shards(recipe: Recipe) -> list[ShardPlan]:
-    """All files of a dataset, by name."""
-    members: dict[str, list[int]] = {}
-    for episode in range(recipe.episodes):
-        members.setdefault(split_of(recipe, episode), []).append(episode)
-    size = recipe.episodes_per_shard
-    return [
-        ShardPlan(
-            file=f"data/{split}-{number:05d}.parquet",
-            split=split,
-            episodes=tuple(members[split][number * size : (number + 1) * size]),
+class Layout(Sequence[ShardPlan]):
+    """All files of a dataset, by name; what belongs into one is looked up when it is asked for."""
+
+    def __init__(self, recipe: Recipe) -> None:
+        """Sorts the episodes into splits: a few bytes for each."""
+        self._size, self._names = recipe.episodes_per_shard, _names(recipe)
+        parts = [
+            _splits(recipe, np.arange(begin, min(begin + AT_ONCE, recipe.episodes)))
+            for begin in range(0, recipe.episodes, AT_ONCE)
+        ]
+        self._split_of = np.concatenate(parts)
+        self._members = [
+            np.flatnonzero(self._split_of == number).astype(np.int32) for number in range(len(self._names))
+        ]
+        order = sorted(range(len(self._names)), key=self._names.__getitem__)
+        counts = [math.ceil(len(self._members[number]) / self._size) for number in order]
+        self._begins = dict(zip(order, accumulate(counts, initial=0), strict=False))
+        self._count = sum(counts)
+
+    @property
+    def splits(self) -> list[str]:
+        """Names of the splits that hold episodes, in the order of the recipe."""
+        return [name for name, members in zip(self._names, self._members, strict=True) if len(members)]
+
+    def __len__(self) -> int:
+        """Number of files."""
+        return self._count
+
+    @overload
+    def __getitem__(self, place: int) -> ShardPlan: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[ShardPlan]: ...
+    def __getitem__(self, place: int | slice) -> ShardPlan | Sequence[ShardPlan]:
+        """One file by its number, or the list of some."""
+        if isinstance(place, slice):
+            return [self[each] for each in range(*place.indices(len(self)))]
+        index = range(len(self))[place]
+        split = [each for each in self._begins if self._begins[each] <= index][-1]  # of equal ones all but it are empty
+        number = index - self._begins[split]
+        return ShardPlan(
+            file=f"data/{self._names[split]}-{number:05d}.parquet",
+            split=self._names[split],
+            episodes=tuple(self._members[split][number * self._size : (number + 1) * self._size].tolist()),
         )
-        for split in sorted(members)
-        for number in range(math.ceil(len(members[split]) / size))
-    ]
+
+    def number_of(self, episode: int) -> int:
+        """Number of the file that an episode belongs into."""
+        split = int(self._split_of[episode])
+        return self._begins[split] + int(np.searchsorted(self._members[split], episode)) // self._size
+
+
+def _names(recipe: Recipe) -> list[str]:
+    return list(recipe.splits.shares())
+
+
+def _splits(recipe: Recipe, episodes: npt.NDArray[np.int64]) -> npt.NDArray[np.int8]:
+    """Numbers of the splits that episodes belong to."""
+    units = episodes // recipe.episodes_per_sensor if recipe.split_by == "sensor" else episodes
+    weights = np.array(list(recipe.splits.shares().values()))
+    ends = np.cumsum(weights) / np.sum(weights)
+    found = np.searchsorted(ends, (0.5 + units * GOLDEN) % 1.0, side="right")
+    return np.minimum(found, len(weights) - 1).astype(np.int8)

@@ -1,12 +1,12 @@
 """What a dataset's folder holds, with the hash of every file: `manifest.json`."""
 
-import json
 from pathlib import Path, PurePosixPath
 from typing import Literal, Self
 
 from pydantic import model_validator
 
 from magicsim.config import Config, validate
+from magicsim.documents import read_json
 from magicsim.errors import OutputError
 from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import Ledger
@@ -86,8 +86,7 @@ def read_manifest(folder: Path) -> Manifest | None:
     if not path.is_file():
         return None
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        return validate(Manifest, data, source=MANIFEST)
+        return validate(Manifest, read_json(path), source=MANIFEST)
     except (ValueError, OSError) as error:
         msg = f"'{path}' is not a manifest of magicsim: {error}"
         raise OutputError(msg) from None

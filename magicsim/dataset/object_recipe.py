@@ -17,7 +17,7 @@ Kind = Literal[
     "sphere", "cylinder", "punch", "box", "domed_cylinder", "cone", "dots", "lines", "spanner", "screwdriver",
     "scissors", "banana", "mesh",
 ]  # fmt: skip
-Weight = Annotated[float, Field(gt=0)]
+Weight = Annotated[float, Field(ge=1e-6, le=1e6)]
 MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".glb"})
 OWN_KEYS = frozenset({"kind", "weight", "folder"})
 NOT_DRAWN = frozenset({"path", "axis", "flutes", "file_colors"})
@@ -53,7 +53,7 @@ class ObjectRecipe(Config):
     jaw_mm: Number | None = None
     head_radius_mm: Number | None = None
     handle_width_mm: Number | None = None
-    flutes: int | None = None
+    flutes: Annotated[int, Field(ge=3, le=12)] | None = None
     tube_radius_mm: Number | None = None
     loop_width_mm: Number | None = None
     loop_length_mm: Number | None = None

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.dataset.draw import DrawnEpisode, draw_episodes
-from magicsim.dataset.estimate import estimate
+from magicsim.dataset.estimate import estimate, odd_step
 from magicsim.dataset.preview_files import SHEET, check_preview, write_preview
 from magicsim.dataset.recipe import Recipe
 from magicsim.dataset.statistics import recipe_statistics
@@ -24,6 +24,8 @@ from magicsim.workers.run import run_tasks
 from magicsim.workers.threads import bound_threads
 
 Frame = npt.NDArray[np.uint8]
+COUNTED = 10_000
+"""Most episodes that are counted."""
 MARGIN, LINE, LETTER, TEXT_PX = 6, 14, 7, 0.36
 PAPER, INK = 255, (30, 30, 30)
 
@@ -69,8 +71,10 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
         if outcome.result is not None:
             images[outcome.key] = outcome.result
     cost = estimate(recipe, episodes, processes=options.workers)
-    statistics = recipe_statistics(recipe, episodes) | {
-        "preview": quality(),
+    step = odd_step(len(episodes), COUNTED)
+    counted = quality() if step == 1 else f"{quality()} Statistics of every {step}th episode."
+    statistics = recipe_statistics(recipe, episodes[::step]) | {
+        "preview": counted,
         "estimated_hours": round(cost.seconds(usable_cores()) / 3600, 3),
         "estimated_megabytes": round(cost.bytes / 1e6, 1),
     }
@@ -107,7 +111,7 @@ def preview_frame(task: PreviewTask) -> Frame:
     sensor, state = Sensor(task.scene), timeline(task.scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), task.scene.rig.camera
-    exposure = meter(_untouched(task.metering.model_dump_json()), camera)
+    exposure = meter(_untouched(task.metering.model_dump_json()), camera, task.metering.rig.lit)
     return expose(radiance, exposure, camera, seed=task.scene.seed, frame=0)
 
 

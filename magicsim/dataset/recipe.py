@@ -15,8 +15,10 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.presets import find_preset
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import ContactSettings, RenderSettings, Seed, read_scene_file
+from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed, read_scene_file
 
+MAX_SENSORS = 100_000
+"""Most printed sensors: each has a row in `sensors.parquet`, which is made before the first episode."""
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -85,7 +87,7 @@ class Recipe(Config):
     """Seed of everything random."""
     episodes: Annotated[int, Field(ge=1, le=10_000_000)]
     """How many; a dataset may grow later."""
-    episodes_per_sensor: Annotated[int, Field(ge=1)] = 8
+    episodes_per_sensor: Annotated[int, Field(ge=1, le=10_000_000)] = 8
     """Consecutive episodes of one printed sensor."""
     episodes_per_shard: Annotated[int, Field(ge=1, le=1000)] = 16
     """Episodes of one split in one file."""
@@ -96,7 +98,7 @@ class Recipe(Config):
     splits: Splits = Splits()
     references: Annotated[int, Field(ge=0, le=1000)] = 1
     """Frames of the untouched sensor before each episode."""
-    frames_per_second: Annotated[float, Field(gt=0, le=1000)] = 15.0
+    frames_per_second: FrameRate = 15.0
     tolerances: Tolerances = Tolerances()
     camera: CameraNoise = CameraNoise()
     objects: tuple[ObjectRecipe, ...] = ()
@@ -105,13 +107,24 @@ class Recipe(Config):
     """Of which the friction is drawn with each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
-    timeout_s: Annotated[float, Field(gt=0)] = 1800.0
+    timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
     """Longest time for one attempt at an episode [s]."""
 
     @model_validator(mode="after")
     def _check_objects(self) -> Self:
         if not self.objects and not all(isinstance(path, ClearPath | FlashlightPath) for path in self.paths):
             msg = "objects are missing: a path brings an object, so [[objects]] must say which"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_sensors(self) -> Self:
+        sensors = -(-self.episodes // self.episodes_per_sensor)
+        if sensors > MAX_SENSORS:
+            msg = (
+                f"episodes = {self.episodes} with episodes_per_sensor = {self.episodes_per_sensor} are {sensors} "
+                f"sensors: at most {MAX_SENSORS} are allowed; raise episodes_per_sensor"
+            )
             raise ValueError(msg)
         return self
 

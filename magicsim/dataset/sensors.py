@@ -1,6 +1,8 @@
 """The printed sensors of a dataset: drawn values, calibration and lattice of each."""
 
+import io
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 
 import pyarrow as pa
@@ -8,8 +10,10 @@ import pyarrow as pa
 from magicsim.dataset.draw import DrawnSensor
 from magicsim.dataset.features import Column, array, schema_of_columns, value
 from magicsim.dataset.recipe import Recipe
-from magicsim.dataset.shard import rows_as_bytes
-from magicsim.deform.lattice import build_lattice
+from magicsim.dataset.shard import ROWS_A_GROUP, write_rows
+from magicsim.deform.lattice import box_lattice
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import lattice_planes, resolve_grid
 from magicsim.scenes.calibration import calibrate
 
 
@@ -18,13 +22,13 @@ def nominal_calibration(recipe: Recipe) -> bytes:
     return (json.dumps(asdict(calibrate(recipe.design, recipe.rig)), indent=1) + "\n").encode()
 
 
-def sensors_table(sensors: list[DrawnSensor]) -> bytes:
-    """A Parquet file with one row a sensor.
+def sensors_table(sensors: Sequence[DrawnSensor]) -> bytes:
+    """A Parquet file with one row a sensor; a few sensors are in memory at a time.
 
     Raises:
         GeometryError: A drawn design cannot be built.
     """
-    names = sorted({name for sensor in sensors for name in sensor.values})
+    names = sorted(sensors[0].values)
     columns: list[Column] = [
         value("sensor", "int32", "number of the sensor"),
         value("design", "string", "its design as JSON"),
@@ -33,9 +37,26 @@ def sensors_table(sensors: list[DrawnSensor]) -> bytes:
         array("lattice_nodes_mm", (None, 3), "rest positions of its lattice nodes [mm]", dtype="float64"),
         *(value(f"drawn.{name}", "float64", "drawn value") for name in names),
     ]
-    rows = [_row(sensor) for sensor in sensors]
-    table = {column.name: pa.array([row[column.name] for row in rows], column.arrow) for column in columns}
-    return rows_as_bytes(pa.Table.from_arrays(list(table.values()), schema=schema_of_columns(columns)))
+    schema = schema_of_columns(columns)
+
+    def table(some: Sequence[DrawnSensor]) -> pa.Table:
+        rows = [_row(sensor) for sensor in some]
+        arrays = [pa.array([row[column.name] for row in rows], column.arrow) for column in columns]
+        return pa.Table.from_arrays(arrays, schema=schema)
+
+    sink = io.BytesIO()
+    begins = range(0, len(sensors), ROWS_A_GROUP)
+    write_rows(sink, (table(sensors[begin : begin + ROWS_A_GROUP]) for begin in begins), schema)
+    return sink.getvalue()
+
+
+def _nodes_mm(design: ElastomerDesign) -> list[list[float]]:
+    """Nodes of `build_lattice`, without the stiffness between them [mm]."""
+    x, y, z = lattice_planes(design, resolve_grid(design))
+    body = design.materials.body
+    return box_lattice(  # type: ignore[no-any-return]
+        (x, y, z), shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa
+    ).nodes_mm.tolist()
 
 
 def _row(sensor: DrawnSensor) -> dict[str, object]:
@@ -44,5 +65,5 @@ def _row(sensor: DrawnSensor) -> dict[str, object]:
         "design": sensor.design.model_dump_json(),
         "rig": sensor.rig.model_dump_json(),
         "calibration": json.dumps(asdict(calibrate(sensor.design, sensor.rig))),
-        "lattice_nodes_mm": build_lattice(sensor.design).nodes_mm.tolist(),
+        "lattice_nodes_mm": _nodes_mm(sensor.design),
     } | {f"drawn.{name}": number for name, number in sensor.values.items()}

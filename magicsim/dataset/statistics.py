@@ -1,6 +1,7 @@
 """What a recipe will give, known without simulating anything."""
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from magicsim.detectors.truth import classify_frame
 from magicsim.scenes.timeline import FrameState, timeline
 
 
-def recipe_statistics(recipe: Recipe, episodes: list[DrawnEpisode]) -> dict[str, Any]:
+def recipe_statistics(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> dict[str, Any]:
     """Counts of episodes and frames by what they show, and the spread of every drawn value.
 
     The class of a frame supposes that what is pressed touches.

@@ -9,10 +9,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from magicsim.dataset.layout import plan_shards
+from magicsim.dataset.layout import Layout
 from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, is_unchanged, read_manifest
 from magicsim.dataset.preview_files import PREVIEW_FILES, changed_preview
 from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.detectors.image_header import HEAD_BYTES, MAX_PIXELS, image_size
 from magicsim.errors import MagicsimError, OutputError
 from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import WORK
@@ -89,11 +90,14 @@ def _itself(folder: Path, manifest: Manifest) -> Iterator[str]:
 def _plan(recipe: Recipe, manifest: Manifest) -> Iterator[str]:
     """Where the manifest's shards differ from those that the recipe gives."""
     failed = {each.episode for each in manifest.failed}
-    plans = {plan.file: plan for plan in plan_shards(recipe)}
+    layout = Layout(recipe)
     held = [episode for entry in manifest.shards for episode in entry.episodes]
     for entry in manifest.shards:
-        plan = plans.get(entry.file)
-        if plan is None or (entry.split, set(entry.episodes) - set(plan.episodes)) != (plan.split, set()):
+        known = [layout[layout.number_of(each)] for each in entry.episodes[:1] if 0 <= each < recipe.episodes]
+        if not any(
+            (entry.file, entry.split) == (plan.file, plan.split) and set(entry.episodes) <= set(plan.episodes)
+            for plan in known
+        ):
             yield f"{MANIFEST}: {entry.file} is no shard of the recipe's, with split '{entry.split}' and its episodes"
     everything = len(set(held) | failed) == manifest.episodes
     if manifest.is_complete != everything or len(held) != len(set(held)) or failed & set(held):
@@ -156,4 +160,8 @@ def _rows(file: pq.ParquetFile, entry: ShardEntry, config_hash: str) -> Iterator
 
 
 def _decodes(png: bytes) -> bool:
+    """Whether the bytes are a picture, of a size that may be decoded at all."""
+    columns, rows = image_size(png[:HEAD_BYTES]) or (0, 0)
+    if not 0 < columns * rows <= MAX_PIXELS:
+        return False
     return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED) is not None

@@ -4,6 +4,7 @@ Nodes and cells are numbered with x fastest and z slowest: the contact face z = 
 z = height last.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy.typing as npt
 from magicsim.deform.cell_problem import effective_stiffness
 from magicsim.deform.hexahedron import CORNERS
 from magicsim.deform.zone import Zone, graded_planes
+from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, resolve_grid
 
@@ -19,6 +21,8 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 FINEST_MM = 0.1
 """Smallest spacing that a small zone asks for."""
+MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
+"""Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,12 +114,15 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
             planes spread away from it by `lattice.growth`; None keeps all planes.
 
     Raises:
-        GeometryError: The grid does not fit the block.
+        GeometryError: The grid does not fit the block, or there are too many nodes.
     """
     if zone is None:
-        return lattice_on(_as_triple(lattice_planes(design, resolve_grid(design))), design)
-    planes = _as_triple(lattice_planes(_fine_enough(design, zone), resolve_grid(design)))
-    return replace(lattice_on(_graded(planes, zone, design), design), zone=zone)
+        whole = _as_triple(lattice_planes(design, resolve_grid(design)))
+        _check_size(whole, MAX_NODES)
+        return lattice_on(whole, design)
+    planes = _graded(_as_triple(lattice_planes(_fine_enough(design, zone), resolve_grid(design))), zone, design)
+    _check_size(planes, MAX_GRADED_NODES)
+    return replace(lattice_on(planes, design), zone=zone)
 
 
 def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -> Lattice:
@@ -197,6 +204,16 @@ def _inside_core(lattice: Lattice, grid: CellGrid) -> npt.NDArray[np.bool_]:
     centres = lattice.nodes_mm[lattice.cells].mean(1)
     far = grid.origin_mm + grid.pitch_mm * np.array(grid.counts)
     return np.asarray(((centres > grid.origin_mm) & (centres < far)).all(1))
+
+
+def _check_size(planes: tuple[Array, Array, Array], most: int) -> None:
+    nodes = math.prod(len(each) for each in planes)
+    if nodes > most:
+        msg = (
+            f"the lattice has {nodes} nodes, at most {most} are allowed: take a larger design.lattice.spacing_mm or "
+            "growth, a smaller margin or fine_depth, or a smaller block"
+        )
+        raise GeometryError(msg)
 
 
 def _as_triple(planes: tuple[Array, ...]) -> tuple[Array, Array, Array]:

@@ -15,12 +15,10 @@ from magicsim.deform.path import ContactSolver
 from magicsim.deform.timed import TimedForce, body_branches, timed_poses
 from magicsim.deform.zone import contact_zone
 from magicsim.errors import ConfigError
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import ObjectBase, SphereObject
 
-MAX_DEPTH_SHARE = 0.9
-"""Deepest press in units of the block's height."""
 MAX_TWIST_DEG = 360.0
 MAX_TOLERANCE_MM = 0.1
 MAX_FRICTION = 5.0

@@ -99,7 +99,8 @@ def graded_planes(planes_mm: Array, low_mm: float, high_mm: float, growth: float
     chosen[np.abs(planes_mm[:, None] - keep_mm).argmin(0)] = True
     chosen[[0, -1]] = True
     spacing = float(planes_mm[last] - planes_mm[first]) / max(last - first, 1)
-    steps = spacing * np.cumsum(growth ** np.arange(1, len(planes_mm)))
+    with np.errstate(over="ignore"):  # far beyond the last plane
+        steps = spacing * np.cumsum(growth ** np.arange(1, len(planes_mm)))
     chosen[last + _nearest(planes_mm[last:] - planes_mm[last], steps)] = True
     chosen[first - _nearest(planes_mm[first] - planes_mm[first::-1], steps)] = True
     return planes_mm[chosen]

@@ -9,6 +9,7 @@ from typing import NoReturn
 from magicsim.detectors.report import write_verdicts
 from magicsim.detectors.video import quiet_opencv
 from magicsim.errors import ConfigError, MagicsimError
+from magicsim.wording import one_line
 
 EXIT_WRONG_INPUT = 2
 """Exit status for an argument, a file or a frame that cannot be used."""
@@ -48,7 +49,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 as_json=options.json,
             )
     except MagicsimError as error:
-        sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+        sys.stderr.write(f"error: {error}\n")
+        return EXIT_WRONG_INPUT
+    except OSError as error:  # a name that is too long, links in a circle, a folder that may not be read
+        sys.stderr.write(f"error: {one_line(str(error))}\n")
         return EXIT_WRONG_INPUT
     except KeyboardInterrupt:
         return EXIT_STOPPED

@@ -62,6 +62,9 @@ def _lines(path: Path) -> list[tuple[int, str, str]]:
     except UnicodeDecodeError as error:
         msg = f"'{path}' is not UTF-8 text: {error}"
         raise ConfigError(msg) from error
+    except csv.Error as error:
+        msg = f"'{path}' is not a table of comma-separated values: {error}"
+        raise ConfigError(msg) from error
     except OSError as error:
         msg = f"'{path}' cannot be read: {error.strerror}"
         raise ConfigError(msg) from error

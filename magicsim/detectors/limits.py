@@ -3,6 +3,7 @@
 from dataclasses import Field, dataclass
 
 from magicsim.errors import ConfigError
+from magicsim.wording import NAME_LENGTH, shortened
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +61,7 @@ def checked(each: "Field[object]", value: object) -> object:
     limits, kind = limits_of(each), kind_of(each)
     good = _in_choices(value, limits) if kind is str else _in_range(value, kind, limits)
     if not good:
-        msg = f"{each.name} = {value!r} is not allowed; must be {limits.allowed(kind)}"
+        msg = f"{each.name} = {shortened(repr(value), NAME_LENGTH)} is not allowed; must be {limits.allowed(kind)}"
         raise ConfigError(msg)
     return float(value) if kind is float else value  # type: ignore[arg-type]
 

@@ -4,10 +4,10 @@ import dataclasses
 import json
 import os
 import secrets
-import tomllib
 from pathlib import Path
 
 from magicsim.detectors.profile import DetectorProfile
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError, OutputError, unknown_choice
 from magicsim.presets import find_preset
 
@@ -23,14 +23,7 @@ def load_profile(name_or_path: str | Path) -> DetectorProfile:
             names the file, the field, the value and what is allowed.
     """
     path = find_preset("profile", name_or_path)
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        msg = f"profile file '{path}' is not valid TOML: {error}"
-        raise ConfigError(msg) from error
-    except OSError as error:
-        msg = f"profile file '{path}' cannot be read: {error.strerror}"
-        raise ConfigError(msg) from error
+    values = read_toml(path)
     names = {each.name for each in dataclasses.fields(DetectorProfile)}
     for key in values:
         if key not in names:

@@ -13,6 +13,7 @@ from magicsim.detectors.profile_file import load_profile
 from magicsim.detectors.source import source_kind
 from magicsim.detectors.verdict import NUMBERS, WORDS, Verdict
 from magicsim.errors import ConfigError
+from magicsim.wording import visible
 
 Row = Mapping[str, float | str | bool]
 """One frame's verdict ready for JSON."""
@@ -97,4 +98,4 @@ def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None 
 
 
 def _line(cells: Sequence[str]) -> str:
-    return "  ".join(cells).rstrip() + "\n"
+    return visible("  ".join(cells).rstrip()) + "\n"

@@ -10,12 +10,18 @@ import cv2
 import numpy as np
 
 from magicsim.detectors.frame import Frame, check_frame
+from magicsim.detectors.image_header import HEAD_BYTES, MAX_PIXELS, check_pixels, image_size
 from magicsim.detectors.png_check import is_damaged_png
 from magicsim.detectors.video import VIDEO_SUFFIXES, open_video, read_camera
 from magicsim.errors import ConfigError, FrameError
+from magicsim.presets import expanded, is_file, is_folder
+from magicsim.wording import NAME_LENGTH, shortened
 
 IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".webp")
 """File name endings that are read as images, in any case."""
+
+MAX_BYTES = 8 * MAX_PIXELS
+"""Largest image file: so many pixels of four channels of 16 bit."""
 
 SourceKind = Literal["image", "folder", "video", "camera"]
 """What a source can be."""
@@ -44,15 +50,15 @@ def source_kind(source: str | Path) -> SourceKind:
     Raises:
         ConfigError: It does not exist, or is a file of an unknown kind.
     """
-    path = Path(source).expanduser()
-    if path.is_dir():
+    path = expanded(source)
+    if is_folder(path):
         return "folder"
-    if not path.is_file() and _is_index(source):
+    if not is_file(path) and _is_index(source):
         return "camera"
     expected = f"an image ({', '.join(IMAGE_SUFFIXES)}), a folder of images"
     expected += f", a video ({', '.join(VIDEO_SUFFIXES)}) or a camera's index"
-    if not path.is_file():
-        msg = f"source '{source}' does not exist; give {expected}"
+    if not is_file(path):
+        msg = f"source '{shortened(str(source), 2 * NAME_LENGTH)}' does not exist; give {expected}"
         raise ConfigError(msg)
     suffix = path.suffix.lower()
     if suffix in IMAGE_SUFFIXES:
@@ -73,7 +79,7 @@ def read_source(source: str | Path) -> Frames:
         ConfigError: The source does not exist, is of no known kind or holds no image.
         FrameError: An image, a video or a camera cannot be read; raised when its turn comes, for a video at once.
     """
-    return _READERS[source_kind(source)](Path(source).expanduser())
+    return _READERS[source_kind(source)](expanded(source))
 
 
 def _is_index(source: str | Path) -> bool:
@@ -87,11 +93,13 @@ def read_image(path: str | Path) -> Frame:
         FrameError: The file is missing, cannot be decoded, or does not hold 8-bit colour.
     """
     try:
-        content = Path(path).read_bytes()
-        usable = bool(content) and not is_damaged_png(content)
-        decoded = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED) if usable else None
-    except OSError as error:
-        msg = f"image '{path}' cannot be read: {error.strerror}"
+        content = _content(Path(path))
+        usable = content is not None and not is_damaged_png(content)
+        decoded = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED) if usable else None  # type: ignore[arg-type]
+    except (OSError, ValueError) as error:
+        if isinstance(error, FrameError):
+            raise
+        msg = f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}"
         raise FrameError(msg) from error
     except cv2.error:
         decoded = None
@@ -107,6 +115,27 @@ def read_image(path: str | Path) -> Frame:
     except FrameError as error:
         msg = f"image '{path}': {error}"
         raise FrameError(msg) from error
+
+
+def _content(path: Path) -> bytes | None:
+    """Bytes of a file; None where its head shows that it is no image.
+
+    Raises:
+        FrameError: It announces more pixels than `MAX_PIXELS`, or is larger than so many can be.
+    """
+    with path.open("rb") as file:
+        length = path.stat().st_size
+        if length > MAX_BYTES:
+            msg = f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed"
+            raise FrameError(msg)
+        head = file.read(HEAD_BYTES)
+        if head.startswith((b"II", b"MM")):  # TIFF files may say their size at the end
+            head += file.read()
+        size = image_size(head)
+        if size is None:
+            return None
+        check_pixels(f"image '{path}'", *size)
+        return head + file.read()
 
 
 def _to_rgb(decoded: np.ndarray) -> np.ndarray:

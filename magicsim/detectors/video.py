@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from magicsim.detectors.frame import Frame
+from magicsim.detectors.image_header import check_pixels
 from magicsim.errors import FrameError
 
 VIDEO_SUFFIXES = (".avi", ".m4v", ".mjpeg", ".mjpg", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm")
@@ -26,9 +27,17 @@ def open_video(path: Path) -> Generator[Frame, None, None]:
     """Frames of a video file as RGB, one at a time; warns at the end where the file promised more.
 
     Raises:
-        FrameError: The file cannot be opened or holds no frame that can be decoded; raised at once.
+        FrameError: The file cannot be opened, has frames that are too large, or holds none that can be decoded; raised
+            at once.
     """
     capture = _capture(str(path))
+    if capture.isOpened():
+        columns, rows = (round(capture.get(each)) for each in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
+        try:
+            check_pixels(f"video '{path}'", columns, rows)
+        except FrameError:
+            capture.release()
+            raise
     first = _next(capture) if capture.isOpened() else None
     if first is None:
         capture.release()

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from magicsim.detectors.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
+from magicsim.documents import read_json
 from magicsim.errors import ConfigError
 from magicsim.evaluate.judged import JudgedEpisode
 from magicsim.folder import result_file
@@ -79,20 +80,17 @@ def load_baseline(path: Path) -> Baseline:
         ConfigError: Not readable, not a baseline, or of another format.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        msg = f"baseline '{path}' cannot be read: {error.strerror or error}"
+        content = read_json(path)
+    except ConfigError as error:
+        msg = f"baseline: {error}"
         raise ConfigError(msg) from None
-    except ValueError as error:
-        msg = f"baseline '{path}' is not valid JSON: {error}"
-        raise ConfigError(msg) from None
+    if isinstance(content, dict) and content.get("format", FORMAT) != FORMAT:
+        msg = f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}"
+        raise ConfigError(msg)
     try:
-        if content["format"] != FORMAT:
-            msg = f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}"
-            raise ConfigError(msg)
         episodes = {name: _unpacked(each) for name, each in content["episodes"].items()}
         return Baseline(suite=str(content["suite"]), detector=str(content["detector"]), episodes=episodes)
-    except (KeyError, TypeError, AttributeError, IndexError) as error:
+    except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
         msg = f"baseline '{path}' is not one that magicsim wrote: {error!r}"
         raise ConfigError(msg) from None
 

@@ -19,6 +19,7 @@ from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.profile_file import load_profile
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
+from magicsim.presets import expanded, is_file
 
 ENTRY_POINTS = "magicsim.detectors"
 """Group of entry points whose names `--detector` accepts."""
@@ -155,15 +156,15 @@ def _made(name: str, make: Callable[[], object]) -> Detector:
 def _load_module(name: str) -> ModuleType:
     try:
         return importlib.import_module(name)
-    except ImportError as error:
+    except (ImportError, TypeError, ValueError) as error:  # no such module, or no name of one
         msg = f"detector module '{name}' cannot be imported: {error}"
         raise ConfigError(msg) from error
 
 
 def _load_file(path: str) -> ModuleType:
-    file = Path(path).expanduser()
+    file = expanded(path)
     spec = importlib.util.spec_from_file_location(f"magicsim_plugin_{file.stem}", file)
-    if not file.is_file() or spec is None or spec.loader is None:
+    if not is_file(file) or spec is None or spec.loader is None:
         msg = f"detector file '{path}' does not exist"
         raise ConfigError(msg)
     module = importlib.util.module_from_spec(spec)

@@ -14,7 +14,7 @@ from magicsim.evaluate.cases import Case, list_cases
 from magicsim.evaluate.recording import Recording, read_recording
 from magicsim.evaluate.suite import Role, SuiteConfig, SuiteNoise
 from magicsim.evaluate.take import Take, cached_take
-from magicsim.scenes.exposure import expose, meter
+from magicsim.scenes.exposure import Lit, expose, meter
 from magicsim.scenes.rig import Camera
 
 Frame = npt.NDArray[np.uint8]
@@ -90,6 +90,8 @@ class ExposedTake:
     take: Take
     camera: Camera
     seed: int
+    lit: Lit = (True, True, True)
+    """Whether any light of the sensor shines in red, green and blue."""
 
     def references(self) -> Iterator[Frame]:
         """See `Images`."""
@@ -100,7 +102,7 @@ class ExposedTake:
         return self._exposed(np.flatnonzero(~self.take.is_reference))
 
     def _exposed(self, indices: npt.NDArray[Any]) -> Iterator[Frame]:
-        exposure = meter(self.take.radiance[0], self.camera)
+        exposure = meter(self.take.radiance[0], self.camera, self.lit)
         for index in indices.tolist():
             image = self.take.radiance[self.take.state[index]]
             yield expose(image, exposure, self.camera, seed=self.seed, frame=index)
@@ -120,6 +122,7 @@ def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
             images=ExposedTake(
                 take=take,
                 camera=_camera(suite.rig.camera, noise),
+                lit=suite.rig.lit,
                 seed=zlib.crc32(f"{suite.seed} {case.name} {noise.name}".encode()) & 0x7FFFFFFF,
             ),
             frames_per_second=suite.frames_per_second,

@@ -24,6 +24,7 @@ import numpy.typing as npt
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.source import read_image
 from magicsim.errors import ConfigError
+from magicsim.presets import is_file
 
 TABLE = "truth.csv"
 COLUMNS = ("file", "is_reference", "gap_mm", "force_n", "flashlight")
@@ -66,18 +67,17 @@ def read_recording(folder: Path) -> Recording:
     """
     path = folder / TABLE
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError:
+        rows = list(csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines()))
+    except (OSError, UnicodeDecodeError, csv.Error):
         msg = f"recording '{folder}' holds no readable {TABLE}; it needs the columns {', '.join(COLUMNS)}"
         raise ConfigError(msg) from None
-    rows = list(csv.DictReader(text.splitlines()))
     found = tuple(rows[0]) if rows else ()
     if set(found) != set(COLUMNS):
         msg = f"{path}: columns {', '.join(map(str, found)) or 'none'}; must be {', '.join(COLUMNS)}"
         raise ConfigError(msg)
     values = [_row(path, number, row) for number, row in enumerate(rows, 2)]
     for name, *_ in values:
-        if not (folder / name).is_file():
+        if not is_file(folder / name):
             msg = f"{path}: file '{name}' does not exist"
             raise ConfigError(msg)
     reference = np.array([each[1] for each in values], bool)

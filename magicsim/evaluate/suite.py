@@ -7,15 +7,19 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config, apply_overrides, read_toml, validate
+from magicsim.config import Config, apply_overrides, validate
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.objects_base import AngleDeg
 from magicsim.presets import find_preset
-from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import GapMm, RenderSettings, Seed
+from magicsim.scenes.rig import PlaceMm, Rig
+from magicsim.scenes.scene import FrameNumber, FrameRate, GapMm, RenderSettings, Seed
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 Role = Literal["training", "held_out"]
+MAX_TAKES = 10_000
+"""Most combinations of object, path, light and seed: each is rendered, which takes a minute or so."""
 
 
 class SuiteObject(Config):
@@ -29,30 +33,30 @@ class SuiteObject(Config):
     """Whether the calibration of the shipped profiles may have seen it."""
     press_mm: Annotated[float, Field(gt=0, le=3)] = 1.0
     """Deepest press [mm], which paths give shares of; what keeps within the sensor's recommended 6 N."""
-    x_mm: float = 0.0
+    x_mm: PlaceMm = 0.0
     """Its origin along x [mm]; chosen so that the contact lies inside the face."""
-    y_mm: float = 0.0
+    y_mm: PlaceMm = 0.0
     """Its origin along y [mm]."""
 
 
 class PathFrame(Config):
     """State at one frame; between these everything moves linearly, without gap and press there is no object."""
 
-    frame: Annotated[int, Field(ge=0)]
+    frame: FrameNumber
     """Index among the scored frames."""
     gap_mm: GapMm | None = None
     """Distance from the undeformed contact face [mm], negative when pressed."""
     press: Annotated[float, Field(ge=0, le=1)] | None = None
     """Depth instead, in units of the object's `press_mm`."""
-    x_mm: float = 0.0
+    x_mm: PlaceMm = 0.0
     """Shift along x [mm]."""
-    y_mm: float = 0.0
+    y_mm: PlaceMm = 0.0
     """Shift along y [mm]."""
-    twist_deg: float = 0.0
+    twist_deg: AngleDeg = 0.0
     """Rotation about z [degrees]."""
     flashlight: bool = False
     """Whether the outside light is on, from this frame to the next one given."""
-    light_x_mm: float = 0.0
+    light_x_mm: PlaceMm = 0.0
     """Shift of the flashlight along x [mm]."""
 
     @model_validator(mode="after")
@@ -91,9 +95,9 @@ class SuiteLight(Config):
     name: Name
     flashlight: bool = False
     """Whether a flashlight is on."""
-    from_x_mm: float = 0.0
+    from_x_mm: PlaceMm = 0.0
     """Shift of the flashlight along x when the object appears [mm]."""
-    to_x_mm: float = 0.0
+    to_x_mm: PlaceMm = 0.0
     """The same when the object is gone [mm]; between them it moves evenly."""
 
 
@@ -101,9 +105,9 @@ class SuiteNoise(Config):
     """Noise of the camera; what is left out stays as in the rig."""
 
     name: Name
-    full_well_e: Annotated[float, Field(gt=0)] | None = None
+    full_well_e: Annotated[float, Field(ge=10, le=1e12)] | None = None
     """See `magicsim.scenes.rig.Camera` [electrons]."""
-    read_noise_e: Annotated[float, Field(ge=0)] | None = None
+    read_noise_e: Annotated[float, Field(ge=0, le=1e12)] | None = None
     """See `magicsim.scenes.rig.Camera` [electrons]."""
 
 
@@ -141,7 +145,7 @@ class SuiteConfig(Config):
     """Seed of the camera noise and of the resampling; another one needs no new rendering."""
     references: Annotated[int, Field(ge=1, le=1000)] = 30
     """Frames of the untouched sensor before those of the path."""
-    frames_per_second: Annotated[float, Field(gt=0, le=1000)] = 15.0
+    frames_per_second: FrameRate = 15.0
     """Frame rate [1/s]."""
     jitter_mm: Annotated[float, Field(ge=0, le=5)] = 0.0
     """Largest random shift of an object along x and y [mm], drawn from the episode's seed."""
@@ -175,6 +179,12 @@ class SuiteConfig(Config):
                 for name in getattr(block, key):
                     if name not in choices:
                         raise ValueError(unknown_choice(f"episodes.{key}", name, choices))
+        takes = sum(
+            len(block.objects) * len(block.paths) * len(block.lights) * len(block.seeds) for block in self.episodes
+        )
+        if takes > MAX_TAKES:
+            msg = f"{takes} combinations in episodes are too many: at most {MAX_TAKES}"
+            raise ValueError(msg)
         if not self.episodes and not self.recordings:
             msg = "episodes and recordings are both empty: a suite needs at least one of them"
             raise ValueError(msg)

@@ -11,11 +11,12 @@ from magicsim.fit.constants import with_values
 from magicsim.fit.strengths import Strengths
 from magicsim.folder import result_file
 from magicsim.scenes.names import ENVIRONMENT, FLASHLIGHT
+from magicsim.scenes.rig import BRIGHTEST, FAINTEST
 from magicsim.scenes.scene import SceneConfig
 
 Array = npt.NDArray[np.float64]
-BRIGHTEST_GREY = 254.0
-"""Exposure that a rig may aim at, at most [grey levels]."""
+DARKEST_GREY, BRIGHTEST_GREY = 1.0, 254.0
+"""Exposure that a rig may aim at [grey levels]."""
 
 
 def fitted_scene(
@@ -33,7 +34,7 @@ def fitted_scene(
         untouched: Predicted grey levels of the untouched sensor, shape (rows, columns, 3).
     """
     strips = [strength for (name, _), strength in strengths.of.items() if name not in {FLASHLIGHT, ENVIRONMENT}]
-    scale = len(strips) / max(sum(strips), np.finfo(float).tiny)
+    scale = len(strips) / sum(strips) if sum(strips) > 0 else 1.0
 
     def scaled(name: str, radiance: tuple[float, float, float]) -> list[float]:
         return [
@@ -44,13 +45,22 @@ def fitted_scene(
     signal = float(np.mean((np.clip(untouched, 0, 255) / 255) ** gamma))
     changed = with_values(scene, values)
     data = changed.rig.model_dump(mode="json")
-    for place, strip in enumerate(rig.strips):
-        data["strips"][place]["radiance"] = scaled(f"strip{place}", strip.radiance)
-    data["flashlight"]["radiance"] = scaled(FLASHLIGHT, rig.flashlight.radiance)
-    data["ambient"] = scaled(ENVIRONMENT, rig.ambient)
+    lights = [scaled(f"strip{place}", strip.radiance) for place, strip in enumerate(rig.strips)]
+    *strip_radiances, flashlight, ambient = _allowed(
+        [*lights, scaled(FLASHLIGHT, rig.flashlight.radiance), scaled(ENVIRONMENT, rig.ambient)]
+    )
+    for strip, radiance in zip(data["strips"], strip_radiances, strict=True):
+        strip["radiance"] = radiance
+    data["flashlight"]["radiance"], data["ambient"] = flashlight, ambient
     data["camera"]["white_balance"] = False
-    data["camera"]["exposure_grey"] = min(255 * signal ** (1 / gamma), BRIGHTEST_GREY)
+    data["camera"]["exposure_grey"] = float(np.clip(255 * signal ** (1 / gamma), DARKEST_GREY, BRIGHTEST_GREY))
     return with_values(changed, {"rig": data})
+
+
+def _allowed(radiances: list[list[float]]) -> list[list[float]]:
+    """All lights as a rig takes them: too faint ones off, and all of them dimmed alike where one is too bright."""
+    dimmed = np.array(radiances) * min(1.0, BRIGHTEST / max(np.max(radiances), BRIGHTEST))
+    return np.where(dimmed < FAINTEST, 0.0, dimmed).tolist()  # type: ignore[no-any-return]
 
 
 def write_scene(path: Path, scene: SceneConfig, *, comment: str) -> None:

@@ -18,6 +18,7 @@ from magicsim.fit.observation import Observation
 from magicsim.fit.solve import DETERMINED_SD, UNKNOWN_SD, Solution, scatter, solve
 from magicsim.fit.strengths import Basis, Strengths
 from magicsim.folder import refuse_unsigned
+from magicsim.ranges import check_number
 from magicsim.scenes.scene import SceneConfig
 
 Array = npt.NDArray[np.float64]
@@ -27,6 +28,7 @@ CAMERA_ALONE = ("gamma",)
 """Constants that change no basis image."""
 NOT_FITTED = ("exposure", "full_well", "read_noise")
 """Constants that mean frames do not hold: exposure comes with the strengths of the lights, noise is averaged away."""
+MOST_STARTS, MOST_EVALUATIONS = 1000, 100_000
 PAIRS = 4
 """Independent renderings of the fitted sensor by which the noise of the rendering is told."""
 EDGE = 0.01
@@ -111,6 +113,9 @@ def fit_constants(
     if not observations or observations[0].frame is not None:
         msg = "observations of the untouched sensor are missing; they must come first"
         raise ConfigError(msg)
+    if not any(scene.rig.lit):
+        msg = "rig.strips do not shine, and rig.ambient is 0: without light there is nothing to fit"
+        raise ConfigError(msg)
     states, equilibria = observed_states(scene, observations), Equilibria()
     rendered: dict[tuple[float, ...], list[tuple[Basis, Basis]]] = {}
     optical = [place for place, name in enumerate(constants) if name not in CAMERA_ALONE]
@@ -173,10 +178,8 @@ def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -
         msg = f"scene file '{out}' cannot be written: no such folder"
         raise OutputError(msg)
     refuse_unsigned(_picture(out))
-    for name, number in (("starts", starts), ("evaluations", evaluations)):
-        if number < 1:
-            msg = f"{name} = {number} is not allowed: must be at least 1"
-            raise ConfigError(msg)
+    check_number("starts", starts, 1, MOST_STARTS, whole=True)
+    check_number("evaluations", evaluations, 1, MOST_EVALUATIONS, whole=True)
     return constants
 
 

@@ -6,9 +6,12 @@ from pydantic import Field, model_validator
 
 from magicsim.config import Config
 
-Positive = Annotated[float, Field(gt=0)]
+Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
+"""From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""
 HEIGHT_MM = (1.0, 25.0)
 CELL_MM = (0.3, 3.0)
+MAX_DEPTH_SHARE = 0.9
+"""Deepest press in units of the block's height."""
 
 
 class Optics(Config):
@@ -27,20 +30,20 @@ class Optics(Config):
 class PronyTerm(Config):
     """One relaxing part of a body's stiffness."""
 
-    time_s: Positive
+    time_s: Annotated[float, Field(ge=1e-6, le=1e9)]
     """Relaxation time [s]."""
-    modulus_mpa: Positive
+    modulus_mpa: Modulus
     """Young's modulus that it adds to the long-term one [MPa]."""
 
 
 class BodyMaterial(Optics):
     """Skin and walls: a rubbery solid."""
 
-    youngs_modulus_mpa: Positive
+    youngs_modulus_mpa: Modulus
     """Long-term Young's modulus [MPa]."""
     poisson_ratio: Annotated[float, Field(gt=-1, lt=0.5)]
     """Poisson's ratio of the long-term response."""
-    prony: tuple[PronyTerm, ...] = ()
+    prony: Annotated[tuple[PronyTerm, ...], Field(max_length=32)] = ()
     """Relaxation, used on timed paths only; without it the body has its long-term stiffness at any rate."""
 
     @property
@@ -67,9 +70,9 @@ class BodyMaterial(Optics):
 class InfillMaterial(Optics):
     """What fills the cells: nearly a liquid, so its stiffness is given as shear and bulk modulus."""
 
-    shear_modulus_mpa: Positive
+    shear_modulus_mpa: Modulus
     """Shear modulus [MPa]."""
-    bulk_modulus_mpa: Positive
+    bulk_modulus_mpa: Modulus
     """Bulk modulus [MPa]."""
 
     @property
@@ -108,7 +111,7 @@ class ElastomerDesign(Config):
     """Size along x and y [mm]."""
     skin_mm: Annotated[float, Field(ge=0.1, le=5)]
     """Clear layer on every side of the core [mm]."""
-    core_mm: Annotated[float, Field(gt=0, le=25)]
+    core_mm: Annotated[float, Field(ge=0.1, le=25)]
     """Height of the core [mm]; total height is core plus two skins."""
     cell_mm: Annotated[float, Field(ge=0, le=3)]
     """Edge of one infill cube asked for [mm]; 0 means no grid."""

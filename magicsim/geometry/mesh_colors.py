@@ -10,6 +10,8 @@ import trimesh
 from magicsim.errors import ConfigError
 
 Array = npt.NDArray[np.float64]
+MAX_PIXELS = 50_000_000
+"""Largest texture: it is decoded when its colours are looked up."""
 
 
 def file_colors(path: str, points: Array) -> Array:
@@ -31,6 +33,13 @@ def file_colors(path: str, points: Array) -> Array:
     if not has_texture and visual.kind not in {"vertex", "face"}:
         msg = f"file_colors = true is not allowed: mesh '{path}' has neither a texture nor colours"
         raise ConfigError(msg)
+    picture = _image(visual) if has_texture else None
+    if picture is not None and picture.width * picture.height > MAX_PIXELS:
+        msg = (
+            f"mesh '{path}' has a texture of {picture.width} x {picture.height} pixels: at most "
+            f"{MAX_PIXELS / 1e6:.0f} million are allowed"
+        )
+        raise ConfigError(msg)
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     tree = igl.AABB()
     tree.init(vertices, faces)
@@ -39,7 +48,7 @@ def file_colors(path: str, points: Array) -> Array:
     weights = trimesh.triangles.points_to_barycentric(corners, foot)  # type: ignore[no-untyped-call]
     if has_texture:
         uv = np.einsum("pc,pci->pi", weights, np.asarray(visual.uv)[faces[face]])
-        color = trimesh.visual.color.uv_to_interpolated_color(uv, _image(visual))
+        color = trimesh.visual.color.uv_to_interpolated_color(uv, picture)
     elif visual.kind == "vertex":
         color = np.einsum("pc,pci->pi", weights, np.asarray(visual.vertex_colors, np.float64)[faces[face]])
     else:

@@ -5,7 +5,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
-from magicsim.config import read_toml, validate
+from magicsim.config import validate
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects_base import ObjectBase
 from magicsim.geometry.objects_everyday import BananaObject, ScissorsObject, ScrewdriverObject, SpannerObject

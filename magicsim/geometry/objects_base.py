@@ -12,6 +12,9 @@ from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes import Shape
 
 Size = Annotated[float, Field(gt=0.01, le=200)]
+MOST_TWIST_DEG = 3600.0
+"""Ten turns: a path may turn an object more than once [degrees]."""
+AngleDeg = Annotated[float, Field(ge=-MOST_TWIST_DEG, le=MOST_TWIST_DEG)]
 Reflectance = Annotated[float, Field(ge=0, le=1)]
 EDGE_RADIUS_MM = 0.1
 SHELL_MM = 0.05
@@ -33,11 +36,11 @@ class ObjectBase(Config):
     """Share of the light that the surface mirrors, like bare metal or varnish; the rest meets the diffuse ground."""
     roughness: Annotated[float, Field(ge=0.02, le=1)] = 0.2
     """Root mean square slope of the facets that mirror."""
-    roll_deg: float = 0.0
+    roll_deg: AngleDeg = 0.0
     """Rotation about x, applied first [degrees]."""
-    pitch_deg: float = 0.0
+    pitch_deg: AngleDeg = 0.0
     """Rotation about y, applied second [degrees]."""
-    yaw_deg: float = 0.0
+    yaw_deg: AngleDeg = 0.0
     """Rotation about z, applied last and added to the path's twist [degrees]."""
 
     def shape(self) -> Shape:

@@ -122,7 +122,7 @@ class DigitCamera:
         self._check_connected()
         strengths = (intensity_r, intensity_g, intensity_b)
         for colour, value in zip("rgb", strengths, strict=True):
-            if value != int(value) or not self.LIGHTING_MIN <= value <= self.LIGHTING_MAX:
+            if value not in range(self.LIGHTING_MIN, self.LIGHTING_MAX + 1):
                 msg = (
                     f"intensity_{colour} = {value} is not allowed: must be a whole number from {self.LIGHTING_MIN} to "
                     f"{self.LIGHTING_MAX}"

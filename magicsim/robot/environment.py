@@ -13,6 +13,7 @@ import numpy.typing as npt
 from magicsim.episode import SimulatedFrame
 from magicsim.errors import ConfigError, ConvergenceError, unknown_choice
 from magicsim.geometry.objects import AnyObject
+from magicsim.ranges import check_number
 from magicsim.robot.fingers import half_extents_mm, is_alike_to_both
 from magicsim.robot.lift import Lift
 from magicsim.robot.live import MAX_SEED, LiveSensor
@@ -31,6 +32,8 @@ Observation = dict[str, Any]
 ENVIRONMENT_ID = "magicsim/GraspLift-v0"
 SLIP_COST, FORCE_COST = 0.5, 0.1
 OPTIONS = ("weight_n", "gap_mm", "x_mm", "y_mm")
+LEAST, MOST = 1e-6, 1e6
+"""Of every number of the task, in its own unit."""
 ROOM_MM = 1.1
 """How far the object may be above where the fingers hold it in the search for balance [mm]."""
 
@@ -98,11 +101,12 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             raise ConfigError(unknown_choice("render_mode", str(render_mode), self.metadata["render_modes"]))
         for name, value in (
             ("target_mm", target_mm), ("speed_mm_s", speed_mm_s), ("deepest_mm", deepest_mm), ("max_steps", max_steps),
-            ("hold_steps", hold_steps), ("weight_n", weight_n[0]), ("start_gap_mm", start_gap_mm[0]),
+            ("hold_steps", hold_steps), *(("weight_n", each) for each in weight_n),
+            *(("start_gap_mm", each) for each in start_gap_mm),
         ):  # fmt: skip
-            if not value > 0:
-                msg = f"{name} = {value:g} is not allowed: must be above 0"
-                raise ConfigError(msg)
+            check_number(name, value, LEAST, MOST)
+        check_number("offset_mm", offset_mm, 0, MOST)
+        check_number("force_limit_n", force_limit_n, 0, MOST)
         self._scene, self._object = config, config.object
         self._half_width_mm = _half_width_mm(config.object)
         self.weight_n, self.start_gap_mm, self.offset_mm = weight_n, start_gap_mm, offset_mm
@@ -147,6 +151,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             "x_mm": float(random.uniform(-self.offset_mm, self.offset_mm)),
             "y_mm": float(random.uniform(-self.offset_mm, self.offset_mm)),
         } | (options or {})
+        check_number("weight_n", drawn["weight_n"], LEAST, MOST)
         if self._live is None:
             self._live = LiveSensor(self._scene, workspace=self.workspace)
         self._live.reset(seed=noise)

@@ -15,8 +15,9 @@ from scipy.optimize import brentq
 from magicsim.episode import FrameTruth, SimulatedFrame, Vector
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.objects import AnyObject
+from magicsim.ranges import check_number
 from magicsim.robot.fingers import SIDES, ObjectPlace, Side, finger_motion, finger_pose, half_extents_mm, seen_by
-from magicsim.robot.live import LiveSensor
+from magicsim.robot.live import MAX_SEED, LiveSensor
 from magicsim.robot.moment import Moment
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
@@ -97,6 +98,7 @@ class Gripper:
             ConfigError: The seed is not allowed.
         """
         seed = self.upper.sensor.scene.seed if seed is None else seed
+        check_number("seed", seed, 0, MAX_SEED - 1, whole=True)
         for number, finger in enumerate((self.upper, self.lower)):
             finger.reset(seed=finger_seed(seed, number))
         self.close(self._open_mm, place=ObjectPlace())

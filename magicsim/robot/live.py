@@ -12,18 +12,22 @@ import numpy.typing as npt
 from magicsim.deform.deformation import Deformation
 from magicsim.episode import FrameTruth, SimulatedFrame
 from magicsim.errors import ConfigError
+from magicsim.ranges import check_number
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
 from magicsim.robot.workspace import Workspace, bounded
+from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.sensor import Sensor
 from magicsim.truth import frame_truth
 
 MAX_SEED = 2**31
-MAX_FRAME_RATE = 1000
+MIN_FRAME_RATE, MAX_FRAME_RATE = 0.001, 1000
+STRONGEST = 1000.0
+"""Strength of the LEDs, in units of the rig's radiance."""
 
 
 class LiveSensor:
@@ -63,10 +67,9 @@ class LiveSensor:
         Raises:
             ConfigError: The seed is not allowed.
         """
-        self._seed = self.sensor.scene.seed if seed is None else seed
-        if not 0 <= self._seed < MAX_SEED:
-            msg = f"seed = {seed} is not allowed: must be 0 to {MAX_SEED - 1}"
-            raise ConfigError(msg)
+        asked = self.sensor.scene.seed if seed is None else seed
+        check_number("seed", asked, 0, MAX_SEED - 1, whole=True)
+        self._seed = int(asked)
         self._index, self._time_s = 0, 0.0
         self._state, self._deformation, self._slid_mm, self._led_strength = UNTOUCHED, self.sensor.rest, 0.0, FULL
 
@@ -167,33 +170,35 @@ class LiveSensor:
         self._go(replace(self._state, gap_mm=None, x_mm=0.0, y_mm=0.0, twist_deg=0.0))
 
     def shine(self, *, on: bool = True, x_mm: float = 0.0) -> None:
-        """Turns the flashlight on, shifted along x [mm], or off."""
+        """Turns the flashlight on, shifted along x [mm], or off.
+
+        Raises:
+            ConfigError: The shift is not allowed.
+        """
+        check_number("x_mm", x_mm, -FARTHEST_MM, FARTHEST_MM)
         self._state = replace(self._state, flashlight=on, light_x_mm=float(x_mm) if on else 0.0)
 
     def set_led_strength(self, red: float, green: float, blue: float) -> None:
         """Radiance of the LED strips' red, green and blue in units of the rig's; exposure stays locked.
 
         Raises:
-            ConfigError: A strength is negative or not finite, or the room shines too, whose light has no such channel.
+            ConfigError: A strength is negative or above 1000, or the room shines too, whose light has no such channel.
         """
         if max(self.sensor.scene.rig.ambient) > 0:
             msg = f"rig.ambient = {self.sensor.scene.rig.ambient} is not allowed with other LED strengths: must be 0"
             raise ConfigError(msg)
         strength = (float(red), float(green), float(blue))
-        if not all(np.isfinite(strength)) or min(strength) < 0:
-            msg = f"LED strength = {strength} is not allowed: must be 0 or more, in units of the rig's radiance"
-            raise ConfigError(msg)
+        for each in strength:
+            check_number("LED strength", each, 0, STRONGEST)
         self._led_strength = strength
 
     def set_frame_rate(self, frames_per_second: float) -> None:
         """Sets how much time passes from one frame to the next.
 
         Raises:
-            ConfigError: Not above 0, or above 1000.
+            ConfigError: Below 0.001, or above 1000.
         """
-        if not 0 < frames_per_second <= MAX_FRAME_RATE:
-            msg = f"frames_per_second = {frames_per_second:g} is not allowed: must be above 0, at most {MAX_FRAME_RATE}"
-            raise ConfigError(msg)
+        check_number("frames_per_second", frames_per_second, MIN_FRAME_RATE, MAX_FRAME_RATE)
         self._frames_per_second = float(frames_per_second)
 
     def set_image_size(self, *, columns: int, rows: int) -> None:

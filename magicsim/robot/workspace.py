@@ -5,6 +5,10 @@ from dataclasses import dataclass, fields
 from itertools import product
 
 from magicsim.errors import ConfigError
+from magicsim.geometry.design import MAX_DEPTH_SHARE
+from magicsim.geometry.objects_base import MOST_TWIST_DEG
+from magicsim.ranges import check_number
+from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.scenes.timeline import FrameState
 
@@ -12,8 +16,6 @@ Range = tuple[float, float]
 TWIST_STEP_DEG = 30.0
 """Twists at which the touched part of the face is looked up [degrees]: a rectangle turned half as far is 3.4 % of its
 half diagonal wider at most, less than the fine lattice's margin."""
-MAX_DEPTH_SHARE = 0.9
-"""Deepest press in units of the block's height, as in `magicsim press`."""
 ROUNDING = 1e-9
 """Poses beyond a limit by no more than this are on it [mm, degrees]."""
 
@@ -35,12 +37,15 @@ class Workspace:
         """Checks the limits.
 
         Raises:
-            ConfigError: A limit is not finite, or a pair is not in order.
+            ConfigError: A limit is not allowed, or a pair is not in order.
         """
         for field in fields(self):
             low, high = getattr(self, field.name)
-            if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-                msg = f"workspace.{field.name} = ({low:g}, {high:g}) is not allowed: must be finite, smaller one first"
+            farthest = MOST_TWIST_DEG if field.name == "twist_deg" else FARTHEST_MM
+            for limit in (low, high):
+                check_number(f"workspace.{field.name}", limit, -farthest, farthest)
+            if low > high:
+                msg = f"workspace.{field.name} = ({low:g}, {high:g}) is not allowed: must be the smaller one first"
                 raise ConfigError(msg)
 
     def check(self, state: FrameState) -> None:

@@ -12,22 +12,27 @@ CUTOFF_SD = 3.0
 """Normal distributions end at so many standard deviations: what differs more is no good part."""
 
 
+Value = Annotated[float, Field(ge=-1e12, le=1e12)]
+"""Wider than any field that it may be drawn for, which checks what is drawn."""
+Weight = Annotated[float, Field(ge=0, le=1e6)]
+
+
 class Distribution(Config):
     """One of: `low` and `high`; `mean` and `sd`; `choices`."""
 
-    low: float | None = None
+    low: Value | None = None
     """Smallest value."""
-    high: float | None = None
+    high: Value | None = None
     """Largest value."""
     scale: Literal["linear", "log"] = "linear"
     """Whether values between low and high are uniform themselves or in their logarithm."""
-    mean: float | None = None
+    mean: Value | None = None
     """Centre of a normal distribution, cut off at 3 standard deviations."""
-    sd: Annotated[float, Field(ge=0)] | None = None
+    sd: Annotated[float, Field(ge=0, le=1e12)] | None = None
     """Its standard deviation before the cut."""
-    choices: Annotated[tuple[float, ...], Field(min_length=1)] | None = None
+    choices: Annotated[tuple[Value, ...], Field(min_length=1)] | None = None
     """Values to choose from."""
-    weights: tuple[Annotated[float, Field(ge=0)], ...] | None = None
+    weights: tuple[Weight, ...] | None = None
     """How often each is chosen, relative; equally often by default."""
 
     @model_validator(mode="after")
@@ -75,7 +80,7 @@ def _written_as(value: object) -> str:
 
 
 Number = Annotated[
-    Annotated[float, Tag("number")] | Annotated[Distribution, Tag("distribution")], Discriminator(_written_as)
+    Annotated[Value, Tag("number")] | Annotated[Distribution, Tag("distribution")], Discriminator(_written_as)
 ]
 """A number of a recipe: a constant, or a distribution."""
 

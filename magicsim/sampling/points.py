@@ -1,36 +1,73 @@
 """Points of the unit cube from which everything random is drawn; point k never depends on how many there are."""
 
-import math
-from typing import Literal
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-BELOW_ONE = np.nextafter(1.0, 0.0)
-
-
-def unit_points(count: int, dimensions: int, *, seed: int, stream: int, sampling: Literal["sobol", "random"]) -> Array:
-    """The first points of a sequence.
-
-    Args:
-        count: How many.
-        dimensions: Of each point.
-        seed: Seed of the recipe or sweep.
-        stream: Sequences of different streams are independent.
-        sampling: Scrambled Sobol points (Owen 1998), or independent ones.
-
-    Returns:
-        Shape (count, dimensions), in [0, 1).
-    """
-    if dimensions == 0 or count == 0:
-        return np.zeros((count, dimensions))
-    if sampling == "random":
-        streams = [np.random.SeedSequence([seed, stream, index]) for index in range(count)]
-        return np.stack([np.random.Generator(np.random.PCG64(each)).random(dimensions) for each in streams])
+if TYPE_CHECKING:
     from scipy.stats import qmc
 
-    scramble = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, stream])))
-    whole = 2 ** math.ceil(math.log2(count))  # Sobol points are balanced in powers of two
-    points = qmc.Sobol(dimensions, scramble=True, rng=scramble).random(whole)[:count]
-    return np.asarray(np.minimum(points, BELOW_ONE))
+Array = npt.NDArray[np.float64]
+Sampling = Literal["sobol", "random"]
+BELOW_ONE = np.nextafter(1.0, 0.0)
+BLOCK = 1024
+"""Points that are made at once: a power of two, in which Sobol points are balanced."""
+KEPT_BLOCKS = 4
+
+
+class UnitPoints:
+    """The points of one sequence, made when they are asked for."""
+
+    def __init__(self, dimensions: int, *, seed: int, stream: int, sampling: Sampling) -> None:
+        """Chooses a sequence.
+
+        Args:
+            dimensions: Of each point.
+            seed: Seed of the recipe or sweep.
+            stream: Sequences of different streams are independent.
+            sampling: Scrambled Sobol points (Owen 1998), or independent ones.
+        """
+        self._dimensions, self._seed, self._stream, self._sampling = dimensions, seed, stream, sampling
+        self._engine: qmc.Sobol | None = None
+        self._block = lru_cache(maxsize=KEPT_BLOCKS)(self._made)
+
+    def __getitem__(self, index: int) -> Array:
+        """One point, shape (dimensions,), in [0, 1)."""
+        number, place = divmod(index, BLOCK)
+        return np.asarray(self._block(number)[place])
+
+    def first(self, count: int) -> Array:
+        """The first points, shape (count, dimensions), in [0, 1)."""
+        blocks = [self._made(number)[: count - number * BLOCK] for number in range(-(-count // BLOCK))]
+        return np.concatenate([np.zeros((0, self._dimensions)), *blocks])
+
+    def _made(self, number: int) -> Array:
+        """Block of points by its number, shape (BLOCK, dimensions)."""
+        if self._dimensions == 0:
+            return np.zeros((BLOCK, 0))
+        if self._sampling == "random":
+            places = range(number * BLOCK, (number + 1) * BLOCK)
+            streams = (np.random.SeedSequence([self._seed, self._stream, place]) for place in places)
+            return np.stack([np.random.Generator(np.random.PCG64(each)).random(self._dimensions) for each in streams])
+        engine = self._at(number * BLOCK)
+        return np.asarray(np.minimum(engine.random(BLOCK), BELOW_ONE))
+
+    def _at(self, place: int) -> "qmc.Sobol":
+        """The generator of Sobol points, so far that a point is the next one."""
+        from scipy.stats import qmc
+
+        if self._engine is None:
+            scramble = np.random.Generator(np.random.PCG64(np.random.SeedSequence([self._seed, self._stream])))
+            self._engine = qmc.Sobol(self._dimensions, scramble=True, rng=scramble)
+        elif self._engine.num_generated > place:
+            self._engine.reset()
+        if place > self._engine.num_generated:
+            self._engine.fast_forward(place - self._engine.num_generated)
+        return self._engine
+
+
+def unit_points(count: int, dimensions: int, *, seed: int, stream: int, sampling: Sampling) -> Array:
+    """The first points of a sequence, see `UnitPoints`; shape (count, dimensions), in [0, 1)."""
+    return UnitPoints(dimensions, seed=seed, stream=stream, sampling=sampling).first(count)

@@ -122,12 +122,14 @@ def strips_outside(scene: Any, outside: Outside, light: RecordedLight, anchor: A
         anchor: The untouched sensor.
         seed: Of the frame.
     """
-    careful, dark = total(list(anchor.careful.values())), scene.integrator().darkness(scene, outside)
+    integrator = scene.integrator()
+    careful = total([integrator.darkness(scene), *anchor.careful.values()])
+    dark = integrator.darkness(scene, outside)
     if outside.object is None:
         return replace(careful, irradiance=dark.irradiance)
     back = follow_light(scene, outside, light, seed=seed)
     now = replace(careful, fluence=careful.fluence + back.fluence)
-    careful = anchored_light({"": now}, {"": careful}, {"": careful}, scene.integrator().counts, None)[""]
+    careful = anchored_light({"": now}, {"": careful}, {"": careful}, integrator.counts, None)[""]
     return replace(careful, irradiance=back.irradiance)
 
 
@@ -140,10 +142,10 @@ def flashlight_outside(scene: Any, outside: Outside, *, seed: int) -> LightField
         seed: Of the frame.
     """
     integrator = scene.integrator()
-    if outside.flashlight is None:
-        return integrator.darkness(scene, outside)  # type: ignore[no-any-return]
-    particles = {FLASHLIGHT: integrator.particles}  # Nothing else is traced from a light.
-    return total(list(integrator.light_fields(scene, particles, seed=seed, outside=outside).values()))
+    dark = integrator.darkness(scene, outside)
+    # Nothing else is traced from a light.
+    particles = {FLASHLIGHT: integrator.particles} if outside.flashlight is not None else {}
+    return total([dark, *integrator.light_fields(scene, particles, seed=seed, outside=outside).values()])
 
 
 def seen_outside(

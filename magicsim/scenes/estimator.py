@@ -8,7 +8,7 @@ from magicsim.scenes.backend import VARIANT
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
-from magicsim.scenes.scene_dict import INSET_MM, lights_inside
+from magicsim.scenes.scene_dict import INSET_MM, lights_inside, lights_off
 from magicsim.scenes.variant import LLVM_VARIANT
 
 PATH_DEPTH = 256
@@ -52,5 +52,5 @@ def integrator_entry(
         "type": "fluence",
         "particles": settings.particles,
         "forward_collisions": settings.forward_collisions,
-        **integrator_settings(elastomer, finish, inside=lights_inside(rig), inset_mm=INSET_MM),
+        **integrator_settings(elastomer, finish, inside=lights_inside(rig), off=lights_off(rig), inset_mm=INSET_MM),
     }

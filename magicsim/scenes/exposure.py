@@ -14,6 +14,7 @@ from magicsim.scenes.rig import Camera
 
 FloatImage = npt.NDArray[np.float32]
 Frame = npt.NDArray[np.uint8]
+Lit = tuple[bool, bool, bool]
 PATTERN_STREAM = 2**31
 """Stream index of the fixed pattern, beyond every frame's."""
 
@@ -26,20 +27,29 @@ class Exposure:
     """Gain of each channel, shape (3,)."""
 
 
-def meter(untouched: FloatImage, camera: Camera) -> Exposure:
+def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) -> Exposure:
     """Auto-exposure: gains that bring the untouched sensor to the camera's mean grey level.
+
+    A channel in which no light shines is exposed like the others. Where no light arrives at all nothing can be
+    measured: a radiance of 1 then comes to the grey level that is aimed at.
 
     Args:
         untouched: Linear radiance of the sensor at rest, shape (rows, columns, 3).
         camera: Aim, tone curve and white balance.
+        lit: Whether any light shines in red, green and blue, see `Rig.lit`.
 
     Raises:
-        RenderError: A channel is dark, so that no exposure reaches the aim.
+        RenderError: A channel is dark though light shines in it and others are not, or the image is not finite.
     """
     aim = (camera.exposure_grey / 255) ** camera.gamma
     mean = _sensed(untouched, camera).mean((0, 1), dtype=np.float64)
+    if not mean.any():
+        return Exposure(gain=np.full(3, aim))
+    seen = np.abs(np.array(camera.color_matrix)) @ np.array(lit) > 0
     if not camera.white_balance:
         mean = np.full(3, mean.mean())
+    elif seen.any():
+        mean = np.where(seen, mean, mean[seen].mean())
     if not (mean > 0).all() or not np.isfinite(mean).all():
         msg = (
             f"auto-exposure fails: mean radiance of the untouched sensor is {mean.round(6).tolist()} (RGB), "
@@ -62,7 +72,14 @@ def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: in
 
     Returns:
         RGB frame, shape (rows, columns, 3).
+
+    Raises:
+        RenderError: The radiance is not finite.
     """
+    bad = int(np.count_nonzero(~np.isfinite(radiance)))
+    if bad:
+        msg = f"frame {frame} of seed {seed} is not rendered: its image holds {bad} values that are not finite"
+        raise RenderError(msg)
     pattern = 1 + camera.fixed_pattern * _noise(radiance.shape, camera, _stream(camera.pattern_seed, PATTERN_STREAM))
     signal = np.clip(_sensed(radiance, camera) * exposure.gain, 0, 4) * pattern
     electrons = np.clip(signal, 0, None) * camera.full_well_e

@@ -131,7 +131,7 @@ class FreeStates:
         strips = strips_outside(self._scene, outside, self.careful().light, anchor, seed=self._seed)
         lamp = flashlight_outside(self._scene, outside, seed=self._seed)
         back = follow_light(self._scene, outside, self.cheap().light, seed=self._seed)
-        rest = total(list(anchor.cheap.values()))
+        rest = total([self._scene.integrator().darkness(self._scene), *anchor.cheap.values()])
         cheap = replace(rest, fluence=rest.fluence + back.fluence, irradiance=back.irradiance)
         # The cheap image has the careful light in the block, as the frame will, and its own on the object.
         shown = total([replace(strips, irradiance=back.irradiance), lamp])

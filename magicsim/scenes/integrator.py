@@ -58,6 +58,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             roughness=properties.get("object_roughness", 0.2),
         )
         self.inside = frozenset(properties.get("lights_inside", "").split(","))
+        self.off = frozenset(properties.get("lights_off", "").split(","))
         self.inventory = Inventory(properties.get("triangles_per_cell", 12))
         self.followed_media = Media(
             body_ior=properties["body_ior"],
@@ -124,15 +125,16 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         """
         shapes = self.inventory.shapes(scene, outside)
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
-        if not particles or (shapes.object is None and not scatters):
-            return {name: self.darkness(scene, outside) for name in particles}
+        dark, lit = self.darkness(scene, outside), {name: particles[name] for name in particles if name not in self.off}
+        if not lit or (shapes.object is None and not scatters):
+            return dict.fromkeys(particles, dark)
         volumes = self.inventory.volumes_mm3(scene)
-        tracks = {name: self._tracks(scene, shapes, name, count, seed, outside) for name, count in particles.items()}
-        scales = {name: 1 / (FIXED_POINT * count) for name, count in particles.items()}
+        tracks = {name: self._tracks(scene, shapes, name, count, seed, outside) for name, count in lit.items()}
+        scales = {name: 1 / (FIXED_POINT * count) for name, count in lit.items()}
         landed = [tracks[name].landed.reshape(-1, 3) * scales[name] for name in tracks]
         # One product for all lights: reading the kernel costs more than using it.
         irradiance = self.inventory.irradiance(scene, shapes, np.concatenate(landed, 1))
-        return {
+        return dict.fromkeys(particles, dark) | {
             name: LightField(
                 fluence=np.asarray(tracks[name].cells.reshape(-1, 3) * scales[name] / volumes, np.float64),
                 body=np.asarray(tracks[name].body.reshape(-1, 3) * scales[name], np.float64),

@@ -25,7 +25,7 @@ def read_triple(properties: Any, name: str, kind: type = float) -> Any:
 
 
 def integrator_settings(
-    elastomer: Elastomer, finish: Finish, *, inside: Sequence[str], inset_mm: float
+    elastomer: Elastomer, finish: Finish, *, inside: Sequence[str], off: Sequence[str], inset_mm: float
 ) -> dict[str, Any]:
     """Scene-dictionary entries of the integrator.
 
@@ -33,6 +33,7 @@ def integrator_settings(
         elastomer: The block at rest.
         finish: Surface of the object.
         inside: Names of the lights that shine inside the body.
+        off: Names of the lights that do not shine.
         inset_mm: Depth of LED strips in optical contact inside the body [mm].
     """
     materials = elastomer.design.materials
@@ -45,6 +46,7 @@ def integrator_settings(
         "body_ior": materials.body.ior,
         "infill_ior": materials.infill.ior if materials.infill else materials.body.ior,
         "lights_inside": ",".join(inside),
+        "lights_off": ",".join(off),
         "top_mm": elastomer.design.height_mm,
     }
     for name, optics in (("body", materials.body), ("infill", materials.infill)):

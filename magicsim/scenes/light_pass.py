@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.errors import RenderError
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.light_starts import TURNS, LightStarts
 from magicsim.scenes.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
@@ -27,6 +28,8 @@ Counts = npt.NDArray[np.uint64]
 FloatArray = npt.NDArray[np.float64]
 FIXED_POINT = 2.0**24
 """Integer steps per unit of (relative weight x mm)."""
+LARGEST_SUM = 2.0**63
+"""Half of what the integers hold."""
 ROULETTE_DEPTH = 32
 SEQUENCE = 2**32
 """Offset that keeps the random streams of particles apart from the camera's."""
@@ -61,13 +64,27 @@ class Tracks:
 
 
 def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
-    """Of several chunks; integers, so that their order does not matter. Without the account of where the light went."""
+    """Of several chunks; integers, so that their order does not matter. Without the account of where the light went.
+
+    Raises:
+        RenderError: A sum has more digits than the integers.
+    """
     return Tracks(
-        cells=np.sum([part.cells for part in parts], axis=0, dtype=np.uint64),
-        body=np.sum([part.body for part in parts], axis=0, dtype=np.uint64),
-        landed=np.sum([part.landed for part in parts], axis=0, dtype=np.uint64),
+        cells=_added([part.cells for part in parts]),
+        body=_added([part.body for part in parts]),
+        landed=_added([part.landed for part in parts]),
         balance=None,
     )
+
+
+def _added(parts: Sequence[Counts]) -> Counts:
+    if np.sum(parts, axis=0, dtype=np.float64).max() > LARGEST_SUM:
+        msg = (
+            "so bright a light has too many particles for the digits that are kept: lower render.particles or "
+            "render.anchor_particles, or the radiances of rig.strips, rig.flashlight and rig.ambient alike"
+        )
+        raise RenderError(msg)
+    return np.asarray(np.sum(parts, axis=0, dtype=np.uint64))
 
 
 @dr.syntax  # type: ignore[untyped-decorator]

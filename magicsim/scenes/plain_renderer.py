@@ -16,6 +16,7 @@ from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.refinement import MAX_PASSES, Refinement
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.scene_dict import lights_off
 from magicsim.scenes.view import View
 from magicsim.scenes.world import World
 from magicsim.scenes.worlds import Worlds
@@ -119,6 +120,9 @@ class PlainRenderer:
     def _lit(self, world: World, names: list[str], *, turn: int = 0, read: Film | None = None) -> FloatImage:
         """An image by some lights, others being off; every turn is independent of the others."""
         seed = self.seed + turn
+        if not set(names) - set(lights_off(self.rig)):
+            window = (read or self._film).window
+            return (read or self._film).seen(np.zeros((window.rows, window.columns, 3), np.float32))
         if self.estimator == "path":
             used = read or self._film
             image = np.array(mi.render(world.scene, spp=self.settings.samples, seed=seed), np.float32)

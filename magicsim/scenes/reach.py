@@ -36,7 +36,7 @@ def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig:
     if max(rig.ambient) > 0 or finish.specular > 0 or finish.is_ghost or gap_mm <= rig.flashlight.distance_mm:
         return False
     sent_back = brightest_return(gap_mm, finish, design, rig)
-    return grey_levels(sent_back, meter(untouched, rig.camera), rig.camera) <= FAINT_LEVELS
+    return grey_levels(sent_back, meter(untouched, rig.camera, rig.lit), rig.camera) <= FAINT_LEVELS
 
 
 def brightest_return(gap_mm: float, finish: Finish, design: ElastomerDesign, rig: Rig) -> Array:

@@ -86,6 +86,8 @@ class RecordedLight:
 
     def met(self, outside: Outside) -> EscapedStarts | None:
         """The particles that meet the object, None where none does."""
+        if not dr.width(self.brightest):  # the renderer ends the process where it is to trace no rays
+            return None
         si = outside.scene.ray_intersect_preliminary(self.rays)
         kept = dr.compress(si.is_valid() & (si.shape == mi.ShapePtr(outside.object)))
         if not len(kept):

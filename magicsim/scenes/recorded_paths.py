@@ -73,6 +73,8 @@ class RecordedPaths:
             finish: Surface of the object.
             pixels: Numbers of the pixels, row by row of the film.
         """
+        if not len(self.owner):  # nothing leaves a black block, and the renderer cannot loop over no rays
+            return np.zeros((len(pixels), 3))
         lit = mi.Float(irradiance.astype(np.float32).ravel())
         numbers = mi.UInt32(pixels)
         begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
@@ -100,6 +102,8 @@ class RecordedPaths:
         stride = max(1, self.samples // samples)
         chosen = np.arange(seed % stride, len(self.owner), stride)
         chosen = chosen[place[self.owner[chosen]] >= 0]
+        if not len(chosen):
+            return result
         numbers = mi.UInt32(chosen.astype(np.uint32))
         ray, weight = _mirror(
             outside.scene, mi.ShapePtr(outside.object), finish, self.rays, numbers, seed, self.samples

@@ -21,13 +21,13 @@ def relight(basis: Mapping[str, FloatImage], strengths: Mapping[str, float | Rgb
             not named keep theirs.
 
     Raises:
-        ConfigError: A light that the basis does not have, or a negative strength.
+        ConfigError: A light that the basis does not have, or a strength that is negative or not finite.
     """
     for name, strength in strengths.items():
         if name not in basis:
             raise ConfigError(unknown_choice("light", name, basis))
-        if np.min(strength) < 0:
-            msg = f"strength of {name} = {strength} is not allowed: must be 0 or more"
+        if not np.all(np.isfinite(strength)) or np.min(strength) < 0:
+            msg = f"strength of {name} = {strength} is not allowed: must be 0 or more, and finite"
             raise ConfigError(msg)
     images = [np.multiply(image, strengths.get(name, 1.0), dtype=np.float32) for name, image in basis.items()]
     return np.asarray(np.sum(images, axis=0), np.float32)

@@ -29,6 +29,9 @@ from magicsim.scenes.world import World
 
 Array = npt.NDArray[np.float64]
 
+MOST_RECORDED = 20_000_000
+"""Camera paths that are recorded at most, with two gigabytes; more of them are traced anew for each frame."""
+
 
 class Renderer(PlainRenderer):
     """Owns the Mitsuba scenes of one elastomer on one rig, and the anchor of one episode."""
@@ -107,7 +110,8 @@ class Renderer(PlainRenderer):
         voxels = integrator.voxels.counts if integrator.voxels is not None else None
         fields = integrator.light_fields(world.scene, integrator.shares(world.scene), seed=self.seed)
         if had_free_state:
-            fields |= by_channel(total([fields.pop(name) for name in list(fields) if name != FLASHLIGHT]))
+            strips = [fields.pop(name) for name in list(fields) if name != FLASHLIGHT]
+            fields |= by_channel(total([integrator.darkness(world.scene), *strips]))
         growth = _ratio(integrator.held_mm3(world.scene), anchor.held_mm3)
         known = {name: fields[name] for name in fields if name in anchor.careful}
         fields |= anchored_light(known, anchor.cheap, anchor.careful, counts, voxels, growth)
@@ -131,7 +135,9 @@ class Renderer(PlainRenderer):
 
     def _stands_free(self, view: View, placed: Array | None) -> bool:
         is_fluence = self.estimator == "fluence" and self.elastomer.grid is not None
-        if not (self.uses_records and is_fluence and self.settings.anchor_samples):
+        camera, samples = self.rig.camera, self.settings.anchor_samples
+        is_recordable = 0 < camera.columns * camera.rows * samples <= MOST_RECORDED
+        if not (self.uses_records and is_fluence and is_recordable):
             return False
         if view.indenter is not None and self.object_mesh is None:
             return False

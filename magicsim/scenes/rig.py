@@ -2,19 +2,35 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from magicsim.config import Config
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 from magicsim.scenes.window import Window
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-Rgb = tuple[NonNegative, NonNegative, NonNegative]
-Row = tuple[float, float, float]
+FARTHEST_MM = 2000.0
+"""Half of a room's width [mm]: what is further away matters to no frame."""
+PlaceMm = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM)]
+FAINTEST, BRIGHTEST = 1e-6, 1000.0
+"""Radiances that light particles still carry without losing digits, beside 0."""
+
+
+def _not_faint(radiance: float) -> float:
+    if 0 < radiance < FAINTEST:
+        msg = f"{radiance:g} is not allowed: must be 0 (off) or a number of at least {FAINTEST:g}"
+        raise ValueError(msg)
+    return radiance
+
+
+Radiance = Annotated[float, Field(ge=0, le=BRIGHTEST), AfterValidator(_not_faint)]
+"""In units that only compare lights with each other: exposure makes up for all of them. 0 is a light that is off."""
+Rgb = tuple[Radiance, Radiance, Radiance]
+Share = Annotated[float, Field(ge=-10, le=10)]
+Row = tuple[Share, Share, Share]
 Coefficient = Annotated[float, Field(ge=-1, le=1)]
-Pixel = Annotated[int, Field(ge=0)]
-PixelCount = Annotated[int, Field(ge=8)]
+Pixel = Annotated[int, Field(ge=0, le=2047)]
+PixelCount = Annotated[int, Field(ge=8, le=2048)]
+Offset = Annotated[float, Field(ge=-1024, le=1024)]
 Side = Literal["-x", "+x", "-y", "+y"]
 
 
@@ -45,13 +61,13 @@ class Flashlight(Config):
 
     radiance: Rgb = (1.0, 1.0, 1.0)
     """Emitted radiance per channel, relative units."""
-    radius_mm: Positive = 8.0
+    radius_mm: Annotated[float, Field(ge=0.1, le=500)] = 8.0
     """Radius of the disk [mm]."""
-    distance_mm: Positive = 40.0
+    distance_mm: Annotated[float, Field(ge=0.1, le=10_000)] = 40.0
     """Distance from the undeformed contact face [mm]."""
-    x_mm: float = 0.0
+    x_mm: PlaceMm = 0.0
     """Centre along x [mm]."""
-    y_mm: float = 0.0
+    y_mm: PlaceMm = 0.0
     """Centre along y [mm]."""
 
 
@@ -65,18 +81,18 @@ class Camera(Config):
     region_px: tuple[Pixel, Pixel, PixelCount, PixelCount] | None = None
     """Part of the image that is read out: first column and row, number of columns and rows; the whole image by default.
     Its pixels, noise included, are those of the whole image."""
-    distance_mm: Positive = 24.0
+    distance_mm: Annotated[float, Field(ge=1, le=2000)] = 24.0
     """Distance of the pinhole from the outer face of the lens [mm]."""
-    field_mm: Positive = 22.8
+    field_mm: Annotated[float, Field(ge=0.1, le=1000)] = 22.8
     """Width along x that the image covers on the undeformed contact face, refraction included and the distortion of
     the lens left out [mm]."""
-    principal_offset_px: tuple[float, float] = (0.0, 0.0)
+    principal_offset_px: tuple[Offset, Offset] = (0.0, 0.0)
     """Where the optical axis meets the image, right and down from its centre [px]."""
     distortion: tuple[Coefficient, Coefficient, Coefficient, Coefficient, Coefficient] = (0.0, 0.0, 0.0, 0.0, 0.0)
     """Of the lens: OpenCV's k1, k2, p1, p2, k3."""
     vignetting: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Share of the light that is lost at the image's corners; it grows with the square of the distance."""
-    exposure_grey: Annotated[float, Field(gt=0, lt=255)] = 90.0
+    exposure_grey: Annotated[float, Field(ge=1, le=254)] = 90.0
     """Mean grey level of the untouched frame that auto-exposure aims at, before it locks."""
     white_balance: bool = True
     """Whether auto-exposure gives each channel its own gain, so that all have the same mean."""
@@ -84,15 +100,36 @@ class Camera(Config):
     """What the sensor's red, green and blue pixels see of the light's red, green and blue; one row each."""
     gamma: Annotated[float, Field(ge=0.3, le=4)] = 1.0
     """Exponent of the tone curve: grey = 255 * signal^(1 / gamma)."""
-    full_well_e: Positive = 250_000.0
+    full_well_e: Annotated[float, Field(ge=10, le=1e12)] = 250_000.0
     """Photo-electrons at grey level 255, counted over all exposures that the driver's temporal denoising averages:
     about 0.3 grey levels rms in the middle of the range, which the published entropy threshold of 0.5 implies."""
-    read_noise_e: NonNegative = 50.0
+    read_noise_e: Annotated[float, Field(ge=0, le=1e12)] = 50.0
     """Standard deviation of the read noise [electrons], counted likewise."""
     fixed_pattern: Annotated[float, Field(ge=0, le=0.2)] = 0.005
     """Relative standard deviation of the pixels' gains, constant in time."""
     pattern_seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of that pattern: it belongs to the camera, not to an episode."""
+
+    @model_validator(mode="after")
+    def _check_axis(self) -> Self:
+        if any(
+            abs(offset) > size / 2
+            for offset, size in zip(self.principal_offset_px, (self.columns, self.rows), strict=True)
+        ):
+            msg = (
+                f"principal_offset_px = {list(self.principal_offset_px)} is not allowed: must lie in the image of "
+                f"{self.columns} x {self.rows} pixels, counted from its centre"
+            )
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_noise(self) -> Self:
+        if self.read_noise_e > self.full_well_e:
+            noise, well = self.read_noise_e, self.full_well_e
+            msg = f"read_noise_e = {noise:g} is not allowed: must be at most full_well_e = {well:g}"
+            raise ValueError(msg)
+        return self
 
     @model_validator(mode="after")
     def _check_region(self) -> Self:
@@ -124,9 +161,18 @@ class Rig(Config):
     """Everything optical around one elastomer."""
 
     schema_version: Literal[1]
-    strips: tuple[LedStrip, ...]
+    strips: Annotated[tuple[LedStrip, ...], Field(max_length=32)]
+    """None is a dark sensor; 32 have random numbers of their own."""
     lens: Lens = Lens()
     flashlight: Flashlight = Flashlight()
     ambient: Rgb = (0.0, 0.0, 0.0)
     """Radiance of the room, the same in all directions below the contact face, relative units."""
     camera: Camera = Camera()
+
+    @property
+    def lit(self) -> tuple[bool, bool, bool]:
+        """Whether any light of the untouched sensor shines in red, green and blue."""
+        red, green, blue = (
+            any(each) for each in zip(self.ambient, *(strip.radiance for strip in self.strips), strict=True)
+        )
+        return red, green, blue

@@ -7,33 +7,41 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config, apply_overrides, read_toml, validate
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.config import Config, apply_overrides, validate
+from magicsim.documents import read_toml
+from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
+from magicsim.geometry.objects_base import AngleDeg
 from magicsim.presets import find_preset
-from magicsim.scenes.rig import Rig
+from magicsim.scenes.rig import PlaceMm, Rig
+from magicsim.scenes.viewing import check_view
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
+MAX_FRAMES = 100_000
+"""Most scored frames of an episode, nearly two hours at 15 a second: all of them are planned before the first."""
+FrameNumber = Annotated[int, Field(ge=0, lt=MAX_FRAMES)]
+FrameRate = Annotated[float, Field(ge=0.001, le=1000)]
+"""Down to a frame in a quarter of an hour [1/s]."""
 
 
 class Keyframe(Config):
     """State at one frame; between keyframes everything moves linearly, what is absent stays absent."""
 
-    frame: Annotated[int, Field(ge=0)]
+    frame: FrameNumber
     """Index among the scored frames (the reference frames come before and are not counted)."""
     gap_mm: GapMm | None = None
     """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed; left out
     means that there is no object."""
-    x_mm: float = 0.0
+    x_mm: PlaceMm = 0.0
     """Object's origin along x [mm]."""
-    y_mm: float = 0.0
+    y_mm: PlaceMm = 0.0
     """Object's origin along y [mm]."""
-    twist_deg: float = 0.0
+    twist_deg: AngleDeg = 0.0
     """Object's rotation about z [degrees]."""
     flashlight: bool = False
     """Whether the outside light is on, from this frame to the next keyframe."""
-    light_x_mm: float = 0.0
+    light_x_mm: PlaceMm = 0.0
     """Shift of the flashlight along x [mm]."""
 
 
@@ -102,7 +110,7 @@ class SceneConfig(Config):
     """Seed of everything random in the episode."""
     references: Annotated[int, Field(ge=0, le=1000)] = 30
     """Frames of the untouched sensor before the scored ones."""
-    frames_per_second: Annotated[float, Field(gt=0, le=1000)] = 15.0
+    frames_per_second: FrameRate = 15.0
     """Frame rate [1/s]."""
     object: ObjectConfig | None = None
     """What approaches; a file may give the name of an object preset instead."""
@@ -121,6 +129,23 @@ class SceneConfig(Config):
         if self.object is None and any(keyframe.gap_mm is not None for keyframe in self.keyframes):
             msg = "object is missing: a keyframe gives gap_mm, so [object] must say what approaches"
             raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_depth(self) -> Self:
+        deepest = -MAX_DEPTH_SHARE * self.design.height_mm
+        for place, keyframe in enumerate(self.keyframes):
+            if keyframe.gap_mm is not None and keyframe.gap_mm < deepest:
+                msg = (
+                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: must be at least {deepest:g}, 90 "
+                    "% of the block's height"
+                )
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_view(self) -> Self:
+        check_view(self.design, self.rig)
         return self
 
     @property

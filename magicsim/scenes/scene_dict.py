@@ -46,6 +46,12 @@ def lights_inside(rig: Rig) -> list[str]:
     return [_strip_name(index) for index, strip in enumerate(rig.strips) if strip.coupling == "contact"]
 
 
+def lights_off(rig: Rig) -> list[str]:
+    """Names of the lights whose radiance is 0: they are there, reflect, and send out nothing."""
+    off = [_strip_name(index) for index, strip in enumerate(rig.strips) if not any(strip.radiance)]
+    return off if any(rig.flashlight.radiance) else [*off, FLASHLIGHT]
+
+
 def _strip_name(index: int) -> str:
     return f"strip{index}"
 

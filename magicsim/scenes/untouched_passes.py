@@ -15,7 +15,7 @@ from magicsim.scenes.light_starts import emitter_chunks
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
 from magicsim.scenes.path_starts import CameraStarts, MirroredStarts
-from magicsim.scenes.recorded_light import LightRecord, RecordedLight
+from magicsim.scenes.recorded_light import FLOATS, LightRecord, RecordedLight
 from magicsim.scenes.shapes import lights
 from magicsim.scenes.window import Window
 
@@ -72,8 +72,10 @@ def record_light(scene: Any, particles: int, *, seed: int) -> RecordedLight:
         particles: Of each strip.
         seed: Of the light.
     """
-    integrator, escapes = scene.integrator(), []
+    integrator, escapes = scene.integrator(), [np.zeros((0, FLOATS), np.float32)]
     for name in lights(scene):
+        if name in integrator.off:
+            continue
         stream, emitter = integrator.stream(scene, name, seed), emitter_of(scene, name)
         for starts in emitter_chunks(emitter, particles, seed=stream, inside=name in integrator.inside):
             record = LightRecord.empty(starts.particles)

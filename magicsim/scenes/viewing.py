@@ -7,6 +7,8 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 
 Array = npt.NDArray[np.float64]
+MAX_FOV_DEG = 170.0
+"""Widest field of view of a pinhole: beyond it a pixel's solid angle falls to nothing towards the edges."""
 
 
 def horizontal_fov_deg(design: ElastomerDesign, rig: Rig) -> float:
@@ -20,6 +22,21 @@ def horizontal_fov_deg(design: ElastomerDesign, rig: Rig) -> float:
         reach = float(_landing(np.array([middle]), np.array([0.0]), design, rig)[0][0])
         low, high = (middle, high) if reach < rig.camera.field_mm / 2 else (low, middle)
     return float(2 * np.degrees(np.arctan(high)))
+
+
+def check_view(design: ElastomerDesign, rig: Rig) -> None:
+    """Refuses a camera that would have to look nearly sideways to see its field.
+
+    Raises:
+        ValueError: With the width that would be too much.
+    """
+    fov = horizontal_fov_deg(design, rig)
+    if fov > MAX_FOV_DEG:
+        msg = (
+            f"rig.camera.field_mm = {rig.camera.field_mm:g} is not allowed with rig.camera.distance_mm = "
+            f"{rig.camera.distance_mm:g}: the field of view of {fov:.0f} degrees must be at most {MAX_FOV_DEG:g}"
+        )
+        raise ValueError(msg)
 
 
 def focal_px(design: ElastomerDesign, rig: Rig) -> float:

@@ -13,6 +13,7 @@ from magicsim.sweep.result import DesignResult, finite
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.table import rows_of, table_csv
 from magicsim.sweep.trends import TrendCheck
+from magicsim.wording import visible
 
 UNITS = {"_per_mm": "1/mm", "_mm": "mm", "_mpa": "MPa", "_deg": "°", "_px": "px"}
 """Units by the end of a field's name, the longer end first."""
@@ -60,7 +61,7 @@ def explorer_data(sweep: SweepConfig, results: Sequence[DesignResult], *, front:
         "measures": [{"name": name} | asdict(kinds[name]) for name in measured],
         "objectives": [{"measure": each.measure, "better": each.way} for each in sweep.objectives],
         "designs": [
-            finite(asdict(result)) | {"front": bool(in_front)}
+            _shown(finite(asdict(result))) | {"front": bool(in_front)}
             for result, in_front in zip(results, front, strict=True)
         ],
         "csv": table_csv(rows_of(results, front)).decode(),
@@ -71,6 +72,15 @@ def script_json(value: object) -> str:
     """JSON that may stand inside a script element, whatever text it holds."""
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _shown(value: Any) -> Any:  # noqa: ANN401 - any nesting that JSON has
+    """The value with what hides in its texts spelt out."""
+    if isinstance(value, Mapping):
+        return {key: _shown(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_shown(each) for each in value]
+    return visible(value) if isinstance(value, str) else value
 
 
 def signed(value: float, digits: int) -> str:

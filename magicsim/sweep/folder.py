@@ -1,12 +1,12 @@
 """The folder that a sweep grows in: one file a design, whole or not there, and what they belong to."""
 
-import json
 from pathlib import Path
 
 import tomli_w
 from pydantic import Field
 
 from magicsim.config import Config, validate
+from magicsim.documents import read_json
 from magicsim.errors import OutputError
 from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import Ledger, is_begun
@@ -67,7 +67,7 @@ def read_index(out: Path) -> SweepIndex | None:
     if not path.is_file():
         return None
     try:
-        return validate(SweepIndex, json.loads(path.read_text(encoding="utf-8")), source=INDEX)
+        return validate(SweepIndex, read_json(path), source=INDEX)
     except (ValueError, OSError) as error:
         msg = f"'{path}' is not an index of a sweep: {error}"
         raise OutputError(msg) from None

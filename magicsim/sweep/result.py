@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
+from magicsim.documents import parse_json
 from magicsim.sweep.measures import Measured
 
 Curve = dict[str, list[float | None]]
@@ -50,7 +51,7 @@ class DesignResult:
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:
         """Reads what `to_json` wrote."""
-        data = json.loads(text)
+        data = parse_json(text if isinstance(text, str) else text.decode(), source="the result")
         block = data.pop("block")
         for name in ("footprint_mm", "counts", "cell_mm"):
             block[name] = tuple(block[name]) if block[name] is not None else None

@@ -6,17 +6,21 @@ from pydantic import Field, model_validator
 
 from magicsim.config import Config
 from magicsim.errors import unknown_choice
+from magicsim.sampling.distribution import Value
 from magicsim.sweep.measures import MEASURES
 from magicsim.sweep.result import DesignResult
+
+MAX_DESIGNS = 10_000
+"""Most designs of a sweep."""
 
 
 class SearchLimit(Config):
     """A measure that has to stay in a range."""
 
     measure: str
-    low: float | None = None
+    low: Value | None = None
     """Smallest value that is allowed."""
-    high: float | None = None
+    high: Value | None = None
     """Largest value that is allowed."""
 
     @model_validator(mode="after")
@@ -44,9 +48,9 @@ class SearchLimit(Config):
 class SearchSettings(Config):
     """Everything here changes which designs are chosen."""
 
-    start: Annotated[int, Field(ge=1)] = 16
+    start: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] = 16
     """Designs that are spread evenly (Sobol) before the search looks at results."""
-    batch: Annotated[int, Field(ge=1)] = 8
+    batch: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] = 8
     """Designs that are chosen at once, and judged at the same time; the next batch knows their results."""
     limits: tuple[SearchLimit, ...] = ()
     """What a design has to keep; one that does not is in no Pareto front."""

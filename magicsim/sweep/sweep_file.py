@@ -14,14 +14,13 @@ from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.presets import find_preset
-from magicsim.sampling.distribution import Distribution
+from magicsim.sampling.distribution import Distribution, Value
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings, Seed, read_scene_file
 from magicsim.sweep.measures import MEASURES, Better
 from magicsim.sweep.quality import Quality
-from magicsim.sweep.search_settings import SearchSettings
+from magicsim.sweep.search_settings import MAX_DESIGNS, SearchSettings
 
-MAX_DESIGNS = 10_000
 ROOTS = ("design", "rig", "render")
 """What the name of a swept field begins with."""
 
@@ -31,9 +30,9 @@ class SweptField(Config):
 
     field: str
     """Dotted name, such as `design.skin_mm` or `rig.camera.exposure_grey`; a number counts entries of a list."""
-    values: Annotated[tuple[float, ...], Field(min_length=1)] | None = None
-    low: float | None = None
-    high: float | None = None
+    values: Annotated[tuple[Value, ...], Field(min_length=1)] | None = None
+    low: Value | None = None
+    high: Value | None = None
     count: Annotated[int, Field(ge=2, le=1000)] | None = None
     """Values of an interval on a grid."""
     scale: Literal["linear", "log"] = "linear"
@@ -108,7 +107,7 @@ class SweepConfig(Config):
     count: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] | None = None
     """Designs, where they are no grid."""
     swept: Annotated[tuple[SweptField, ...], Field(min_length=1)]
-    also: tuple[dict[str, float], ...] = ()
+    also: tuple[dict[str, Value], ...] = ()
     """Further designs: the base with these fields changed."""
     measures: Annotated[tuple[str, ...], Field(min_length=1)] = tuple(MEASURES)
     """Which measures are taken, by name."""
@@ -117,7 +116,7 @@ class SweepConfig(Config):
     quality: Quality = Quality()
     search: SearchSettings | None = None
     """How to search, where the sampling is that."""
-    timeout_s: Annotated[float, Field(gt=0)] = 3600.0
+    timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 3600.0
     """Longest time for one attempt at a design [s]."""
 
     @model_validator(mode="after")
@@ -137,6 +136,9 @@ class SweepConfig(Config):
         return self
 
     def _check_count(self) -> None:
+        if len(self.also) > MAX_DESIGNS:
+            msg = f"also has {len(self.also)} designs: at most {MAX_DESIGNS} are allowed"
+            raise ValueError(msg)
         if self.sampling == "grid":
             for each in self.swept:
                 if each.values is None and each.count is None:

@@ -11,6 +11,8 @@ from magicsim.sweep.measures import described
 from magicsim.sweep.quality import Quality
 from magicsim.sweep.result import DesignResult
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""How a text begins that spreadsheets compute."""
 Row = dict[str, float | int | str | bool | None]
 
 
@@ -35,12 +37,21 @@ def rows_of(results: Sequence[DesignResult], front: Sequence[bool]) -> list[Row]
 
 
 def table_csv(rows: Sequence[Row]) -> bytes:
-    """The rows as CSV, empty where there is no value."""
+    """The rows as CSV, empty where there is no value; text that a spreadsheet would take for a formula stays text."""
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, _columns(rows), lineterminator="\n", restval="")
     writer.writeheader()
-    writer.writerows({key: "" if value is None else value for key, value in row.items()} for row in rows)
+    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
     return text.getvalue().encode()
+
+
+def _cell(value: float | str | None) -> float | str:
+    """A cell of CSV: an apostrophe before text that begins as a formula does, as spreadsheets write it themselves."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return f"'{value}" if value.startswith(FORMULA) else value
+    return value
 
 
 def table_parquet(rows: Sequence[Row], quality: Quality) -> bytes:

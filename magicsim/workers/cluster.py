@@ -44,8 +44,16 @@ class ClusterPool:
 
     @property
     def slots(self) -> int:
-        """Worker processes at present."""
-        return max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+        """Worker processes at present.
+
+        Raises:
+            ConfigError: The scheduler has gone away.
+        """
+        workers = self._client.scheduler_info(n_workers=-1).get("workers")
+        if workers is None or self._client.status != "running":
+            msg = f"cluster = '{self._options.cluster}' no longer answers; what is finished is kept"
+            raise ConfigError(msg)
+        return max(1, len(workers))
 
     def start(self, key: int, task: object) -> None:
         """Begins an attempt at a task."""

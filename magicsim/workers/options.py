@@ -4,6 +4,10 @@ import os
 from dataclasses import dataclass
 
 from magicsim.errors import ConfigError
+from magicsim.ranges import check_number
+
+MAX_WORKERS = 1024
+"""Each is a process with the renderer in it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,9 +50,8 @@ def choose_workers(
     Raises:
         ConfigError: A number is not allowed, or both workers and a cluster were named.
     """
-    if workers is not None and workers < 1:
-        msg = f"workers = {workers} is not allowed: must be at least 1"
-        raise ConfigError(msg)
+    if workers is not None:
+        check_number("workers", workers, 1, MAX_WORKERS, whole=True)
     if workers is not None and cluster is not None:
         msg = f"workers = {workers} is not allowed with a cluster, which has workers of its own"
         raise ConfigError(msg)

@@ -8,7 +8,19 @@ import pytest
 from .source import imports, modules, top_level_imports
 
 LAYERS = (
-    {"errors", "presets", "conventions", "config", "config_problems", "folder", "markdown", "sampling"},
+    {
+        "errors",
+        "wording",
+        "documents",
+        "presets",
+        "conventions",
+        "config",
+        "config_problems",
+        "folder",
+        "markdown",
+        "ranges",
+        "sampling",
+    },
     {"geometry"},
     {"deform"},
     {"scenes"},
@@ -25,6 +37,7 @@ LAYERS = (
         "sweep",
         "recorded",
         "detector_fit",
+        "foresight",
         "judge",
         "table",
         "still",
@@ -37,8 +50,8 @@ LAYERS = (
     {"cli", "__main__"},
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""
-LEAF_OF_DETECTORS = {"errors", "presets", "conventions"}
-BELOW_SIMULATE = {"config", "config_problems", "geometry", "deform", "scenes", "plan"} | LEAF_OF_DETECTORS
+LEAF_OF_DETECTORS = {"errors", "wording", "documents", "presets", "conventions"}
+BELOW_SIMULATE = {"config", "ranges", "config_problems", "geometry", "deform", "scenes", "plan"} | LEAF_OF_DETECTORS
 RENDERER = {"mitsuba", "drjit"}
 
 
@@ -83,7 +96,7 @@ def test_nothing_below_the_simulation_imports_detectors(module: str):
     assert "detectors" not in {part_of(name) for name in own_imports(module)}
 
 
-@pytest.mark.parametrize("module", inside("errors", "presets", "conventions"))
+@pytest.mark.parametrize("module", inside(*LEAF_OF_DETECTORS))
 def test_leaf_needs_the_standard_library_alone(module: str):
     roots = {name.split(".")[0] for name in imports(modules()[module])}
     assert roots <= {"magicsim"} | set(sys.stdlib_module_names)

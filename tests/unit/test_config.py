@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import Field
 
-from magicsim.config import Config, apply_overrides, load_preset, read_toml, validate
+from magicsim.config import Config, apply_overrides, load_preset, validate
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError, MagicsimError, PresetError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.scene import load_scene
@@ -204,7 +205,7 @@ def test_preset_is_loaded_by_name_with_overrides():
         ("object.kind='sphre'", "unknown object.kind 'sphre' (did you mean 'sphere'?)"),
         ("design.materials.infill.sigma=1", "unknown key in [design.materials.infill] 'sigma'"),
         ("design.skin_mm=nan", "design.skin_mm = nan is not allowed: must be a finite number"),
-        ("rig.camera.field_mm=-1", "rig.camera.field_mm = -1 is not allowed: must be a number above 0"),
+        ("rig.camera.field_mm=-1", "field_mm = -1 is not allowed: must be a number of at least 0.1 and at most 1000"),
         ("rig.strips=[{side='up', radiance=[1,1,1]}]", "rig.strips.0.side = 'up' is not allowed: must be '-x', '+x', "),
         ("keyframes=[]", "keyframes = [] is not allowed"),
         ("seed=-1", "seed = -1 is not allowed"),

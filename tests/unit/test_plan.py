@@ -156,3 +156,8 @@ def test_a_lattice_coarser_than_an_objects_edges_is_told():
     for fine in ([flat, pressed, "design.lattice.spacing_mm=0.5"], [pressed, small]):
         assert reasons(plan_scene(load_scene("rest", fine)).left_out, stage) == []
     assert reasons(plan_scene(load_scene("rest", [flat, "keyframes=[{frame=0, gap_mm=1.0}]"])).left_out, stage) == []
+
+
+def test_long_hold_in_contact_is_planned_in_one_pass():
+    planned = plan("{frame=0, gap_mm=-1.0}, {frame=20000, gap_mm=-1.0}")
+    assert {frame.same_as for frame in planned.frames[1:]} == {0}

@@ -1,3 +1,4 @@
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -41,6 +42,19 @@ def test_quick_work_says_only_that_it_is_done(clock: SimpleNamespace, capsys: py
             clock.now += 0.1
             report(done, 3)
     assert capsys.readouterr().err.splitlines() == ["demo: 100%, 0 s so far, about 0 s left"]
+
+
+def test_work_that_reports_nothing_for_long_is_told_to_go_on(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr(progress, "LINE_SECONDS", 0.05)
+    with show_progress("press"):
+        time.sleep(0.3)
+    lines = capsys.readouterr().err.splitlines()
+    time.sleep(0.1)
+    assert set(lines) == {"press: 0 s so far"}
+    assert 2 <= len(lines) <= 6
+    assert capsys.readouterr().err == ""
 
 
 def test_nothing_goes_to_standard_output(

@@ -3,7 +3,7 @@ from typing import Any
 
 import pytest
 
-from magicsim.config import read_toml
+from magicsim.documents import read_toml
 from magicsim.presets import FOLDERS, find_preset, preset_names
 from magicsim.schema import schema_of
 

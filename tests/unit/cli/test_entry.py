@@ -98,7 +98,7 @@ def test_version_is_that_of_the_package(shell: Shell):
         (["evaluate", "--profile", "calibrted"], "did you mean 'calibrated'"),
         (["evaluate", "--detector", "nowhere:Thing"], "cannot be imported"),
         (["evaluate", "--detector", "a:B", "--profile", "published"], "not allowed with --detector"),
-        (["evaluate", "--baseline", "missing.json"], "baseline 'missing.json' cannot be read"),
+        (["evaluate", "--baseline", "missing.json"], "baseline: cannot read missing.json"),
         (["evaluate", "--set", "resamples=3"], "resamples = 3 is not allowed"),
     ],
 )

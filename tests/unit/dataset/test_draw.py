@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from magicsim.config import apply_overrides, read_toml, validate
+from magicsim.config import apply_overrides, validate
+from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.draw import draw_episodes, draw_sensors, drawn_names, episode_seed
 from magicsim.dataset.object_recipe import ObjectRecipe
 from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.documents import read_toml
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects import OBJECT_KINDS
 from magicsim.presets import find_preset
@@ -98,7 +100,7 @@ def test_episodes_of_one_sensor_share_it_and_each_has_its_own_seed():
 @pytest.mark.parametrize("sampling", ["sobol", "random"])
 def test_first_episodes_stay_when_there_are_more(sampling: str):
     few, many = (draw_episodes(small_recipe(f"episodes={n}", f"sampling={sampling}")) for n in (3, 12))
-    assert many[:3] == few
+    assert many[:3] == list(few)
 
 
 def test_flashlight_and_empty_episodes_bring_no_object():
@@ -200,7 +202,7 @@ def test_recipe_that_cannot_be_drawn_from_is_one_line(changes: dict[str, object]
 )
 def test_drawn_values_that_are_not_allowed_are_one_line_before_any_work(changes: dict[str, object], named: str):
     with pytest.raises(ConfigError, match=named):
-        draw_episodes(recipe_with(**changes))
+        list(draw_episodes(recipe_with(**changes)))
 
 
 def test_recipe_hash_knows_what_rows_depend_on():
@@ -214,3 +216,34 @@ def test_override_reaches_into_the_default_recipe():
     data = apply_overrides(read_toml(find_preset("recipe", "default")), ["objects=[]"])
     assert data["objects"] == []
     assert load_recipe("default", ["design.skin_mm=0.6"]).design.skin_mm == 0.6
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "random"])
+def test_episode_is_the_same_whenever_it_is_asked_for(sampling: str):
+    recipe = small_recipe("episodes=5000", f"sampling={sampling}")
+    forwards, backwards = draw_episodes(recipe), draw_episodes(recipe)
+    numbers = [0, 1023, 1024, 4999]
+    assert [forwards[number] for number in numbers] == [backwards[number] for number in numbers[::-1]][::-1]
+    assert forwards[-1] == forwards[4999]
+    assert [each.index for each in forwards[10:13]] == [10, 11, 12]
+    with pytest.raises(IndexError):
+        forwards[5000]
+
+
+def test_more_sensors_than_a_table_should_hold_are_refused():
+    with pytest.raises(ConfigError, match="are 625000 sensors: at most 100000 are allowed; raise episodes_per_sensor"):
+        load_recipe("default", ["episodes=10000000"])
+    assert len(draw_episodes(load_recipe("default", ["episodes=10000000", "episodes_per_sensor=1000"]))) == 10_000_000
+
+
+def test_names_in_a_recipe_cannot_change_the_header_of_its_card():
+    names = "a\n---\nlicense: none\n|<script>"
+    recipe = recipe_with(objects=[{"kind": "mesh", "path": f"{names}.stl", "scale": 2.0}])
+    plain = recipe_with(objects=[{"kind": "mesh", "path": "a.stl", "scale": 2.0}])
+    cards = [dataset_card(each, columns_of(each), {"magicsim": "1"}) for each in (recipe, plain)]
+    assert cards[0] == cards[1]
+
+
+def test_sensor_without_strips_has_no_column_of_their_radiance():
+    names = [{each.name for each in columns_of(small_recipe(*more))} for more in ((), ("rig.strips=[]",))]
+    assert "led_radiance" in names[0] - names[1]

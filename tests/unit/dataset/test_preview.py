@@ -98,3 +98,10 @@ def test_preview_leaves_a_sheet_and_statistics_and_no_dataset(tmp_path: Path):
     assert {path.name for path in tmp_path.iterdir()} == {"preview.json", "preview.png"}
     assert cv2.imread(str(tmp_path / "preview.png")).std() > 10
     assert json.loads((tmp_path / "preview.json").read_text()) == found.statistics
+
+
+def test_estimate_of_many_episodes_is_that_of_some_of_them():
+    recipes = [small_recipe(f"episodes={count}", "episodes_per_sensor=1000") for count in (2000, 2_000_000)]
+    few, many = (estimate(recipe, draw_episodes(recipe), processes=1) for recipe in recipes)
+    assert many.frames / few.frames == pytest.approx(1000, rel=0.05)
+    assert many.bytes / few.bytes == pytest.approx(1000, rel=0.15)

@@ -5,7 +5,9 @@ import sys
 from .conftest import grid_frame, light_frame, near_frame
 
 ALLOWED = {"numpy", "cv2", "magicsim"}
-LEAF = {"magicsim", "magicsim.errors", "magicsim.presets", "magicsim.conventions"}
+LEAF = {
+    "magicsim", "magicsim.errors", "magicsim.wording", "magicsim.documents", "magicsim.presets", "magicsim.conventions",
+}  # fmt: skip
 
 PROBE = """
 import sys

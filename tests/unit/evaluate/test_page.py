@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -77,3 +78,18 @@ def test_lines_for_people_name_what_fell(worse: Evaluation, found: Evaluation):
     assert "regression: Contact, balanced accuracy (dark/rig)" in text
     assert "Contact, Touched -> Untouched" in text
     assert not any("regression" in line for line in describe(found))
+
+
+@pytest.mark.parametrize(
+    "name", ["<script>alert(1)</script>", "</dd><img src=x onerror=alert(1)>", "{{ 7 * 6 }}", "a\u202eb\x1b"]
+)
+def test_hostile_names_stay_text(found: Evaluation, name: str):
+    text = render_page(replace(found, detector=name, suite=name, baseline=name))
+    page, plain = Page(), Page()
+    page.feed(text)
+    plain.feed(render_page(found))
+    assert page.open == []
+    assert page.addresses == plain.addresses
+    assert "<script" not in text
+    assert not {"\u202e", "\x1b"} & set(text)
+    assert "{{" not in name or "{{ 7 * 6 }}" in text

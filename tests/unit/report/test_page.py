@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 import pytest
 
 from magicsim.errors import ConfigError
+from magicsim.geometry.objects_mesh import MeshObject
 from magicsim.report.page import render_report
 from magicsim.report.text import percent
 
@@ -154,3 +155,22 @@ def test_page_rejects_verdicts_that_do_not_fit(episode, judgements):
     short = replace(judgements[0], verdicts=judgements[0].verdicts[1:])
     with pytest.raises(ConfigError, match="judgement 'published' has 89 verdicts for 90 scored frames"):
         render_report(episode, [short], {})
+
+
+HOSTILE = [
+    "<script>alert(1)</script>", "</script><img src=x onerror=alert(1)>", '" onload="alert(1)', "{{ 7 * 6 }}{% raw %}",
+    "a\u202egnp.exe", "\x1b[31m\x00", "]]><!--", "'&\"",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_names_of_profiles_facts_and_files_stay_text(episode, name: str):
+    thing = MeshObject(kind="mesh", path=name)
+    named = replace(episode, scene=episode.scene.model_copy(update={"object": thing}))
+    page = render_report(named, [make_judgement(episode, name)], {"Scene": name, "Note": name})
+    plain = Reader(render_report(episode, [make_judgement(episode, "plain")], {"Scene": "plain", "Note": "plain"}))
+    tags = Reader(page).tags
+    assert [tag for tag, _ in tags] == [tag for tag, _ in plain.tags]
+    assert not any(key.startswith("on") for _, attributes in tags for key in attributes)
+    assert "42" not in page or "{{" not in name or "{{ 7 * 6 }}" in page
+    assert not {"\u202e", "\x1b", "\x00"} & set(page)

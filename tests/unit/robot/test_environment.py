@@ -137,7 +137,7 @@ def test_options_that_do_not_exist_or_are_outside_are_refused(env: GraspLift):
     [
         ({"scene": "pressed"}, "contact.friction are needed"),
         ({"scene": "rest"}, "contact.friction are needed"),
-        ({"target_mm": 0}, "target_mm = 0 is not allowed: must be above 0"),
+        ({"target_mm": 0}, "target_mm = 0 is not allowed: must be a number of at least 1e-06"),
         ({"render_mode": "human"}, "unknown render_mode 'human'"),
         ({"overrides": ["object={kind='cone',half_angle_deg=40}"]}, "same after half a turn about y"),
     ],

@@ -28,9 +28,17 @@ def test_limits_themselves_and_a_state_without_an_object_are_inside():
     Workspace().check(state(gap_mm=None, x_mm=99.0))
 
 
-@pytest.mark.parametrize("limits", [(1.0, 0.0), (float("nan"), 1.0), (0.0, float("inf"))])
-def test_limits_out_of_order_or_not_finite_are_refused(limits: tuple[float, float]):
-    with pytest.raises(ConfigError, match=r"workspace\.x_mm = .* smaller one first"):
+@pytest.mark.parametrize(
+    ("limits", "why"),
+    [
+        ((1.0, 0.0), "smaller one first"),
+        ((float("nan"), 1.0), "of at least -2000"),
+        ((0.0, float("inf")), "at most 2000"),
+        ((-1e6, 0.0), "of at least -2000"),
+    ],
+)
+def test_limits_out_of_order_or_too_far_are_refused(limits: tuple[float, float], why: str):
+    with pytest.raises(ConfigError, match=rf"workspace\.x_mm = .* {why}"):
         Workspace(x_mm=limits)
 
 

@@ -99,3 +99,21 @@ def test_fixed_pattern_belongs_to_the_camera_and_not_to_the_episode():
     assert first.std() / first.mean() == pytest.approx(0.05, rel=0.05)
     other = take(radiance, camera.model_copy(update={"pattern_seed": 1}), seed=1, frame=0)
     assert abs(np.corrcoef(first.ravel(), other.ravel())[0, 1]) < 0.05
+
+
+def test_channel_in_which_no_light_shines_is_exposed_like_the_others():
+    gain = meter(flat(0.1, 0.0, 0.3), Camera(), (True, False, True)).gain
+    assert gain[1] == pytest.approx(90 / 255 / 0.2)
+    assert gain[[0, 2]] == pytest.approx(90 / 255 / np.array([0.1, 0.3]))
+
+
+def test_where_no_light_arrives_a_radiance_of_one_comes_to_the_grey_level_aimed_at():
+    camera = Camera(**SILENT)
+    image = take(flat(1.0, 1.0, 1.0), camera, meter(flat(0.0, 0.0, 0.0), camera))
+    assert image[0, 0].tolist() == [90] * 3
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_image_that_is_not_finite_becomes_no_frame(value: float):
+    with pytest.raises(RenderError, match="holds 3600 values that are not finite"):
+        take(flat(0.1, value, 0.1), Camera())

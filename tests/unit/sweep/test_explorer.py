@@ -1,13 +1,17 @@
 import csv
+import io
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
 from magicsim.sweep.explorer import explorer_data, field_label, field_unit, render_explorer, script_json
 from magicsim.sweep.measures import described
 from magicsim.sweep.result import DesignResult
+from magicsim.sweep.table import rows_of, table_csv
 from magicsim.sweep.trends import check_trends
+from magicsim.wording import visible
 
 from .fakes import NOTE, small_sweep
 
@@ -77,3 +81,30 @@ def test_explorer_keeps_measures_that_some_design_has(results: list[DesignResult
     sweep = small_sweep("measures=['shore_a','unknowns']", "objectives=[{measure='unknowns'}]")
     data = explorer_data(sweep, results, front=[False] * 5)
     assert [each["name"] for each in data["measures"]] == ["shore_a", "unknowns"]
+
+
+@pytest.mark.parametrize(
+    "name", ["</script><script>alert(1)", "<!--<script>", "{{ 7 * 6 }}", "a\u202eb\x1b", "'\"&", "\u2028\u2029"]
+)
+def test_hostile_notes_captions_and_failures_stay_text(results: list[DesignResult], name: str):
+    first = results[0]
+    measures = {key: replace(each, note=name) for key, each in first.measures.items()}
+    changed = [replace(first, measures=measures, pictures={name: "data:,"}), *results[1:]]
+    page = render_explorer(small_sweep(), changed, front=[True] * 5, trends=[], failed={"9": name})
+    assert page.count("<script") == 2
+    assert page.count("</script") == 2
+    assert not {"\u202e", "\x1b", "\u2028"} & set(page)
+    text = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1]
+    (note,) = {each["note"] for each in json.loads(text)["designs"][0]["measures"].values()}
+    assert note == visible(name)
+
+
+@pytest.mark.parametrize("begin", ["=", "+", "-", "@", "\t", "\r"])
+def test_text_cells_that_begin_as_a_formula_stay_text(results: list[DesignResult], begin: str):
+    note = begin + 'HYPERLINK("x")'
+    measures = {key: replace(each, note=note, value=-0.5) for key, each in results[0].measures.items()}
+    rows = rows_of([replace(results[0], measures=measures)], [True])
+    (row,) = csv.DictReader(io.StringIO(table_csv(rows).decode(), newline=""))
+    assert row["printability_note"] == "'" + note
+    assert row["printability"] == "-0.5"
+    assert not any(cell.startswith(begin) and not re.fullmatch(r"[-+]?[\d.e-]+", cell) for cell in row.values())

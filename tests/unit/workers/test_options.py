@@ -13,7 +13,7 @@ def test_processes_share_the_cores():
 @pytest.mark.parametrize(
     ("options", "named"),
     [
-        ({"workers": 0}, "workers = 0 is not allowed: must be at least 1"),
+        ({"workers": 0}, "workers = 0 is not allowed: must be a whole number of at least 1 and at most 1024"),
         ({"workers": 2, "cluster": "tcp://a:1"}, "workers = 2 is not allowed with a cluster"),
         ({"workers": None, "cluster": "a"}, "cluster = 'a' is not allowed: must be an address"),
     ],

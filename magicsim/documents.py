@@ -1,0 +1,125 @@
+"""The one reader of TOML and of JSON text: whatever is wrong with a file is one line that names it.
+
+A file that is too large is refused before it is read, and one that is nested too deeply before anything walks through
+it.
+"""
+
+import json
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from magicsim.errors import ConfigError
+
+MAX_TOML_BYTES = 4_000_000
+"""Largest TOML file; one with 100,000 keyframes has about 3 MB."""
+MAX_JSON_BYTES = 256_000_000
+"""Largest JSON file; the manifest of a million files has about 200 MB."""
+MAX_DEPTH = 32
+"""Deepest nesting of tables and lists; what magicsim reads and writes has less than ten."""
+MAX_DOTS = 200
+"""Dots in one key above which it is not parsed: the time that takes grows with their square."""
+_KEY = re.compile(r"[\w\s.\"'\[-]*$")
+"""Ends a text with what may be a key of TOML."""
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Parses a TOML file.
+
+    Raises:
+        ConfigError: Not readable, larger than `MAX_TOML_BYTES`, not UTF-8, not valid TOML, or nested too deeply.
+    """
+    return parse_toml(_read(path, "TOML", MAX_TOML_BYTES), source=str(path))
+
+
+def read_json(path: Path) -> Any:  # noqa: ANN401 - whatever the file holds
+    """Parses a JSON file.
+
+    Raises:
+        ConfigError: Not readable, larger than `MAX_JSON_BYTES`, not UTF-8, not valid JSON, or nested too deeply.
+    """
+    return parse_json(_read(path, "JSON", MAX_JSON_BYTES), source=str(path))
+
+
+def parse_toml(text: str, *, source: str) -> dict[str, Any]:
+    """Parses a TOML text.
+
+    Args:
+        text: The text.
+        source: What errors call it.
+
+    Raises:
+        ConfigError: Not valid TOML, or nested too deeply.
+    """
+    if any(_has_long_key(line) for line in text.splitlines() if line.count(".") > MAX_DOTS):
+        raise ConfigError(_too_deep(source))
+    result: dict[str, Any] = _parsed(tomllib.loads, text, "TOML", source)
+    return result
+
+
+def parse_json(text: str, *, source: str) -> Any:  # noqa: ANN401 - whatever the text holds
+    """Parses a JSON text.
+
+    Args:
+        text: The text.
+        source: What errors call it.
+
+    Raises:
+        ConfigError: Not valid JSON, or nested too deeply.
+    """
+    return _parsed(json.loads, text, "JSON", source)
+
+
+def _read(path: Path, kind: str, most: int) -> str:
+    try:
+        size = path.stat().st_size
+        if size > most:
+            msg = f"{path} has {size} bytes: a {kind} file may have at most {most}"
+            raise ConfigError(msg)
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        msg = f"cannot read {path}: {error.strerror or error}"
+        raise ConfigError(msg) from None
+    except UnicodeDecodeError:
+        msg = f"{path} is not valid {kind}: not a text in UTF-8"
+        raise ConfigError(msg) from None
+
+
+def _parsed(parse: Callable[[str], Any], text: str, kind: str, source: str) -> Any:  # noqa: ANN401 - as above
+    try:
+        found = parse(text)
+    except RecursionError:
+        raise ConfigError(_too_deep(source)) from None
+    except ValueError as error:  # wrong syntax, or a whole number with thousands of digits
+        msg = f"{source} is not valid {kind}: {error}"
+        raise ConfigError(msg) from None
+    if is_nested_deeper(found, MAX_DEPTH):
+        raise ConfigError(_too_deep(source))
+    return found
+
+
+def is_nested_deeper(value: object, depth: int) -> bool:
+    """Whether tables and lists are nested more often than so; a plain value is nested 0 times."""
+    level = [value]
+    for _ in range(depth + 1):
+        inner = [each.values() if isinstance(each, dict) else each for each in level if isinstance(each, dict | list)]
+        if not inner:
+            return False
+        level = [each for values in inner for each in values]
+    return True
+
+
+def _too_deep(source: str) -> str:
+    return f"{source} is nested too deeply: at most {MAX_DEPTH} tables and lists inside each other are allowed"
+
+
+def _has_long_key(line: str) -> bool:
+    """Whether a key of a line has more than `MAX_DOTS` dots, by what stands before each `=` or in a heading."""
+    heading = [line.rstrip("] \t")] if line.lstrip().startswith("[") else []
+    for part in [*line.split("=")[:-1], *heading]:
+        key = _KEY.search(part[-(1 << 16) :])
+        if key is not None and key.group().count(".") > MAX_DOTS:
+            return True
+    return False
