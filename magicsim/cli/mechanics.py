@@ -26,11 +26,13 @@ def press(
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
     from magicsim.deform.press import press as solve
+    from magicsim.progress import show_progress
 
-    result = solve(
-        block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction,
-        speed_mm_s=speed_mm_s, hold_s=hold_s,
-    )  # fmt: skip
+    with show_progress(f"{design}: press") as progress:
+        result = solve(
+            block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction,
+            speed_mm_s=speed_mm_s, hold_s=hold_s, progress=progress,
+        )  # fmt: skip
     print_result(result.as_dict(), as_json=json)
 
 
