@@ -28,6 +28,9 @@ EDGE_SHARE = 0.35
 """Deepest place inside where points press around it, in units of the node spacing there: a face bends between its nodes
 only so far around edges and tips. Measured at depths up to 0.9 mm with nodes 0.93 mm apart: balls of 0.5 to 4 mm 0.003,
 edges of punches 0.11, corners of boxes 0.19, cones of 60, 30 and 20 degrees 0.08, 0.22 and 0.34."""
+MOST_EXTENTS = 2.5
+"""Deepest press in units of the object's largest extent: the face closes above a ball on nothing. Balls pressed by 2.5
+diameters were the deepest that had an equilibrium; deeper ones end, after minutes, without."""
 SAMPLE_MM = 0.05
 """Spacing of the face's samples near the object [mm]: a face that bends with a radius of a tenth of a millimetre is
 met to 0.003 mm."""
@@ -47,6 +50,23 @@ class Inside:
     """The places of the deformed face nearest to them, shape (points, 3) [mm]."""
     rest_mm: Array
     """Those places at rest, x and y, shape (points, 2) [mm]."""
+
+
+def burial_fault(indenter: Indenter) -> str | None:
+    """Why an object that touches is pressed too deep for any equilibrium; None where it is not.
+
+    Args:
+        indenter: The object in its pose.
+    """
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    reach = np.array([indenter.shape.support_mm(axis) for axis in axes])
+    extent, depth = float((reach[:3] + reach[3:]).max()), indenter.top_mm()
+    if depth <= MOST_EXTENTS * extent * (1 + 1e-9):
+        return None
+    return (
+        f"the object is pressed {depth:.3g} mm deep and measures {extent:.3g} mm: the face would close above it; at "
+        f"most {MOST_EXTENTS:g} times its size is allowed, or an object of at least {depth / MOST_EXTENTS:.2g} mm"
+    )
 
 
 def overlap_fault(lattice: Lattice, face: ContactFace, state: Deformation, indenter: Indenter) -> str | None:
@@ -122,9 +142,8 @@ def points_inside(lattice: Lattice, displacements_mm: Array, indenter: Indenter)
         np.einsum("yj,jic,xi->yxc", one, grid, other, optimize=True).reshape(-1, 3)
         for one, other in ((y, x), (y, x_slope), (y_slope, x))
     )
-    nearest = cKDTree(samples).query(points)[1]
-    row, column = np.unravel_index(nearest, (len(y), len(x)))
-    rest = np.stack([places[0][column], places[1][row]], axis=1)
+    nearest = np.asarray(cKDTree(samples).query(points)[1])
+    rest = np.stack([places[0][nearest % len(x)], places[1][nearest // len(x)]], axis=1)
     inward = np.cross(along_x[nearest], along_y[nearest])
     depth = np.einsum("qi,qi->q", points - samples[nearest], inward) / np.linalg.norm(inward, axis=1)
     found = np.flatnonzero((depth > 0) & ~_on_rim(lattice, rest))

@@ -32,7 +32,7 @@ from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate, evaluated
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
-from magicsim.deform.overlap import overlap_fault
+from magicsim.deform.overlap import burial_fault, overlap_fault
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
@@ -127,6 +127,9 @@ class ContactSolver:
         if not self.can_touch(indenter):
             self._refuse_overlap(self._rest, indenter, Effort())
             return self._rest
+        buried = burial_fault(indenter)
+        if buried is not None:
+            raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort(progress=progress)
         state = self._follow_path(problem, indenter, start, effort, fineness=1)
