@@ -24,7 +24,7 @@ UNSEEN_MM = 0.05
 """Deepest place of an object inside the block where no contact point near it presses [mm]: balls whose radius is twice
 the distance of the contact points, as the points are chosen, reach 0.045 mm between four of them and press hardly yet.
 Objects of smaller features get no farther than these."""
-EDGE_SHARE = 0.35
+EDGE_SHARE = 0.4
 """Deepest place inside where points press around it, in units of the node spacing there: a face bends between its nodes
 only so far around edges and tips. Measured at depths up to 0.9 mm with nodes 0.93 mm apart: balls of 0.5 to 4 mm 0.003,
 edges of punches 0.11, corners of boxes 0.19, cones of 60, 30 and 20 degrees 0.08, 0.22 and 0.34."""
@@ -45,7 +45,8 @@ class Inside:
     points_mm: Array
     """In the sensor's frame, shape (points, 3) [mm]."""
     depth_mm: Array
-    """Their distances to the face along its normal, positive, shape (points,) [mm]."""
+    """Their distances to the face along its normal, or to a side of the block that is nearer, positive, shape (points,)
+    [mm]."""
     feet_mm: Array
     """The places of the deformed face nearest to them, shape (points, 3) [mm]."""
     rest_mm: Array
@@ -146,7 +147,8 @@ def points_inside(lattice: Lattice, displacements_mm: Array, indenter: Indenter)
     rest = np.stack([places[0][nearest % len(x)], places[1][nearest // len(x)]], axis=1)
     inward = np.cross(along_x[nearest], along_y[nearest])
     depth = np.einsum("qi,qi->q", points - samples[nearest], inward) / np.linalg.norm(inward, axis=1)
-    found = np.flatnonzero((depth > 0) & ~_on_rim(lattice, rest))
+    depth = np.minimum(depth, _to_side_mm(lattice, rest))
+    found = np.flatnonzero(depth > 0)
     return Inside(points_mm=points[found], depth_mm=depth[found], feet_mm=samples[nearest[found]], rest_mm=rest[found])
 
 
@@ -176,12 +178,12 @@ def _places(planes: Array, low: float, high: float) -> Array:
     return np.linspace(first, last, int(np.clip(np.ceil((last - first) / SAMPLE_MM), 2, MOST_SAMPLES)) + 1)
 
 
-def _on_rim(lattice: Lattice, rest: Array) -> npt.NDArray[np.bool_]:
-    """Which places lie on the sides of the block; planes of symmetry are none."""
-    rim = np.zeros(len(rest), bool)
-    for axis, planes in enumerate(lattice.planes_mm[:2]):
-        rim |= np.isin(rest[:, axis], planes[-1:] if lattice.is_mirrored else planes[[0, -1]])
-    return rim
+def _to_side_mm(lattice: Lattice, rest: Array) -> Array:
+    """Distance of places at rest to the nearest side of the block [mm]; planes of symmetry are no sides."""
+    ways = [planes[-1] - rest[:, axis] for axis, planes in enumerate(lattice.planes_mm[:2])]
+    if not lattice.is_mirrored:
+        ways += [rest[:, axis] - planes[0] for axis, planes in enumerate(lattice.planes_mm[:2])]
+    return np.asarray(np.min(ways, axis=0))
 
 
 def _interval_mm(planes: Array, places: Array) -> Array:
