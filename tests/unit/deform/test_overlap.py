@@ -64,7 +64,7 @@ def test_a_ball_deeper_than_a_face_can_follow_is_refused_at_once() -> None:
 
 def test_smooth_objects_lie_in_the_face_to_a_hundredth_of_the_node_spacing() -> None:
     assert solved("sphere:radius_mm=2", 0.5)[2] < 0.01
-    assert solved("cylinder:radius_mm=1,length_mm=12,axis=x", 0.4, y_mm=0.3)[2] < 0.01
+    assert solved("cylinder:radius_mm=2,length_mm=12,axis=x", 0.4, y_mm=0.3)[2] < 0.01
 
 
 @pytest.mark.parametrize("what", ["box:size_mm=3", "punch:radius_mm=1", "cone:half_angle_deg=30"])
