@@ -57,9 +57,6 @@ objectives = [{{ measure = "force_1mm_n", better = "lower" }}]
 [[swept]]
 field = "design.cell_mm"
 values = [0.8, 1.0, 1.2]
-[[swept]]
-field = "design.skin_mm"
-values = [0.6, 0.8]
 """
 SUITE = f"""{SENSOR}
 references = 6

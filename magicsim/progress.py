@@ -22,6 +22,8 @@ TITLE_LENGTH = 120
 """Longest title [characters]."""
 LINE_SECONDS = 10.0
 """Shortest time between two plain lines [s]."""
+FORETOLD = 0.01
+"""Share of the work from which plain lines estimate the time of the rest."""
 
 
 @contextmanager
@@ -55,9 +57,9 @@ def _plain_lines(title: str) -> Iterator[Callable[..., None]]:
         if now - last < LINE_SECONDS and done < total:
             return
         last = now
-        left = (now - start) / done * (total - done)
+        left = f", about {(now - start) / done * (total - done):.0f} s left" if done >= FORETOLD * total else ""
         more = f", {note}" if note else ""
-        sys.stderr.write(f"{title}: {done / total:.0%}, {now - start:.0f} s so far, about {left:.0f} s left{more}\n")
+        sys.stderr.write(f"{title}: {done / total:.0%}, {now - start:.0f} s so far{left}{more}\n")
 
     def go_on() -> None:
         nonlocal last

@@ -28,10 +28,10 @@ def press(
     from magicsim.deform.press import press as solve
     from magicsim.progress import show_progress
 
-    with show_progress(f"{design}: press"):
+    with show_progress(f"{design}: press") as progress:
         result = solve(
             block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction,
-            speed_mm_s=speed_mm_s, hold_s=hold_s,
+            speed_mm_s=speed_mm_s, hold_s=hold_s, progress=progress,
         )  # fmt: skip
     print_result(result.as_dict(), as_json=json)
 

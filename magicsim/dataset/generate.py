@@ -114,6 +114,7 @@ def generate_dataset(
     _draw_once(episodes, range(min(len(episodes), CHECKED_FIRST)))
     check_folder(out, resume=resume)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
+        out.mkdir(parents=True, exist_ok=True)
         is_new = begun_dataset(out) is None
         if announce is not None and is_new:  # before the sensors are drawn, which takes a while where there are many
             announce(estimate(recipe, episodes, processes=options.workers))

@@ -1,5 +1,6 @@
 """What the search for one equilibrium has cost, and what is said where it found none."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +13,10 @@ MAX_BALANCE = 1e-6
 LEAST_LIFT = 0.01
 """Normal force, in units of the sum of the forces on all points of the face, below which the object has pierced it:
 what is left squeezes its flanks."""
+PARTS = 1000
+"""In which progress is told."""
+Progress = Callable[[int, int, str], None]
+"""Told the done and all parts of the way, the first of them from the start, and what it has cost."""
 
 
 @dataclass(slots=True)
@@ -25,6 +30,27 @@ class Effort:
     """Paths begun again from rest."""
     last: Iterate | None = None
     """Where the last load step ended."""
+    share: float = 0.0
+    """How much of the way is done."""
+    progress: Progress | None = None
+    """Told after every iteration."""
+
+    def tell(self) -> None:
+        """Tells how far the solve is, if anybody asked."""
+        if self.progress is not None:
+            note = f"{len(self.iterations)} iterations, {self.cutbacks} halved steps, {self.restarts} restarts"
+            self.progress(1 + int((PARTS - 1) * self.share), PARTS, note)
+
+
+def part_of(progress: Progress, number: int, count: int) -> Progress:
+    """Progress of one of several solves as that of all of them.
+
+    Args:
+        progress: Of all.
+        number: Of this one, from 0.
+        count: How many there are.
+    """
+    return lambda done, parts, note: progress(number * parts + done, count * parts, note)
 
 
 def force_balance(problem: Problem, iterate: Iterate) -> float:

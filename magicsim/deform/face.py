@@ -160,6 +160,25 @@ def face_weights(lattice: Lattice, points_mm: Array) -> sp.csr_matrix:
     return sp.csr_matrix((weights.ravel(), nodes.ravel(), rows), shape=(len(points_mm), len(lattice.nodes_mm)))
 
 
+def axis_weights(planes_mm: Array, places_mm: Array) -> tuple[Array, Array]:
+    """Weights of all node planes of one axis at places between them, as the contact points have them.
+
+    Args:
+        planes_mm: Increasing node planes [mm].
+        places_mm: Places from the first plane to the last, shape (places,) [mm].
+
+    Returns:
+        Weights, and their derivatives [1/mm], each of shape (places, planes).
+    """
+    interval = np.clip(np.searchsorted(planes_mm, places_mm, side="right") - 1, 0, len(planes_mm) - 2)
+    t = (places_mm - planes_mm[interval]) / np.diff(planes_mm)[interval]
+    stencil = _first_planes(len(planes_mm))[interval][:, None] + np.arange(min(STENCIL, len(planes_mm)))
+    weights, slopes = np.zeros((2, len(places_mm), len(planes_mm)))
+    for dense, found in zip((weights, slopes), _weights(planes_mm, interval, t), strict=True):
+        np.put_along_axis(dense, stencil, found, axis=1)
+    return weights, slopes
+
+
 def _first_planes(planes: int) -> Index:
     """First stencil plane of each interval."""
     size = min(STENCIL, planes)

@@ -16,13 +16,23 @@ from magicsim.deform import newton
 from magicsim.deform.condensed import Condenser, FirstStep
 from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.effort import LEAST_LIFT, MAX_BALANCE, Effort, force_balance, lift, report, report_passage
+from magicsim.deform.effort import (
+    LEAST_LIFT,
+    MAX_BALANCE,
+    Effort,
+    Progress,
+    force_balance,
+    lift,
+    report,
+    report_passage,
+)
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate, evaluated
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
+from magicsim.deform.overlap import burial_fault, overlap_fault
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
@@ -90,25 +100,38 @@ class ContactSolver:
         self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
 
     @on_one_blas_thread
-    def solve(self, indenter: Indenter, previous: Deformation | None = None, *, dt_s: float = math.inf) -> Deformation:
+    def solve(
+        self,
+        indenter: Indenter,
+        previous: Deformation | None = None,
+        *,
+        dt_s: float = math.inf,
+        progress: Progress | None = None,
+    ) -> Deformation:
         """Equilibrium with the object in a pose, reached from a previous one or from first contact.
 
         Args:
             indenter: The object in its pose.
             previous: Where the path stands; None starts from rest.
             dt_s: Time since then, for a lattice with branches [s].
+            progress: Told the share of the way after every iteration, see `Progress`.
 
         Returns:
             A valid deformation; the rest state, without a solve, when no point of the undeformed face lies inside the
             object or below a part of it (a dent that would still recover there is left out).
 
         Raises:
-            ConvergenceError: No valid equilibrium was found; the message has the figures, `history` every iteration.
+            ConvergenceError: No valid equilibrium was found, or the object lies inside the block between the points
+                (see `overlap`); the message has the figures, `history` every iteration.
         """
         if not self.can_touch(indenter):
+            self._refuse_overlap(self._rest, indenter, Effort())
             return self._rest
+        buried = burial_fault(indenter)
+        if buried is not None:
+            raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
-        problem, effort = self._timed(start, dt_s), Effort()
+        problem, effort = self._timed(start, dt_s), Effort(progress=progress)
         state = self._follow_path(problem, indenter, start, effort, fineness=1)
         for fineness in RESTARTS if self._forgets_its_path else ():
             if state is not None or (fineness > 1 and self._has_passed_through(effort.last)):
@@ -118,10 +141,17 @@ class ContactSolver:
         if state is None:
             complain = report_passage if self._has_passed_through(effort.last) else report
             raise ConvergenceError(complain(problem, effort), history=tuple(effort.iterations))
+        self._refuse_overlap(state, indenter, effort)
         if self._relaxation is None or start.relaxation is None:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
+
+    def _refuse_overlap(self, state: Deformation, indenter: Indenter, effort: Effort) -> None:
+        """Raises ConvergenceError where the object lies inside the block between its contact points."""
+        fault = overlap_fault(self.lattice, self._problem.face, state, indenter)
+        if fault is not None:
+            raise ConvergenceError(fault, history=tuple(effort.iterations))
 
     @property
     def _forgets_its_path(self) -> bool:
@@ -161,7 +191,7 @@ class ContactSolver:
         problems = {Care.ORDINARY: problem, Care.CAREFUL: problem.careful(), Care.PATIENT: problem.patient()}
         before_cutbacks = effort.cutbacks
         while strides.done < 1 and not strides.gave_up:
-            target = strides.target
+            target, effort.share = strides.target, strides.done
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
             stuck = effort.last
@@ -221,6 +251,7 @@ class ContactSolver:
         figures = iterate.figures()
         effort.iterations.append(figures)
         effort.last = iterate
+        effort.tell()
         LOGGER.debug("iteration %d: %s", iterate.iteration, figures)
         return iterate
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.effort import Progress, part_of
 from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.lattice import box_lattice, build_lattice
 from magicsim.deform.path import ContactSolver
@@ -78,6 +79,7 @@ def press(
     speed_mm_s: float | None = None,
     hold_s: float = 0.0,
     tolerance_mm: float = 0.002,
+    progress: Progress | None = None,
 ) -> PressResult:
     """Presses an object into a block; the path is press, then shear, then twist.
 
@@ -93,6 +95,7 @@ def press(
         speed_mm_s: Speed of the object on a path that takes time [mm/s]; the body must have a Prony series.
         hold_s: Time at the end of such a path [s].
         tolerance_mm: Largest penetration at any contact point [mm].
+        progress: Told after every iteration, see `Progress`.
 
     Raises:
         ConfigError: A number is not allowed.
@@ -128,8 +131,9 @@ def press(
         lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
         steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     states = [Deformation.rest(lattice)]
-    for pose, dt in steps:
-        states.append(solver.solve(pose, states[-1], dt_s=dt))
+    for number, (pose, dt) in enumerate(steps):
+        told = part_of(progress, number, len(steps)) if progress is not None else None
+        states.append(solver.solve(pose, states[-1], dt_s=dt, progress=told))
     result = _summarise(states[1:], time.perf_counter() - start)
     return result if speed_mm_s is None else replace(result, history=_history(states[1:], [dt for _, dt in steps]))
 

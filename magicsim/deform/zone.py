@@ -21,6 +21,9 @@ SAMPLE_MM = 0.1
 """Spacing of the points at which the undeformed face is tested for contact [mm]."""
 BLUNT = 0.5
 """Smallest feature of a blunt object in units of its zone's radius."""
+TINY = 3.5
+"""Sides of a zone, in spacings of its points, below which they cannot tell whether the object is blunt: a ball of a
+radius of 0.05 mm needs the finest cells to be found at all."""
 FAR_FIELD_BOUND = 0.01
 """Largest relative change of a force by the coarse far field as it is by default; a test holds it."""
 
@@ -77,7 +80,8 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
         return None
     low, high = face[touched].min(0), face[touched].max(0)
     zone = Zone(low_mm=(float(low[0]), float(low[1])), high_mm=(float(high[0]), float(high[1])))
-    return replace(zone, is_blunt=feature > BLUNT * zone.radius_mm)
+    is_tiny = bool((high - low < TINY * SAMPLE_MM).all())
+    return replace(zone, is_blunt=is_tiny or feature > BLUNT * zone.radius_mm)
 
 
 def graded_planes(planes_mm: Array, low_mm: float, high_mm: float, growth: float, *, keep_mm: Array) -> Array:

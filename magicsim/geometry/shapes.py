@@ -25,6 +25,9 @@ TINY = 1e-300
 class Shape(Protocol):
     """What contact and rendering need to know of a solid."""
 
+    def __hash__(self) -> int:
+        """Solids are values, so that what is worked out for one may be kept."""
+
     @property
     def feature_mm(self) -> float:
         """Smallest length that contact has to resolve [mm]: of the part that presses, not of rounded edges.

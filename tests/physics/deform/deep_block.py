@@ -1,7 +1,7 @@
 """Blocks that stand for a half-space or a layer, what presses them, and what is read off a sequence of spacings."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -101,7 +101,8 @@ class Cap:
         return self.radius_mm * float(np.linalg.norm(direction) - direction[2])
 
     def mesh(self) -> SurfaceMesh:
-        raise NotImplementedError
+        mesh = Sphere(self.radius_mm).mesh()
+        return replace(mesh, vertices=mesh.vertices - [0.0, 0.0, self.radius_mm])
 
 
 def ball(radius_mm: float, depth_mm: float, *, x_mm: float = 0.0, twist_deg: float = 0.0) -> Indenter:

@@ -27,7 +27,7 @@ def test_evaluate_prints_the_contract_and_fails_on_a_regression_alone(shell: She
     assert {"metrics", "regressions", "report"} <= set(found)
     assert found["regressions"] == []
     assert sorted(path.name for path in (mine / "magicsim-evaluate").iterdir()) == [
-        "config.toml", "evaluation.json", "report.html",
+        ".magicsim.json", "config.toml", "evaluation.json", "report.html",
     ]  # fmt: skip
     again = shell.json(*OPTIONS, "--baseline", "base.json", "--seed", 4)
     assert again["regressions"] == []

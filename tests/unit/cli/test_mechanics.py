@@ -19,3 +19,13 @@ def test_press_prints_the_contract_and_pushes_upwards(shell: Shell):
 def test_press_off_centre_with_shear_is_accepted(shell: Shell):
     found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.3, "--shear-mm", "-0.5,0.5", "--twist-deg", -5)
     assert found["converged"] is True
+
+
+def test_a_ball_that_the_points_miss_is_no_contact_of_force_zero(shell: Shell):
+    missed = ["--object", "sphere:radius_mm=0.05", "--depth-mm", 0.2]
+    assert "lies 0.2 mm inside the block" in shell.refusal("press", *COARSE, *missed)
+
+
+def test_a_ball_pressed_by_several_diameters_is_refused_with_the_size_that_is_not(shell: Shell):
+    deep = ["--object", "sphere:radius_mm=0.05", "--depth-mm", 0.5]
+    assert "an object of at least 0.2 mm" in shell.refusal("press", "mini-magictac", *deep)

@@ -56,6 +56,13 @@ def test_simulate_prints_the_contract_and_leaves_a_folder(shell: Shell, tmp_path
     assert again["frames"] == 7
 
 
+def test_no_frame_is_labelled_untouched_with_an_object_inside_the_block(shell: Shell, tmp_path: Path):
+    ball = ["object={kind='sphere',radius_mm=0.05}", "keyframes=[{frame=0,gap_mm=-0.2}]"]
+    told = shell.refusal("simulate", "near", "--out", "out", *settings(*ball, "design.lattice.cells_across=0"))
+    assert "lies 0.2 mm inside the block" in told
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_frames_that_no_detector_can_judge_are_kept(shell: Shell, tmp_path: Path):
     found = shell.json("simulate", "rest", "--out", "out", *settings("references=1"))
     assert "too few" in found["not_judged"]

@@ -1,0 +1,198 @@
+"""Whether an object lies inside the deformed block, told by its own surface and not by the contact points.
+
+Contact holds at the points of the face (`face`): what is smaller than the distance between them may pass through it
+and touch none. Here points of the object's surface, its tips and edges among them, are measured against the face as the
+solver interpolates it.
+"""
+
+import atexit
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.face import MAX_POINTS, ContactFace, axis_weights
+from magicsim.deform.lattice import Lattice
+from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.shapes import Shape
+
+Array = npt.NDArray[np.float64]
+UNSEEN_MM = 0.05
+"""Deepest place of an object inside the block where no contact point near it presses [mm]: balls whose radius is twice
+the distance of the contact points, as the points are chosen, reach 0.045 mm between four of them and press hardly yet.
+Objects of smaller features get no farther than these."""
+EDGE_SHARE = 0.4
+"""Deepest place inside where points press around it, in units of the node spacing there: a face bends between its nodes
+only so far around edges and tips. Measured at depths up to 0.9 mm with nodes 0.93 mm apart: balls of 0.5 to 4 mm 0.003,
+edges of punches 0.11, corners of boxes 0.19, cones of 60, 30 and 20 degrees 0.08, 0.22 and 0.34."""
+MOST_EXTENTS = 2.5
+"""Deepest press in units of the object's largest extent: the face closes above a ball on nothing. Balls pressed by 2.5
+diameters were the deepest that had an equilibrium; deeper ones end, after minutes, without."""
+SAMPLE_MM = 0.05
+"""Spacing of the face's samples near the object [mm]: a face that bends with a radius of a tenth of a millimetre is
+met to 0.003 mm."""
+MOST_SAMPLES = 200
+"""Along each axis: below an object as wide as the block samples are farther apart, as its contact points are."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inside:
+    """Points of an object's surface inside a block."""
+
+    points_mm: Array
+    """In the sensor's frame, shape (points, 3) [mm]."""
+    depth_mm: Array
+    """Their distances to the face along its normal, or to a side of the block that is nearer, positive, shape (points,)
+    [mm]."""
+    feet_mm: Array
+    """The places of the deformed face nearest to them, shape (points, 3) [mm]."""
+    rest_mm: Array
+    """Those places at rest, x and y, shape (points, 2) [mm]."""
+
+
+def burial_fault(indenter: Indenter) -> str | None:
+    """Why an object that touches is pressed too deep for any equilibrium; None where it is not.
+
+    Args:
+        indenter: The object in its pose.
+    """
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    reach = np.array([indenter.shape.support_mm(axis) for axis in axes])
+    extent, depth = float((reach[:3] + reach[3:]).max()), indenter.top_mm()
+    if depth <= MOST_EXTENTS * extent * (1 + 1e-9):
+        return None
+    return (
+        f"the object is pressed {depth:.3g} mm deep and measures {extent:.3g} mm: the face would close above it; at "
+        f"most {MOST_EXTENTS:g} times its size is allowed, or an object of at least {depth / MOST_EXTENTS:.2g} mm"
+    )
+
+
+def overlap_fault(lattice: Lattice, face: ContactFace, state: Deformation, indenter: Indenter) -> str | None:
+    """Why a state is no answer: the object lies inside the block; None where it does not.
+
+    Args:
+        lattice: The block.
+        face: Its contact points.
+        state: Where the block is, and which points press.
+        indenter: The object in its pose.
+    """
+    inside = points_inside(lattice, state.displacements_mm, indenter)
+    unseen = min(UNSEEN_MM, indenter.shape.feature_mm)
+    chosen = inside.depth_mm > unseen
+    if not chosen.any():
+        return None
+    depth, rest, feet = inside.depth_mm[chosen], inside.rest_mm[chosen], inside.feet_mm[chosen]
+    spacing = np.max([_interval_mm(planes, rest[:, axis]) for axis, planes in enumerate(lattice.planes_mm[:2])], axis=0)
+    pressing = state.contact_points_mm[state.contact_pressure_mpa > 0]
+    is_felt = np.zeros(len(depth), bool)
+    if len(pressing) > 0:
+        is_felt = cKDTree(pressing).query(feet)[0] <= spacing
+    limit = np.where(is_felt, np.maximum(unseen, EDGE_SHARE * spacing), unseen)
+    worst = int(np.argmax(depth - limit))
+    if depth[worst] <= limit[worst]:
+        return None
+    x, y, z = inside.points_mm[chosen][worst].tolist()
+    told = f"the object lies {depth[worst]:.2g} mm inside the block at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
+    if is_felt[worst]:
+        return (
+            f"{told}: at most {limit[worst]:.2g} mm is allowed around an edge or a tip, {EDGE_SHARE:g} of the node "
+            f"spacing of {spacing[worst]:.2g} mm there; press less deep, blunt it, or set a smaller lattice.spacing_mm"
+        )
+    nearest = int(cKDTree(state.contact_points_mm).query(feet[worst])[1])
+    between = float(np.sqrt(face.area_mm2[nearest]))
+    return (
+        f"{told}, and no contact point near it presses: they are {between:.2g} mm apart there and find tips and balls "
+        f"with radii from {smallest_radius_mm(between):.2g} mm on{_remedy(indenter.shape.feature_mm, spacing[worst])}"
+    )
+
+
+def smallest_radius_mm(point_spacing_mm: float) -> float:
+    """Radius from which a ball that is `UNSEEN_MM` inside reaches a contact point wherever it stands [mm].
+
+    In the middle of four points, half a diagonal h away from each, a cap of height t and radius (h^2 + t^2) / 2t does.
+    """
+    return (point_spacing_mm**2 / 2 + UNSEEN_MM**2) / (2 * UNSEEN_MM)
+
+
+def points_inside(lattice: Lattice, displacements_mm: Array, indenter: Indenter) -> Inside:
+    """The points of an object's surface that lie inside a block which its contact has deformed.
+
+    What stands beside the block is not inside it, however high.
+
+    Args:
+        lattice: The block.
+        displacements_mm: Of its nodes, shape (nodes, 3) [mm].
+        indenter: The object in its pose.
+    """
+    moved = displacements_mm[: lattice.layer_nodes]
+    face = lattice.nodes_mm[: lattice.layer_nodes] + moved
+    points = _near(indenter, face.min(0), face.max(0))
+    if len(points) == 0:
+        return Inside(points_mm=points, depth_mm=np.empty(0), feet_mm=points, rest_mm=points[:, :2])
+    drift = np.abs(moved).max(0)
+    places = [
+        _places(planes, points[:, axis].min() - drift[axis], points[:, axis].max() + drift[axis])
+        for axis, planes in enumerate(lattice.planes_mm[:2])
+    ]
+    (x, x_slope), (y, y_slope) = (axis_weights(*each) for each in zip(lattice.planes_mm[:2], places, strict=True))
+    grid = face.reshape(y.shape[1], x.shape[1], 3)
+    samples, along_x, along_y = (
+        np.einsum("yj,jic,xi->yxc", one, grid, other, optimize=True).reshape(-1, 3)
+        for one, other in ((y, x), (y, x_slope), (y_slope, x))
+    )
+    nearest = np.asarray(cKDTree(samples).query(points)[1])
+    rest = np.stack([places[0][nearest % len(x)], places[1][nearest // len(x)]], axis=1)
+    inward = np.cross(along_x[nearest], along_y[nearest])
+    depth = np.einsum("qi,qi->q", points - samples[nearest], inward) / np.linalg.norm(inward, axis=1)
+    depth = np.minimum(depth, _to_side_mm(lattice, rest))
+    found = np.flatnonzero(depth > 0)
+    return Inside(points_mm=points[found], depth_mm=depth[found], feet_mm=samples[nearest[found]], rest_mm=rest[found])
+
+
+@lru_cache(maxsize=8)
+def surface_points(shape: Shape) -> Array:
+    """Points of a solid's surface, its corners and tips among them, in its own frame, shape (points, 3) [mm]."""
+    return shape.mesh().vertices
+
+
+# Trees that outlive the interpreter are reported as leaks by libigl's binding
+atexit.register(surface_points.cache_clear)
+
+
+def _near(indenter: Indenter, low: Array, high: Array) -> Array:
+    """Points of the object above the lowest place of the face and within its sides, shape (points, 3) [mm]."""
+    if indenter.top_mm() <= low[2]:
+        return np.empty((0, 3))
+    points = indenter.pose.to_sensor(surface_points(indenter.shape))
+    is_within = ((points[:, :2] >= low[:2]) & (points[:, :2] <= high[:2])).all(axis=1)
+    return np.asarray(points[is_within & (points[:, 2] > low[2])])
+
+
+def _places(planes: Array, low: float, high: float) -> Array:
+    """Places on the part of an axis that can come near an object [mm]."""
+    reach = float(np.diff(planes).min())
+    first, last = np.clip([low - reach, high + reach], planes[0], planes[-1])
+    return np.linspace(first, last, int(np.clip(np.ceil((last - first) / SAMPLE_MM), 2, MOST_SAMPLES)) + 1)
+
+
+def _to_side_mm(lattice: Lattice, rest: Array) -> Array:
+    """Distance of places at rest to the nearest side of the block [mm]; planes of symmetry are no sides."""
+    ways = [planes[-1] - rest[:, axis] for axis, planes in enumerate(lattice.planes_mm[:2])]
+    if not lattice.is_mirrored:
+        ways += [rest[:, axis] - planes[0] for axis, planes in enumerate(lattice.planes_mm[:2])]
+    return np.asarray(np.min(ways, axis=0))
+
+
+def _interval_mm(planes: Array, places: Array) -> Array:
+    """Distance of the node planes on both sides of each place [mm]."""
+    return np.diff(planes)[np.clip(np.searchsorted(planes, places, side="right") - 1, 0, len(planes) - 2)]
+
+
+def _remedy(feature_mm: float, spacing_mm: float) -> str:
+    """The node spacing at which points find a feature, where it is a finer one than there is."""
+    squared = 2 * (2 * UNSEEN_MM * feature_mm - UNSEEN_MM**2)
+    needed = MAX_POINTS * float(np.sqrt(max(squared, 0.0)))
+    return f"; lattice.spacing_mm = {needed:.2g} finds this one" if 0 < needed < spacing_mm else ""
