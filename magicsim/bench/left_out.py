@@ -35,6 +35,7 @@ SMALL = (
 HELD = "[{frame=0}, {frame=1, gap_mm=2.0}, {frame=2, gap_mm=-0.5}, {frame=5, gap_mm=-0.5}, {frame=6, gap_mm=2.0}]"
 """An object that comes, is held for four frames and goes back to where it was."""
 OTHER_SEED = 1000
+LIGHT_TOUCH_MM = 0.02
 FAR_MM = 1500.0
 """Distance of an object that is too far to be seen [mm]."""
 MIDDLE = 4
@@ -179,6 +180,18 @@ def _still_meshes(settings: tuple[str, ...]) -> Rule:
     )  # fmt: skip
 
 
+def _hardly_moved(settings: tuple[str, ...]) -> Rule:
+    press = f"keyframes=[{{frame=0, gap_mm=-{LIGHT_TOUCH_MM}}}]"
+    lean, full = (load_scene("pressed", [*settings, press, *more]) for more in ((), ("render.still_mm=0",)))
+    other = load_scene(
+        "pressed", [*settings, press, "render.still_mm=0", f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED
+    )
+    return Rule(
+        name=f"displacements below {lean.render.still_mm:g} mm, pressed {LIGHT_TOUCH_MM} mm", result="bounded",
+        full=_image(full), lean=_image(lean), again=(_image(other), _image(other)),
+    )  # fmt: skip
+
+
 def _image(scene: SceneConfig, *, whole: bool = False, far: bool = False) -> Run:
     """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths, `far` at any distance."""
     sensor, state = Sensor(scene), timeline(scene)[0]
@@ -240,5 +253,5 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
 
 RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (
     _repeated_states, _far_field, _nothing_scatters, _dark_flashlight, _recorded("near"),
-    _recorded("flashlight"), _out_of_reach, _still_meshes, _region, _outputs,
+    _recorded("flashlight"), _out_of_reach, _hardly_moved, _still_meshes, _region, _outputs,
 )  # fmt: skip

@@ -72,9 +72,9 @@ class RenderSettings(Config):
     forward_collisions: Annotated[int, Field(ge=0, le=64)] = 8
     """First collisions of a camera path in an infill with `anisotropy` that follow its true phase function; from then
     on, and with 0 from the start, scattering is reduced to isotropic."""
-    still_mm: Annotated[float, Field(ge=0, le=0.1)] = 0.005
+    still_mm: Annotated[float, Field(ge=0, le=0.1)] = 0.001
     """Vertices that a press moves by no more than this are rendered where they were, and none is rendered further than
-    this from its place [mm]; 0.005 is a twentieth of a pixel of the default camera."""
+    this from its place [mm]; 0.001 is a hundredth of a pixel of the default camera."""
     anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 32
     """Camera samples of the untouched state, to which every frame is anchored; 0 means no anchor."""
     anchor_particles: Annotated[int, Field(ge=100, le=100_000_000)] = 1_200_000
