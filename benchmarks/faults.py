@@ -383,10 +383,10 @@ def live(work: Path, count: int, chance: random.Random) -> Iterator[Row]:
         for number in range(count):
             try:
                 kind = chance.random()
-                if kind < 0.1:  # noqa: PLR2004
+                if kind < 0.1:
                     sensor.remove_object()
-                elif kind < 0.2:  # noqa: PLR2004
-                    sensor.shine(on=chance.random() < 0.5, x_mm=chance.uniform(-3, 3))  # noqa: PLR2004
+                elif kind < 0.2:
+                    sensor.shine(on=chance.random() < 0.5, x_mm=chance.uniform(-3, 3))
                 else:
                     x_mm, y_mm = chance.uniform(-2, 2), chance.uniform(-2, 2)
                     sensor.move_to(gap_mm=chance.choice((3.0, 0.3, -0.1, -0.4, -0.8)), x_mm=x_mm, y_mm=y_mm)
