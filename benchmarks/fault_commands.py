@@ -51,13 +51,21 @@ kind = "flashlight"
 lit_frames = 2
 """
 SWEEP = f"""{SENSOR}
-measures = ["force_1mm_n", "printability"]
-objectives = [{{ measure = "force_1mm_n", better = "lower" }}]
+sampling = "sobol"
+count = 200
+measures = ["printability"]
+objectives = [{{ measure = "printability", better = "higher" }}]
 {BALL}
 [[swept]]
 field = "design.cell_mm"
-values = [0.8, 1.0, 1.2]
+low = 0.6
+high = 1.2
+[[swept]]
+field = "design.skin_mm"
+low = 0.3
+high = 1.2
 """
+"""Many designs that are judged at once: what is tried is the folder, and it is written all the time."""
 SUITE = f"""{SENSOR}
 references = 6
 resamples = 99
@@ -113,8 +121,7 @@ def commands(work: Path) -> dict[str, Command]:
     for name, text in FILES.items():
         (work / name).write_text(text, encoding="utf-8")
     coarse = tuple(part for each in COARSE for part in ("--set", each))
-    sensor = tuple(part for each in COARSE[:5] for part in ("--set", each))
-    quality = ("--set", "quality.columns=24", "--set", "quality.rows=32")
+    block = tuple(part for each in COARSE[:2] for part in ("--set", each))
     return {
         "simulate": Command(name="simulate", arguments=("simulate", str(work / "scene.toml"), *coarse)),
         "dataset": Command(
@@ -122,7 +129,7 @@ def commands(work: Path) -> dict[str, Command]:
             again=("--resume",),
         ),
         "sweep": Command(
-            name="sweep", arguments=("sweep", str(work / "sweep.toml"), *sensor[:4], *quality, "--workers", "2"),
+            name="sweep", arguments=("sweep", str(work / "sweep.toml"), *block, "--workers", "2"),
             again=("--resume",),
         ),
         "evaluate": Command(

@@ -5,6 +5,7 @@
     python benchmarks/faults.py rivals --count 50
     python benchmarks/faults.py foreign --count 100
     python benchmarks/faults.py surroundings
+    python benchmarks/faults.py live --count 2000
     python benchmarks/faults.py table
 
 Each part runs small but whole commands in folders of its own, and keeps its rows in `--figures`
@@ -364,12 +365,55 @@ def _running(file: Path) -> Iterator[tuple[subprocess.Popen[bytes], list[subproc
             each.wait()
 
 
+LIVE = ("design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.2", "rig.camera.columns=24", "rig.camera.rows=32",
+        "rig.camera.field_mm=10", "render.samples=2", "render.particles=2000", "render.anchor_samples=2",
+        "render.anchor_particles=2000", "object.radius_mm=3")  # fmt: skip
+WARM_SHARE, MOST_GROWTH = 0.25, 1.05
+"""Memory after so much of the frames is what it may grow from, by so much at most."""
+
+
+def live(work: Path, count: int, chance: random.Random) -> Iterator[Row]:
+    """A live sensor through mixed states: near, pressed, sheared, lit, without object; its memory stays flat."""
+    del work
+    from magicsim.errors import MagicsimError
+    from magicsim.robot import live_sensor
+
+    row, megabytes = Row(fault="frames of a live sensor in mixed states"), []
+    with live_sensor("grip", LIVE) as sensor:
+        for number in range(count):
+            try:
+                kind = chance.random()
+                if kind < 0.1:
+                    sensor.remove_object()
+                elif kind < 0.2:
+                    sensor.shine(on=chance.random() < 0.5, x_mm=chance.uniform(-3, 3))
+                else:
+                    x_mm, y_mm = chance.uniform(-2, 2), chance.uniform(-2, 2)
+                    sensor.move_to(gap_mm=chance.choice((3.0, 0.3, -0.1, -0.4, -0.8)), x_mm=x_mm, y_mm=y_mm)
+                image = sensor.frame().image
+                row.check(holds=image.shape == (32, 24, 3), otherwise=f"frame {number}: shape {image.shape}")
+            except MagicsimError as error:  # a refusal is an answer
+                row.check(holds="\n" not in str(error), otherwise=f"frame {number}: {error}")
+            if number % max(1, count // 20) == 0:
+                megabytes.append(_resident_mb())
+    warm = megabytes[int(len(megabytes) * WARM_SHARE)]
+    row.check(holds=megabytes[-1] < MOST_GROWTH * warm, otherwise=f"memory grew: {megabytes}")
+    row.note = f"memory {warm:.0f} MB after a quarter of them, {megabytes[-1]:.0f} MB at the end"
+    yield row
+
+
+def _resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
 PARTS: dict[str, Callable[[Path, int, random.Random], Iterator[Row]]] = {
     "kills": kills,
     "corruption": corruption,
     "rivals": rivals,
     "foreign": foreign,
     "surroundings": surroundings,
+    "live": live,
 }
 
 
