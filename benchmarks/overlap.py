@@ -48,7 +48,7 @@ NORMAL_MM = 0.2
 """Smallest feature of an object of normal size."""
 SLACK_MM = 0.02
 """By which points between an object's vertices may lie deeper than these."""
-LONGEST_S = 3
+LONGEST_S = 6
 """A press that takes more of the processor is counted as no answer: what is asked for here is what is accepted."""
 SUBDIVISIONS = 8
 """Parts of a facet's edge on the closed surface of the block."""
