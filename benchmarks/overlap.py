@@ -125,7 +125,7 @@ def undeformed_overlap_mm(points: Array) -> float:
 
 
 def depths_inside(lattice: Lattice, state: Deformation, points: Array) -> tuple[Array, Array]:
-    """Distances to the deformed face of the points inside the deformed block, and these points."""
+    """Distances to the nearest face or side of the points inside the deformed block, and these points."""
     axes = [
         np.interp(np.linspace(0, len(planes) - 1, SUBDIVISIONS * (len(planes) - 1) + 1), np.arange(len(planes)), planes)
         for planes in lattice.planes_mm[:2]
@@ -159,9 +159,9 @@ def depths_inside(lattice: Lattice, state: Deformation, points: Array) -> tuple[
     near = near[np.abs(winding) > 0.5]
     if len(near) == 0:
         return np.empty(0), near
-    squared, _, foot = igl.point_mesh_squared_distance(np.ascontiguousarray(near), face, sheet.astype(np.int64))
-    over_face = np.abs(foot[:, :2]).max(axis=1) < np.abs(face[rim][:, :2]).max() - 0.1
-    return np.where(over_face, np.sqrt(squared), 0.0), near
+    sides = closed[: -len(rim)].astype(np.int64)  # without the fan
+    squared, _, _ = igl.point_mesh_squared_distance(np.ascontiguousarray(near), vertices, sides)
+    return np.sqrt(squared), near
 
 
 def judged(lattice: Lattice, state: Deformation, indenter: Indenter, points: Array) -> tuple[str, str]:
@@ -212,10 +212,10 @@ def run(random: np.random.Generator, folder: Path) -> Row:
         return row(UNANSWERED, "", feature=feature, overlap=overlap)
     except MagicsimError as error:
         reasons = (
+            "passed through",
             "no contact point near it",
             "would close above it",
             "around an edge or a tip",
-            "passed through",
             "valid equilibrium",
         )
         reason = next((each for each in reasons if each in str(error)), str(error))
