@@ -3,9 +3,10 @@
 import csv
 import hashlib
 import io
+import json
+import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,8 +82,10 @@ COARSE = (
     "render.anchor_particles=20000",
 )  # fmt: skip
 FILES = {"scene.toml": SCENE, "recipe.toml": RECIPE, "sweep.toml": SWEEP, "suite.toml": SUITE}
-TIMED = ("seconds",)
-"""Columns of a sweep's table that name a time end so."""
+TIMED = frozenset({"seconds", "milliseconds_per_frame"})
+"""Keys of an evaluation that name a time."""
+TIMED_FILES = frozenset({"sweep.json", "sweep.parquet", "report.html"})
+"""Files of a sweep that hold times, beside the designs'."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,26 +142,34 @@ def commands(work: Path) -> dict[str, Command]:
 
 
 def content(folder: Path) -> dict[str, str]:
-    """SHA-256 of every file of a folder by name, of a sweep's table without its times."""
-    return {name: hashlib.sha256(data).hexdigest() for name, data in _files(folder)}
-
-
-def _files(folder: Path) -> Iterator[tuple[str, bytes]]:
-    for path in sorted(folder.rglob("*")):
-        name = path.relative_to(folder).as_posix()
-        is_sweep = (folder / "sweep.json").exists()
-        if not path.is_file() or path.name == "errors.jsonl":
+    """SHA-256 of every file of a folder by name, without the times that a run took: `TIMED`."""
+    names = (path.relative_to(folder).as_posix() for path in sorted(folder.rglob("*")) if path.is_file())
+    untimed = {
+        "sweep.csv": _untimed_table, "evaluation.json": _untimed_object, "report.html": _untimed_page,
+    }  # fmt: skip
+    is_sweep = (folder / "sweep.json").exists()
+    found = {}
+    for name in names:
+        # What a sweep's table and page are made from holds the same times; the list of a result their hashes.
+        if name in {"errors.jsonl", ".magicsim.json"} or (is_sweep and name in TIMED_FILES | set(_designs(name))):
             continue
-        if is_sweep and name != "sweep.csv":  # what the table is made from, and pages of it, hold times too
-            if name.startswith("frames/"):
-                yield name, path.read_bytes()
-            continue
-        yield name, (_untimed(path.read_text(encoding="utf-8")) if is_sweep else path.read_bytes())
+        data = (folder / name).read_bytes()
+        found[name] = hashlib.sha256(untimed[name](data.decode()) if name in untimed else data).hexdigest()
+    return found
 
 
-def _untimed(table: str) -> bytes:
-    rows = [
-        {key: value for key, value in row.items() if not any(word in key for word in TIMED)}
-        for row in csv.DictReader(io.StringIO(table))
-    ]
-    return repr(rows).encode()
+def _designs(name: str) -> tuple[str, ...]:
+    return (name,) if name.startswith("designs/") else ()
+
+
+def _untimed_table(text: str) -> bytes:
+    rows = csv.DictReader(io.StringIO(text))
+    return repr([{key: value for key, value in row.items() if "seconds" not in key} for row in rows]).encode()
+
+
+def _untimed_object(text: str) -> bytes:
+    return repr({key: value for key, value in json.loads(text).items() if key not in TIMED}).encode()
+
+
+def _untimed_page(text: str) -> bytes:
+    return re.sub(r"[0-9.]+ ms, on the machine", "ms, on the machine", text).encode()
