@@ -27,6 +27,7 @@ from sklearn.model_selection import GroupKFold
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
+from magicsim.geometry.objects import parse_object
 from magicsim.plan import can_touch
 from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.scene import load_scene
@@ -40,14 +41,15 @@ FAR_MM = 8.0
 """Distance from the contact where the deformation does not reach."""
 BLOCK_PX = 20
 OBJECTS = (
-    "sphere:radius_mm=4,color=0.8x0.4x0.1", "sphere:radius_mm=2.5,color=0.2x0.2x0.25", "finger",
+    "sphere:radius_mm=4,color=0.8x0.4x0.1", "sphere:radius_mm=2.5,color=0.2x0.2x0.25",
     "domed_cylinder:radius_mm=3,edge_radius_mm=1,color=0.3x0.6x0.2", "sphere:radius_mm=6,color=0.7x0.7x0.7",
 )  # fmt: skip
 PLACES = ((-6.0, -9.0), (6.0, 9.0), (-5.0, 8.0), (5.0, -8.0), (0.0, -10.0), (0.0, 10.0))
 """Near the rim, so that much of the image is far from the contact."""
 DESIGNS = ((), ("design.cell_mm=1.0",), ("design.skin_mm=0.6",))
-LIGHTS = ((), ("rig.strips.0.radiance=[2,0.2,0.2]",))
-CLEAN = ("rig.camera.read_noise_e=0", "rig.camera.full_well_e=1e12", "references=1")
+DIMMED = (1.0, 0.4)
+"""Strength of the first LED strip."""
+CLEAN = ("rig.camera.read_noise_e=0", "rig.camera.full_well_e=1e9", "references=1")
 """The camera's own noise must not be what hides a step."""
 
 
@@ -64,9 +66,13 @@ def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
     """Frames of one case, with the question that they belong to."""
     chance = random.Random(1000 * seed + case)
     x_mm, y_mm = chance.choice(PLACES)
-    settings = [*CLEAN, *chance.choice(DESIGNS), *chance.choice(LIGHTS), f"object={chance.choice(OBJECTS)!r}"]
-    deepest = [f"keyframes=[{{frame=0,gap_mm=-{GAPS_MM[-1]},x_mm={x_mm},y_mm={y_mm}}}]"]
-    sensor = Sensor(load_scene("pressed", [*settings, *deepest], seed=100 * seed + case))
+    deepest = f"keyframes=[{{frame=0,gap_mm=-{GAPS_MM[-1]},x_mm={x_mm},y_mm={y_mm}}}]"
+    scene = load_scene("pressed", [*CLEAN, *chance.choice(DESIGNS), deepest], seed=100 * seed + case)
+    first, *others = scene.rig.strips
+    share = chance.choice(DIMMED)
+    dimmed = first.model_copy(update={"radiance": tuple(share * each for each in first.radiance)})
+    rig = scene.rig.model_copy(update={"strips": (dimmed, *others)})
+    sensor = Sensor(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
     camera = sensor.scene.rig.camera
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     exposure = meter(untouched, camera)
@@ -84,7 +90,7 @@ def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
                 gap_mm=sign * gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0
             )
             yield "before or after contact", shown(state, label=sign < 0)
-    for gap_mm in (None, 400.0, 800.0):
+    for gap_mm in (None, 1700.0, 1900.0):
         state = FrameState(gap_mm=gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0)
         yield "absent or too far to be seen", shown(state, label=gap_mm is not None)
 
