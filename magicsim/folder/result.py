@@ -102,6 +102,17 @@ def check_target(target: Path) -> None:
             name for name in foreign_in(target, listing or {}) if Path(name).parts[0] not in own and not is_lock(name)
         ]
     refuse_foreign(target, foreign)
+    _check_place(target)
+
+
+def _check_place(target: Path) -> None:
+    """Refuses a place that cannot be written, before any work is done for it."""
+    place = target.parent if can_be_replaced(target) else target
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    if not os.access(place, os.W_OK | os.X_OK) and place.is_dir():
+        msg = f"cannot write {target}: '{place}' cannot be written"
+        raise OutputError(msg)
 
 
 def refuse_foreign(target: Path, names: Sequence[str]) -> None:
