@@ -46,7 +46,10 @@ def far_noise(sensor, gaps_mm):
     return np.sqrt(np.mean(np.square(levels))) / untouched.mean()
 
 
-@pytest.mark.parametrize("settings", [(), ("object.specular=0.3", "object.roughness=0.4")])
+GLOSSY = ("object.specular=0.3", "object.roughness=0.4")
+
+
+@pytest.mark.parametrize("settings", [(), pytest.param(GLOSSY, marks=pytest.mark.slow)])
 def test_noise_far_away_does_not_tell_a_light_touch(settings):
     sensor = sensor_of(*settings)
     assert far_noise(sensor, (0.02, 0.005)) < HIDDEN
@@ -58,10 +61,10 @@ def test_without_the_bound_the_noise_would_tell():
     assert far_noise(sensor_of("render.still_mm=0"), TOUCHES_MM) > 3 * HIDDEN
 
 
-@pytest.mark.parametrize("flashlight", [False, True])
+@pytest.mark.parametrize("flashlight", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_mean_is_continuous_at_contact(flashlight):
     changes = []
-    for seed in (1, 2, 3):
+    for seed in (1, 2):
         sensor = sensor_of(seed=seed)
         before, after = (seen(sensor, state(gap, flashlight=flashlight)).mean((0, 1)) for gap in (0.003, -0.005))
         changes.append(after / before - 1)
