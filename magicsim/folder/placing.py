@@ -49,7 +49,11 @@ def _exchange_content(new: Path, target: Path) -> None:
     fresh = new
     if new.parent != target:  # perhaps on another disk: what takes time comes first
         fresh = within(target, "partial")
-        shutil.copytree(new, fresh)
+        try:
+            shutil.copytree(new, fresh)
+        except OSError:
+            shutil.rmtree(fresh, ignore_errors=True)
+            raise
     aside = within(target, "old")
     aside.mkdir()
     moved: list[tuple[Path, Path]] = []

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 FADE = 8.0
-"""Displacement, in units of the bound, from which on it is rendered as it is: strains grow by a fifth at most."""
+"""Displacement, in units of the bound, from which on it is rendered as it is: strains grow by 22 % at most."""
 
 
 def still(vertices: Array, rest: Array, bound_mm: float) -> Array:
