@@ -164,7 +164,7 @@ def _out_of_reach(settings: tuple[str, ...]) -> Rule:
 def _still_meshes(settings: tuple[str, ...]) -> Rule:
     scene = load_scene("near", [*settings, "keyframes=[{frame=0, gap_mm=1.2}, {frame=1, gap_mm=1.0}]"])
     sensor = Sensor(scene)
-    sensor.renderer.uses_records = False
+    sensor.renderer.leaves_out_unmoved = False
     body, infill = sensor.elastomer.body, sensor.elastomer.infill
 
     def run(*, anew: bool) -> Array:
@@ -196,7 +196,7 @@ def _image(scene: SceneConfig, *, whole: bool = False, far: bool = False) -> Run
     """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths, `far` at any distance."""
     sensor, state = Sensor(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
-    sensor.renderer.uses_records, sensor.renderer.leaves_out_far = not whole, not far
+    sensor.renderer.leaves_out_unmoved, sensor.renderer.leaves_out_far = not whole, not far
     sensor.renderer.prepare(sensor.view(state, deformation))
     return lambda: sensor.radiance(state, deformation).astype(np.float64)
 

@@ -13,13 +13,12 @@ from magicsim.geometry.grid import node_spacing_mm
 from magicsim.plan import plan_scene
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import RenderSettings, SceneConfig
-from magicsim.scenes.untouched import RECORDED_PER_PARTICLE
 
-CAMERA_S, PARTICLE_S, SOLVE_S, EPISODE_S, START_S = 2.2e-6, 1.5e-5, 2.0, 1.5, 12.0
-"""Core seconds of a camera sample, a light particle, a solved frame, an episode's meshes, a process's start with its
-compilation; of the default design on one x86-64 core."""
-LOOK_S, RECORD_S = 5e-6, 4e-6
-"""Core seconds of a pixel of a frame that is made from recorded paths, and of a camera sample that is recorded."""
+CAMERA_S, PARTICLE_S, SOLVE_S, MOVE_S, EPISODE_S, START_S = 2.2e-6, 7e-6, 1.0, 0.4, 1.5, 12.0
+"""Core seconds of a camera sample, a light particle, a solved frame, meshes that move, an episode's meshes, a process's
+start with its compilation; of the default design on one x86-64 core."""
+LOOK_S, RECORD_S = 3e-6, 4e-6
+"""Core seconds of a pixel that is seen by recorded paths, and of a camera sample that is recorded."""
 IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES, ROW_BYTES = 2.0, 0.02, 1.0, 6.0, 3000
 """A pixel of a frame, of a mask, of a depth map in contact, a lattice node in contact, the rest of a row."""
 LOOKED_AT, COUNTED = 64, 256
@@ -65,9 +64,7 @@ def estimate(
     if len(counted) < len(numbers):
         sensors = min(len(numbers), int(sensor_of(recipe, int(numbers[-1] - numbers[0]))) + 1)
     anchors = min(processes * sensors, len(numbers))
-    shared = _anchor_s(recipe.render, recipe.rig.camera)
-    if any(_is_recorded(each.scene) for each in looked_at):
-        shared += _record_s(recipe.render, recipe.rig.camera)
+    shared = _shared_s(recipe.render, recipe.rig.camera)
     seconds = scale * sum(cost[0] for cost in costs) + anchors * shared + processes * START_S
     frames = sum(recipe.references + episodes[each].scene.frame_count for each in counted)
     return Estimate(
@@ -80,9 +77,7 @@ def estimate(
 def estimate_scene(scene: SceneConfig) -> Estimate:
     """What one scene will cost in a process of its own."""
     seconds, size = episode_cost(scene)
-    shared = _anchor_s(scene.render, scene.rig.camera) + START_S
-    if _is_recorded(scene):
-        shared += _record_s(scene.render, scene.rig.camera)
+    shared = _shared_s(scene.render, scene.rig.camera) + START_S
     return Estimate(frames=scene.references + scene.frame_count, core_seconds=seconds + shared, bytes=round(size))
 
 
@@ -96,21 +91,12 @@ def odd_step(count: int, most: int) -> int:
     return math.ceil(count / most) | 1
 
 
-def _anchor_s(render: RenderSettings, camera: Camera) -> float:
-    return camera.rows * camera.columns * render.anchor_samples * CAMERA_S + render.anchor_particles * PARTICLE_S
-
-
-def _record_s(render: RenderSettings, camera: Camera) -> float:
-    samples = camera.rows * camera.columns * render.anchor_samples
-    return samples * RECORD_S + RECORDED_PER_PARTICLE * render.particles * PARTICLE_S
-
-
-def _is_recorded(scene: SceneConfig) -> bool:
-    """Whether frames in which nothing touches are made from recorded paths, as `scenes.approach` decides it."""
-    body, infill = scene.design.materials.body, scene.design.materials.infill
-    if infill is None or not scene.design.has_grid or not scene.render.anchor_samples:
-        return False
-    return max(scene.rig.ambient) == 0 and body.sigma_s_per_mm == 0 and infill.anisotropy == 0
+def _shared_s(render: RenderSettings, camera: Camera) -> float:
+    """Of the untouched sensor, with its recorded paths."""
+    if not render.anchor_samples:
+        return 0.0
+    samples = render.anchor_samples + render.samples
+    return camera.rows * camera.columns * samples * RECORD_S + render.anchor_particles * PARTICLE_S
 
 
 def episode_cost(scene: SceneConfig) -> tuple[float, float]:
@@ -118,10 +104,10 @@ def episode_cost(scene: SceneConfig) -> tuple[float, float]:
     render, camera, plan = scene.render, scene.rig.camera, plan_scene(scene)
     pixels = camera.rows * camera.columns
     rendered = [frame for frame in plan.frames if frame.same_as is None]
-    free = [each for each in rendered if not each.solve] if _is_recorded(scene) else []
-    solved, traced = sum(frame.solve for frame in plan.frames), 1 + len(rendered) - len(free)
-    seconds = EPISODE_S + solved * SOLVE_S + len(free) * pixels * LOOK_S
-    seconds += traced * (pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
+    solved, anchored = sum(frame.solve for frame in plan.frames), render.anchor_samples > 0
+    traced = 1 + sum(frame.solve or not anchored for frame in rendered)
+    seconds = EPISODE_S + solved * SOLVE_S + anchored * len(rendered) * pixels * LOOK_S
+    seconds += traced * (MOVE_S + pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
     frames = scene.references + scene.frame_count
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)
     size = frames * (ROW_BYTES + pixels * (IMAGE_BYTES + MASK_BYTES * scene.output.contact_mask))

@@ -1,7 +1,7 @@
 """The light field as the camera pass looks it up: a linear function in every cell and in every voxel of the body."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,17 @@ from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.voxels import Voxels
 
 Array = npt.NDArray[np.float64]
+
+
+class Elements(NamedTuple):
+    """A field that is linear in each of many elements."""
+
+    values: Array
+    """Mean of each element, shape (elements, 3 channels)."""
+    slopes: Array
+    """Along x, y and z, shape (elements, 3 axes, 3 channels) [1/mm]."""
+    centres_mm: Array
+    """Shape (elements, 3) [mm]."""
 
 
 @dataclass(slots=True, kw_only=True)

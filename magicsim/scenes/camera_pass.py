@@ -28,7 +28,7 @@ from magicsim.scenes.medium import (
 )
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.scenes.outside import nearer_hit
-from magicsim.scenes.path_record import PathRecord
+from magicsim.scenes.path_record import Gathered, PathRecord
 from magicsim.scenes.path_starts import PathStarts
 from magicsim.scenes.ray_start import leave
 from magicsim.scenes.shapes import Shapes
@@ -84,7 +84,7 @@ def gather_radiance(
             stream = starts.stream(index)
             sampler.seed(state + stream, FIRST_STREAM + stream)
             ray = starts.ray(index)
-            weight, in_body, depth = starts.weight(), mi.Bool(False), mi.UInt32(starts.depth)
+            weight, in_body, depth = starts.weight(), starts.in_body(), mi.UInt32(starts.depth)
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
         si = next_hit(scene, ray, infill_pointer, shapes.faces, at, active)
@@ -111,10 +111,10 @@ def gather_radiance(
         depth_mm = dr.select(infill.sigma_t * si.t > 1e-3, depth_mm, si.t * (0.5 - infill.sigma_t * si.t / 12))  # noqa: PLR2004
         phi = light.cells.at(cell, ray(depth_mm), inside)
         radiance[inside] += weight * phi * gained * (infill.albedo / (4 * dr.pi))
-        if record is not None:
-            entry = record.number(place, index - start, depth)
-            record.add_segment(entry, cell, weight.x * gained, ray(depth_mm), inside)
-            record.add_escape(entry, ray, weight.x, active & ~valid)
+        met = Gathered(
+            element=cell, gain=weight.x * gained * (infill.albedo / (4 * dr.pi)), place=ray(depth_mm), active=inside
+        )
+        arriving = mi.Float(weight.x)
         weight *= transmitted
         crossed = segment.in_body & valid
         if light.body is None:
@@ -127,8 +127,19 @@ def gather_radiance(
             before = dr.exp(-body.sigma_a * begin)
             share = (1 - kept) * (body.albedo / (4 * dr.pi))
             radiance[active & crossed] += weight * before * cloud * share
+            met = met.otherwise(
+                element=shapes.cells + light.body.voxels.index(ray(body_way)),
+                gain=weight.x * before * share,
+                place=ray(body_way),
+                active=active & crossed,
+            )
             weight[crossed] *= kept * dr.exp(-body.sigma_a * (si.t - stretch))
 
+        if record is not None:
+            entry = record.number(place, index - start, depth)
+            record.add_segment(entry, met)
+            record.add_escape(entry, ray, arriving, active & ~valid)
+            record.mark(place, si.p, active & valid)
         if environment is not None:
             radiance[active & ~valid] += weight * environment.eval(si, active & ~valid)
 
@@ -153,12 +164,6 @@ def gather_radiance(
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         on_object = active & segment.opaque & (si.shape == object_pointer)
         radiance[on_object] += weight * light.on_object(si.prim_index, on_object) * finish.diffuse(si, on_object)
-        if environment is not None:
-            # The room lights the object from the side that varies most, so it is looked at instead of cached.
-            upward = leave(si, si.to_world(mi.warp.square_to_cosine_hemisphere(sample2)))
-            sky = scene.ray_intersect(upward, on_object)
-            seen = on_object & ~sky.is_valid()
-            radiance[seen] += weight * environment.eval(sky, seen) * finish.diffuse(si, seen) * dr.pi
         mirrored, share = finish.mirror(si, sample2)
         weight[on_object] *= share
         local = dr.select(on_object, mirrored, local)

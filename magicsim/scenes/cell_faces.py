@@ -6,6 +6,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.scenes.aligned import aligned
 from magicsim.scenes.backend import mi
 from magicsim.scenes.cell_topology import FACES, CellTopology, canonical_triangles
 
@@ -82,13 +83,13 @@ def cell_faces(vertices: Array, topology: CellTopology) -> CellFaces:
     neighbours[~(free & free[facing])] = -1
     return CellFaces(
         parts=topology.parts,
-        patches=mi.Float(patches.ravel()),
+        patches=mi.Float(aligned(patches, np.float32).ravel()),
         stride=stride,
-        frames=mi.Float(frames.astype(np.float32).ravel()),
-        neighbours=mi.UInt32(np.where(neighbours < 0, NONE, neighbours).astype(np.uint32).ravel()),
+        frames=mi.Float(aligned(frames, np.float32).ravel()),
+        neighbours=mi.UInt32(aligned(np.where(neighbours < 0, NONE, neighbours), np.uint32).ravel()),
         face_of=mi.UInt32(topology.face_of.astype(np.uint32)),
         triangles=mi.UInt32(topology.triangles.astype(np.uint32).ravel()),
-        normals=mi.Float(np.pad(normals, ((0, 0), (0, 0), (0, 1))).ravel()),
+        normals=mi.Float(aligned(np.pad(normals, ((0, 0), (0, 0), (0, 1))), np.float32).ravel()),
     )
 
 

@@ -2,7 +2,8 @@
 
 The lens moves the optical axis, distorts (OpenCV's model) and darkens towards the corners. An ideal image a little
 larger than the camera's is rendered, and each pixel of the camera looks up its place there. Without any of that the
-ideal image is the camera's, and nothing is looked up.
+ideal image is the camera's, and nothing is looked up. Lens and pixels then spread the light of a point over the pixels
+around it.
 """
 
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import gaussian_filter
 
 from magicsim.errors import RenderError
 from magicsim.geometry.design import ElastomerDesign
@@ -21,6 +23,8 @@ Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
 UNDISTORT_PX, MAX_UNDISTORT = 1e-4, 200
 """Largest error of the inverse of the distortion, and corrections after which it is taken to have none."""
+SPREAD = 3.0
+"""Reach of the point spread function in standard deviations."""
 BORDER_PX = 2
 """Ideal pixels beyond the outermost place that is looked up."""
 
@@ -37,6 +41,10 @@ class Film:
     """Full field of view along the ideal image's columns [degrees]."""
     places_px: FloatImage | None
     """Column and row in that window of each pixel that is read out, shape (rows, columns, 2); None where the same."""
+    blur_px: float
+    """Standard deviation of the point spread function [px]."""
+    inner: Window
+    """What is read out of the pixels that were looked up: those around it spread light into it."""
     shading: FloatImage | None
     """Relative illumination of each pixel that is read out, shape (rows, columns, 1); None where 1."""
 
@@ -47,7 +55,28 @@ class Film:
             image = np.asarray(
                 cv2.remap(ideal, self.places_px[..., 0], self.places_px[..., 1], cv2.INTER_LINEAR), np.float32
             )
+        image = np.asarray(self.inner.of(point_spread(image, self.blur_px)))
         return image if self.shading is None else image * self.shading
+
+
+def point_spread(image: FloatImage, blur_px: float) -> FloatImage:
+    """An image as blurred as lens and pixels make it, shape (rows, columns, 3).
+
+    A Gaussian, by which the core of most lenses' point spread is met; beyond the image's border its mirror goes on.
+
+    Args:
+        image: Linear radiance, shape (rows, columns, 3).
+        blur_px: Standard deviation along columns and rows [px].
+    """
+    if blur_px == 0:
+        return image
+    return np.asarray(
+        gaussian_filter(image, blur_px, mode="mirror", radius=_spread_px(blur_px), axes=(0, 1)), np.float32
+    )
+
+
+def _spread_px(blur_px: float) -> int:
+    return int(np.ceil(SPREAD * blur_px))
 
 
 def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
@@ -59,7 +88,8 @@ def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
         read: Pixels to read out; those of the camera by default.
     """
     camera, focal = rig.camera, focal_px(design, rig)
-    read = read or camera.window
+    read_out = read or camera.window
+    read = read_out.grown(_spread_px(camera.blur_px), camera.columns, camera.rows)
     columns, rows, places, window = camera.columns, camera.rows, None, read
     if camera.moves_pixels:
         slopes = pixel_slopes(camera, focal)
@@ -78,7 +108,9 @@ def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
         window=window,
         fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
         places_px=places,
-        shading=read.of(_shading(camera)) if camera.vignetting > 0 else None,
+        blur_px=camera.blur_px,
+        inner=read_out.within(read),
+        shading=read_out.of(_shading(camera)) if camera.vignetting > 0 else None,
     )
 
 

@@ -7,17 +7,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.scenes.aligned import aligned
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.cached_light import CachedLight, Piecewise, VoxelField, cell_slopes
+from magicsim.scenes.cached_light import CachedLight, Elements, Piecewise, VoxelField, cell_slopes
 from magicsim.scenes.camera_pass import gather_radiance
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.integrator_settings import read_medium, read_triple
 from magicsim.scenes.inventory import Inventory, emitter_of, light_names
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
-from magicsim.scenes.light_starts import EmitterStarts, LightStarts, emitter_chunks
+from magicsim.scenes.light_starts import LightStarts, Sent, chunks
 from magicsim.scenes.medium import Media
 from magicsim.scenes.names import ENVIRONMENT, FLASHLIGHT
+from magicsim.scenes.object_light import object_rays
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
 from magicsim.scenes.path_starts import CameraStarts, PathStarts
@@ -27,6 +29,7 @@ from magicsim.scenes.voxels import BodyPart, Voxels
 from magicsim.scenes.window import Window
 
 FloatArray = npt.NDArray[np.float64]
+Numbers = npt.NDArray[np.uint32]
 LIGHT_DEPTH = 2000
 """Longest light path [interactions], and as many more as light needs to diffuse through the block. Roulette ends those
 of the default sensor before 400; so short, they leave the white furnace of an infill of index 1 0.3 % too dark."""
@@ -37,7 +40,11 @@ CAMERA_DEPTH = 200
 FLASHLIGHT_PART = 4
 """A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
 SEEDS_PER_RENDER = 64
-"""Random streams that one seed owns: the camera's, one a light, and those of `untouched_passes`."""
+"""Random streams that one seed owns: the camera's, one a light, the object's, and those of `untouched_passes`."""
+ON_OBJECT = SEEDS_PER_RENDER - 3
+"""Random stream of the rays from the object."""
+RAYS_PER_PARTICLE = 0.5
+"""Rays from the object for each particle of the light pass."""
 
 
 class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
@@ -91,7 +98,10 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
     ) -> Any:
         """Renders the scene's first sensor; returns a tensor of shape (rows, columns, 3)."""
         fields = self.light_fields(scene, self.shares(scene), seed=seed)
-        return self.gather(scene, total([self.darkness(scene), *fields.values()]), samples=spp or 16, seed=seed)
+        field = self.with_lit_object(
+            scene, total([self.darkness(scene), *fields.values()]), particles=self.particles, seed=seed
+        )
+        return self.gather(scene, field, samples=spp or 16, seed=seed)
 
     def darkness(self, scene: Any, outside: Outside | None = None) -> LightField:
         """The light field of a scene without lights, and of what stands outside."""
@@ -113,8 +123,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         return {name: outer.get(name, each) for name in names}
 
     def light_fields(
-        self, scene: Any, particles: Mapping[str, int], *, seed: int, outside: Outside | None = None
-    ) -> dict[str, LightField]:
+        self, scene: Any, particles: Mapping[str, int], *, seed: int, outside: Outside | None = None,
+        record: LightRecord | None = None,
+    ) -> dict[str, LightField]:  # fmt: skip
         """Light that emitters bring to every cell and to the object, by name.
 
         Args:
@@ -122,26 +133,62 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             particles: Number of particles of each light, all or some of `light_names(scene, outside)`.
             seed: Seed of the render; every light has a stream of its own.
             outside: What stands before the block in a scene of its own.
+            record: Takes down what leaves, or None.
         """
         shapes = self.inventory.shapes(scene, outside)
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
         dark, lit = self.darkness(scene, outside), {name: particles[name] for name in particles if name not in self.off}
-        if not lit or (shapes.object is None and not scatters):
+        if not lit or (shapes.object is None and not scatters and record is None):
             return dict.fromkeys(particles, dark)
         volumes = self.inventory.volumes_mm3(scene)
-        tracks = {name: self._tracks(scene, shapes, name, count, seed, outside) for name, count in lit.items()}
-        scales = {name: 1 / (FIXED_POINT * count) for name, count in lit.items()}
-        landed = [tracks[name].landed.reshape(-1, 3) * scales[name] for name in tracks]
+        sent = [
+            Sent(
+                emitter_of(scene, name, outside), 0, count, self.stream(scene, name, seed, outside),
+                name in self.inside, place,
+            )
+            for place, (name, count) in enumerate(lit.items())
+        ]  # fmt: skip
+        tracks = sum_tracks(
+            [
+                self.light_pass(scene, shapes, LightStarts.emitted(chunk), lights=len(lit), record=record)
+                for chunk in chunks(sent)
+            ]
+        )
+        scales = 1 / (FIXED_POINT * np.array(list(lit.values()), float)[:, None, None])
+        landed = np.concatenate(list(tracks.landed * scales), 1)
         # One product for all lights: reading the kernel costs more than using it.
-        irradiance = self.inventory.irradiance(scene, shapes, np.concatenate(landed, 1))
+        irradiance = self.inventory.irradiance(scene, shapes, landed)
+        fluence, body = tracks.cells * scales / volumes, tracks.body * scales
         return dict.fromkeys(particles, dark) | {
             name: LightField(
-                fluence=np.asarray(tracks[name].cells.reshape(-1, 3) * scales[name] / volumes, np.float64),
-                body=np.asarray(tracks[name].body.reshape(-1, 3) * scales[name], np.float64),
-                irradiance=irradiance[:, 3 * number : 3 * number + 3],
+                fluence=fluence[place], body=body[place], irradiance=irradiance[:, 3 * place : 3 * place + 3]
             )
-            for number, name in enumerate(tracks)
+            for place, name in enumerate(lit)
         }
+
+    def with_lit_object(
+        self, scene: Any, field: LightField, *, particles: int, seed: int, outside: Outside | None = None
+    ) -> LightField:
+        """The field with the irradiance of the object gathered by rays from its surface, see `object_light`.
+
+        Args:
+            scene: The loaded scene.
+            field: Of all lights that shine.
+            particles: Of the light pass: as many rays serve the object as `RAYS_PER_PARTICLE` says.
+            seed: Seed of the render.
+            outside: What stands before the block in a scene of its own.
+        """
+        shapes = self.inventory.shapes(scene, outside)
+        if shapes.object is None:
+            return field
+        stream = SEEDS_PER_RENDER * seed + ON_OBJECT
+        sent = object_rays(scene, shapes, max(1, round(RAYS_PER_PARTICLE * particles)), seed=stream)
+        met = np.array(self.camera_pass(scene, shapes, field, sent.starts, self.finish, stream=stream), np.float64)
+        count = shapes.object_triangles
+        flux = np.stack([np.bincount(sent.triangle, np.pi * sent.area_mm2 * channel, count) for channel in met], 1)
+        areas = np.bincount(sent.triangle, sent.area_mm2, count)
+        gathered = self.inventory.gathered_irradiance(scene, shapes, flux, areas, field.irradiance)
+        return replace(field, irradiance=gathered)
 
     def held_mm3(self, scene: Any) -> FloatArray:
         """Volume of the body in each voxel, shape (voxels, 1), 0 where it is next to nothing; 1 where it is clear."""
@@ -149,36 +196,22 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             return np.ones((1, 1))
         return self.voxels.body_part(scene, self.inventory.shapes(scene)).held_mm3[:, None]
 
-    def _tracks(
-        self, scene: Any, shapes: Shapes, name: str, particles: int, seed: int, outside: Outside | None
-    ) -> Tracks:
-        """What the particles of one light leave behind."""
-        stream, emitter = self.stream(scene, name, seed, outside), emitter_of(scene, name, outside)
-        return sum_tracks(
-            [
-                self.light_pass(scene, shapes, starts, stream=stream, is_room=name == ENVIRONMENT)
-                for starts in emitter_chunks(emitter, particles, seed=stream, inside=name in self.inside)
-            ]
-        )
-
     def light_pass(
-        self, scene: Any, shapes: Shapes, starts: LightStarts, *, stream: int, is_room: bool = False,
-        record: LightRecord | None = None,
-    ) -> Tracks:  # fmt: skip
+        self, scene: Any, shapes: Shapes, starts: LightStarts, *, lights: int = 1, record: LightRecord | None = None
+    ) -> Tracks:
         """What particles leave behind.
 
         Args:
             scene: The loaded scene.
             shapes: Its shapes by their role.
             starts: Where the particles start.
-            stream: Random stream.
-            is_room: Whether light comes from all around.
+            lights: Number of lights.
             record: Takes down what leaves, or None.
         """
         media = self.followed_media if self.followed else self.media
         tracks: Tracks = deposit_tracks(
-            scene, starts, shapes, media, self.voxels, seed=stream, is_room=is_room,
-            max_depth=self.light_depth(media), balance=False, record=record,
+            scene, starts, shapes, media, self.voxels, lights=lights, max_depth=self.light_depth(media), balance=False,
+            record=record,
         )  # fmt: skip
         return tracks
 
@@ -197,12 +230,10 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             particles: Number of particles, traced at once.
             seed: Random stream.
         """
-        starts = EmitterStarts.of(
-            emitter_of(scene, name), first=0, particles=particles, seed=seed, inside=name in self.inside
-        )
+        starts = LightStarts.emitted([Sent(emitter_of(scene, name), 0, particles, seed, name in self.inside, 0)])
         tracks = deposit_tracks(
-            scene, starts, self.inventory.shapes(scene), self.media, self.voxels, seed=seed,
-            is_room=name == ENVIRONMENT, max_depth=self.light_depth(self.media), balance=True, record=None,
+            scene, starts, self.inventory.shapes(scene), self.media, self.voxels, lights=1,
+            max_depth=self.light_depth(self.media), balance=True, record=None,
         )  # fmt: skip
         account, media = tracks.balance, self.media
         scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
@@ -225,12 +256,28 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         """Radiance of a window of the film from cached light, a tensor of shape (rows, columns, 3)."""
         columns, rows = (int(size) for size in scene.sensors()[0].film().size())
         window = window or Window.whole(columns, rows)
+        pixels = window.numbers(columns, rows)
+        seen = self.gather_pixels(scene, field, pixels, samples=samples, seed=seed, pattern=pattern)
+        return mi.TensorXf(dr.ravel(seen), shape=(window.rows, window.columns, 3))
+
+    def gather_pixels(
+        self, scene: Any, field: LightField, pixels: Numbers, *, samples: int, seed: int, pattern: int = 0
+    ) -> Any:
+        """Radiance of some pixels of the film from cached light, mi.Color3f.
+
+        Args:
+            scene: The loaded scene.
+            field: Cached light.
+            pixels: Numbers of the pixels, row by row of the film.
+            samples: Camera samples of each.
+            seed: Seed of the render.
+            pattern: Number of the pattern of samples.
+        """
         shapes = self.inventory.shapes(scene)
         starts = CameraStarts.of(
-            scene.sensors()[0], samples=samples, window=window, pattern=pattern, part=range(samples)
+            scene.sensors()[0], samples=samples, pixels=pixels, pattern=pattern, part=range(samples)
         )
-        seen = self.camera_pass(scene, shapes, field, starts, self.finish, stream=SEEDS_PER_RENDER * seed)
-        return mi.TensorXf(dr.ravel(seen / samples), shape=(window.rows, window.columns, 3))
+        return self.camera_pass(scene, shapes, field, starts, self.finish, stream=SEEDS_PER_RENDER * seed) / samples
 
     def camera_pass(
         self, scene: Any, shapes: Shapes, field: LightField, starts: PathStarts, finish: Finish, *, stream: int,
@@ -253,16 +300,34 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             followed=self.followed, record=record,
         )  # fmt: skip
 
-    def _cached(self, scene: Any, shapes: Shapes, field: LightField) -> CachedLight:
+    def elements(self, scene: Any, field: LightField) -> Elements:
+        """Light in the cells and then in the voxels of a body that scatters, as camera paths look it up.
+
+        Args:
+            scene: The loaded scene.
+            field: Cached light, or what changes of it: all is linear in it.
+        """
+        shapes = self.inventory.shapes(scene)
+        parts = [self._cells(scene, shapes, field)]
+        if self.voxels is not None:
+            parts.append(_body_elements(self.voxels, self.voxels.body_part(scene, shapes), field))
+        return Elements(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+    def _cells(self, scene: Any, shapes: Shapes, field: LightField) -> Elements:
         centres, slopes = np.zeros((shapes.cells, 3)), np.zeros((shapes.cells, 3, 3))
         grid = self.inventory.grid(scene)
         if grid is not None and np.prod(self.counts) == shapes.cells:
             centres = grid.centres_mm
             slopes = cell_slopes(field.fluence, centres, self.counts)
+        return Elements(field.fluence, slopes, centres)
+
+    def _cached(self, scene: Any, shapes: Shapes, field: LightField) -> CachedLight:
+        body = None
+        if self.voxels is not None:
+            part = self.voxels.body_part(scene, shapes)
+            body = VoxelField(voxels=self.voxels, field=_piecewise(_body_elements(self.voxels, part, field)))
         return CachedLight(
-            cells=Piecewise(values=_flat(field.fluence), slopes=_flat(slopes), centres=_flat(centres)),
-            body=_body_field(self.voxels, self.voxels.body_part(scene, shapes), field) if self.voxels else None,
-            irradiance=_flat(field.irradiance),
+            cells=_piecewise(self._cells(scene, shapes, field)), body=body, irradiance=_flat(field.irradiance)
         )
 
     def to_string(self) -> str:
@@ -271,16 +336,19 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
 
 
 def _flat(values: FloatArray) -> Any:
-    return mi.Float(values.astype(np.float32).ravel())
+    return mi.Float(aligned(values, np.float32).ravel())
 
 
-def _body_field(voxels: Voxels, part: BodyPart, field: LightField) -> VoxelField:
+def _piecewise(elements: Elements) -> Piecewise:
+    return Piecewise(values=_flat(elements.values), slopes=_flat(elements.slopes), centres=_flat(elements.centres_mm))
+
+
+def _body_elements(voxels: Voxels, part: BodyPart, field: LightField) -> Elements:
     held = part.held_mm3[:, None]
     fluence = np.divide(field.body, held, out=np.zeros_like(field.body), where=held > 0)
     slopes, inner = np.zeros((len(fluence), 3, 3)), voxels.inner
     slopes[inner] = cell_slopes(fluence[inner], part.centres_mm[inner], voxels.inner_counts)
-    values = Piecewise(values=_flat(fluence), slopes=_flat(slopes), centres=_flat(part.centres_mm))
-    return VoxelField(voxels=voxels, field=values)
+    return Elements(fluence, slopes, part.centres_mm)
 
 
 mi.register_integrator("fluence", FluenceIntegrator)

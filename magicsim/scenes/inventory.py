@@ -70,11 +70,20 @@ class Inventory:
 
     def irradiance(self, scene: Any, shapes: Shapes, landed: FloatArray) -> FloatArray:
         """Irradiance of the object's triangles from the flux on each, both of shape (triangles, channels)."""
+        return self._kernel(shapes).irradiance(landed, wetted(scene, shapes))
+
+    def gathered_irradiance(
+        self, scene: Any, shapes: Shapes, flux: FloatArray, areas_mm2: FloatArray, otherwise: FloatArray
+    ) -> FloatArray:
+        """Irradiance of the object's triangles from samples, see `IrradianceKernel.gathered`."""
+        return self._kernel(shapes).gathered(flux, areas_mm2, wetted(scene, shapes), otherwise)
+
+    def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         present = shapes.object is not None
         if present not in self._kernels:  # The object is rigid, so once is enough.
             seen = mesh_of(shapes.object) if present else NOTHING
             self._kernels[present] = irradiance_kernel((self._object_mesh if present else None) or seen)
-        return self._kernels[present].irradiance(landed, wetted(scene, shapes))
+        return self._kernels[present]
 
 
 def light_names(scene: Any, outside: Outside | None = None) -> list[str]:

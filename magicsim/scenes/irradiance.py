@@ -45,13 +45,24 @@ class IrradianceKernel:
             wetted: Which triangles touch the body without a film of air, shape (triangles,). What lands on them has not
                 crossed a gap, and differs so much from what lands beside them that the two are smoothed apart.
         """
-        sides = [side for side in (wetted, ~wetted) if side.any()]
-        result = np.zeros_like(deposits)
-        for side in sides:
-            flux = self.weights @ (self.patches @ (deposits * side[:, None]))
-            area = self.weights @ (self.patches @ (self.areas_mm2 * side))
-            # Triangles without an area, which no ray meets, get nothing instead of 0 / 0.
-            result[side] = (flux / np.maximum(area, 1e-30)[:, None])[side]
+        return self.gathered(deposits, self.areas_mm2, wetted, np.zeros_like(deposits))
+
+    def gathered(self, flux: Array, areas_mm2: Array, wetted: npt.NDArray[np.bool_], otherwise: Array) -> Array:
+        """Irradiance from samples of the flux, shape (triangles, channels).
+
+        Args:
+            flux: Sum of the samples of each triangle, shape (triangles, channels).
+            areas_mm2: Area that these stand for, shape (triangles,) [mm2].
+            wetted: See `irradiance`.
+            otherwise: Irradiance where no sample is near, shape (triangles, channels).
+        """
+        result = otherwise.copy()
+        for side in (wetted, ~wetted):
+            if side.any():
+                values = np.concatenate([flux, areas_mm2[:, None]], 1) * side[:, None]
+                spread = self.weights @ (self.patches @ values)
+                known = side & (spread[:, -1] > 0)
+                result[known] = spread[known, :-1] / spread[known, -1:]
         return result
 
 

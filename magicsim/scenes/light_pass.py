@@ -54,11 +54,11 @@ class Tracks:
     """What particles left behind: flux times `FIXED_POINT` times the number of all particles, as integers."""
 
     cells: Counts
-    """Flux x path length in each infill cell, shape (3 * cells,) [mm]."""
+    """Flux x path length in each infill cell, shape (lights, cells, 3) [mm]."""
     body: Counts
-    """Flux x path length in each voxel of the body, shape (3 * voxels,) [mm]; one voxel where it does not scatter."""
+    """Flux x path length in each voxel of the body, shape (lights, voxels, 3) [mm]; one voxel where it does not scatter."""
     landed: Counts
-    """Flux on each of the object's triangles, shape (3 * triangles,)."""
+    """Flux on each of the object's triangles, shape (lights, triangles, 3)."""
     balance: Balance | None
     """Where the light went, if that was asked for."""
 
@@ -89,8 +89,7 @@ def _added(parts: Sequence[Counts]) -> Counts:
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def deposit_tracks(
-    scene: Any, starts: LightStarts, shapes: Shapes, media: Media, voxels: Voxels | None, *, seed: int, is_room: bool,
-    max_depth: int, balance: bool, record: LightRecord | None,
+    scene: Any, starts: LightStarts, shapes: Shapes, media: Media, voxels: Voxels | None, *, lights: int, max_depth: int, balance: bool, record: LightRecord | None,
 ) -> Tracks:  # fmt: skip
     """Traces particles and adds up weight x path length per cell and channel.
 
@@ -100,24 +99,23 @@ def deposit_tracks(
         shapes: Body, infill and object.
         media: Optical constants, scattering as it is to be followed: reduced, or by the true phase function.
         voxels: Of the body, or None where it does not scatter.
-        seed: Random stream.
-        is_room: Whether light comes from all around; what of it meets the object first is left to the camera pass.
+        lights: Number of lights, each of which has deposits of its own.
         max_depth: Longest path.
         balance: Whether to keep account of where the light goes.
         record: Takes down what leaves, or None.
     """
     lanes = -(-starts.particles // TURNS)
-    # Opaque: the compiled kernel then serves any seed and chunk.
-    state, end = dr.opaque(mi.UInt64, seed), mi.UInt32(starts.count)
-    number, stride = dr.arange(mi.UInt32, lanes), dr.opaque(mi.UInt32, lanes)
+    # Opaque: the compiled kernel then serves any chunk.
+    end, number, stride = mi.UInt32(starts.count), dr.arange(mi.UInt32, lanes), dr.opaque(mi.UInt32, lanes)
     sampler = mi.PCG32(size=1, initstate=mi.UInt64(number))
     ray, weight, brightest = dr.zeros(mi.Ray3f, lanes), mi.Color3f(0.0), mi.Float(0)
-    deposits = dr.zeros(mi.UInt64, 3 * shapes.cells)
-    clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1))
-    landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles)
+    deposits = dr.zeros(mi.UInt64, 3 * shapes.cells * lights)
+    clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1) * lights)
+    landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles * lights)
+    light = dr.zeros(mi.UInt32, lanes)
     triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
     infill, body = constants.infill, constants.body
-    in_body, fresh = mi.Bool(starts.inside), mi.Bool(True)
+    in_body, fresh = mi.Bool(False), mi.Bool(True)
     depth, active = mi.UInt32(0), number < end
     context = mi.BSDFContext(mi.TransportMode.Importance)
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
@@ -125,13 +123,14 @@ def deposit_tracks(
     at = Whereabouts.unknown()
     while active:
         if dr.hint(fresh, mode="symbolic"):
-            stream = starts.stream(number)
-            sampler.seed(state + mi.UInt64(number), SEQUENCE + stream)
-            begun = starts.begin(number)
-            ray = mi.Ray3f(begun[0])
-            weight = mi.Color3f(begun[1])
-            brightest = mi.Float(begun[2])
-            in_body, depth = mi.Bool(starts.inside), mi.UInt32(0)
+            there = number < end
+            stream = dr.gather(mi.UInt64, starts.streams, number, there)
+            sampler.seed(dr.gather(mi.UInt64, starts.seeds, number, there), SEQUENCE + stream)
+            ray = starts.ray(number, there)
+            weight = dr.gather(mi.Color3f, starts.weights, number, there)
+            brightest = dr.gather(mi.Float, starts.brightest, number, there)
+            light = dr.gather(mi.UInt32, starts.places, number, there)
+            in_body, depth = dr.gather(mi.Bool, starts.inside, number, there), mi.UInt32(0)
             at.kind = mi.UInt32(NOWHERE)
             if balance:
                 source += weight
@@ -140,11 +139,11 @@ def deposit_tracks(
         if shapes.outside is not None:
             si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
             segment = classify(si, body_pointer, infill_pointer, in_body)
-        take_down(record, number, ray, weight, brightest, active & ~si.is_valid())
+        take_down(record, light, starts, number, ray, weight, brightest, active & ~si.is_valid())
         # Expected track length up to the next collision or wall, instead of the sampled one.
         transmitted = dr.exp(-infill.sigma_t * si.t)
         length = (1 - transmitted) / infill.sigma_t
-        cell = si.prim_index // triangles_per_cell
+        cell = light * shapes.cells + si.prim_index // triangles_per_cell
         # Most lights have one colour, and adding nothing takes as long as adding something.
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * length * FIXED_POINT)
@@ -161,7 +160,7 @@ def deposit_tracks(
             passed = dr.exp(-body.sigma_t * stretch)
             body_way = begin + free_path(sampler.next_float32(active), passed, body.sigma_t)
             body_length = (1 - passed) / body.sigma_t
-            place = voxels.index(ray(body_way))
+            place = light * voxels.count + voxels.index(ray(body_way))
             for channel in range(3):
                 amount = mi.UInt64(weight[channel] * body_length * FIXED_POINT)
                 dr.scatter_add(clouded, amount, place * 3 + channel, active & crossed & (amount > 0))
@@ -181,10 +180,10 @@ def deposit_tracks(
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         opaque = active & segment.opaque & ~scatter
-        counted = (depth > 0) if is_room else mi.Bool(True)
+        triangle = light * shapes.object_triangles + si.prim_index
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * FIXED_POINT)
-            dr.scatter_add(landed, amount, si.prim_index * 3 + channel, opaque & counted & (si.shape == object_pointer))
+            dr.scatter_add(landed, amount, triangle * 3 + channel, opaque & (si.shape == object_pointer))
         if dr.hint(opaque, mode="symbolic"):
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo
@@ -224,8 +223,8 @@ def deposit_tracks(
     account = [np.array(part + dr.zeros(mi.Color3f, lanes), np.float64).sum(1) for part in parts]
     names = ("emitted", "clear_body", "surfaces", "escaped", "ended")
     return Tracks(
-        cells=np.array(deposits),
-        body=np.array(clouded),
-        landed=np.array(landed),
+        cells=np.array(deposits).reshape(lights, -1, 3),
+        body=np.array(clouded).reshape(lights, -1, 3),
+        landed=np.array(landed).reshape(lights, -1, 3),
         balance=Balance(**dict(zip(names, account, strict=True))) if balance else None,
     )

@@ -1,10 +1,15 @@
-"""Where camera paths start: at the pinhole, or outside the block where a recorded path was mirrored back towards it."""
+"""Where camera paths start: at the pinhole, or on the object, where light is asked for or a path was mirrored."""
 
 from dataclasses import dataclass
 from typing import Any, Self
 
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.scenes.aligned import aligned
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.window import Window
+
+Numbers = npt.NDArray[np.uint32]
 
 PATTERN_SEED = 1
 """Of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""
@@ -12,7 +17,7 @@ PATTERN_SEED = 1
 
 @dataclass(slots=True, kw_only=True)
 class CameraStarts:
-    """Rays from the pinhole, one lane a pixel of a window, which takes its samples one after the other."""
+    """Rays from the pinhole, one lane a pixel, which takes its samples one after the other."""
 
     sensor: Any
     columns: Any
@@ -31,19 +36,18 @@ class CameraStarts:
     """Interactions before the start."""
 
     @classmethod
-    def of(cls, sensor: Any, *, samples: int, window: Window, pattern: int, part: range) -> Self:
+    def of(cls, sensor: Any, *, samples: int, pixels: Numbers, pattern: int, part: range) -> Self:
         """Of a part of the film.
 
         Args:
             sensor: Of the scene.
             samples: Camera samples a pixel.
-            window: Part of the film.
+            pixels: Numbers of the pixels, row by row of the film, one lane each.
             pattern: Another number scrambles every pixel's pattern at random: errors of images are then independent.
             part: Numbers of the samples of each pixel that are traced; the others count as dark.
         """
         columns, rows = sensor.film().size()
-        place = dr.arange(mi.UInt32, window.columns * window.rows)
-        pixel = (window.row + place // window.columns) * columns + window.column + place % window.columns
+        pixel = mi.UInt32(aligned(pixels, np.uint32))
         corner = mi.Point2f(mi.Float(pixel % columns), mi.Float(pixel // columns))
         numbers = mi.PCG32(size=columns * rows, initstate=dr.opaque(mi.UInt64, PATTERN_SEED + pattern))
         scramble = [dr.gather(mi.UInt32, numbers.next_uint32(), pixel) for _ in range(2)]
@@ -71,15 +75,21 @@ class CameraStarts:
         """Of each path at its start."""
         return mi.Color3f(1.0)
 
+    def in_body(self) -> Any:
+        """Whether each path starts inside the body."""
+        return mi.Bool(False)
+
 
 @dataclass(slots=True, kw_only=True)
-class MirroredStarts:
-    """Rays that a glossy object sends back, one lane each; they start in the air."""
+class ObjectStarts:
+    """Rays that leave the object, one lane each."""
 
     pixel: Any
     """A number of each path, no two alike, mi.UInt32."""
     rays: Any
     weights: Any
+    inside: Any
+    """Which start inside the body, mi.Bool."""
     begin: Any
     end: Any
     """Numbers of the only path of a lane and of the next, mi.UInt32 of size 1."""
@@ -87,10 +97,10 @@ class MirroredStarts:
     """Interactions before the start."""
 
     @classmethod
-    def of(cls, numbers: Any, rays: Any, weights: Any) -> Self:
+    def of(cls, numbers: Any, rays: Any, weights: Any, inside: Any) -> Self:
         """Of rays with weights, each with a number of its own."""
         begin, end = dr.opaque(mi.UInt32, 0), dr.opaque(mi.UInt32, 1)
-        return cls(pixel=numbers, rays=rays, weights=weights, begin=begin, end=end)
+        return cls(pixel=numbers, rays=rays, weights=weights, inside=inside, begin=begin, end=end)
 
     def stream(self, index: Any) -> Any:
         """Number of each lane's path among all, mi.UInt64."""
@@ -104,5 +114,9 @@ class MirroredStarts:
         """Of each path at its start."""
         return mi.Color3f(self.weights)
 
+    def in_body(self) -> Any:
+        """Whether each path starts inside the body."""
+        return mi.Bool(self.inside)
 
-PathStarts = CameraStarts | MirroredStarts
+
+PathStarts = CameraStarts | ObjectStarts

@@ -130,7 +130,10 @@ class PlainRenderer:
         integrator = world.scene.integrator()
         shares = integrator.shares(world.scene)
         fields = integrator.light_fields(world.scene, {name: shares[name] for name in names}, seed=seed)
-        field = total([integrator.darkness(world.scene), *fields.values()])
+        field = integrator.with_lit_object(
+            world.scene, total([integrator.darkness(world.scene), *fields.values()]),
+            particles=self.settings.particles, seed=seed,
+        )  # fmt: skip
         return self._gather(world, field, self.settings.samples, seed, pattern=turn, read=read)
 
     def _gather(

@@ -10,8 +10,9 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.scenes.aligned import columns
 from magicsim.scenes.backend import dr, mi
-from magicsim.scenes.light_starts import EscapedStarts
+from magicsim.scenes.light_starts import LightStarts
 from magicsim.scenes.outside import Outside
 
 FLOATS = 12
@@ -24,14 +25,18 @@ class LightRecord:
 
     count: Any
     """Escapes so far, mi.UInt32 of size 1."""
+    first: Any
+    """Particles of each light from this number on are not taken down, mi.UInt32 of size 1."""
     numbers: Any
     rays: Any
 
     @classmethod
-    def empty(cls, particles: int) -> Self:
-        """Room for as many particles, each of which leaves once at most."""
+    def empty(cls, lights: int, first: int) -> Self:
+        """Room for the first particles of some lights, each of which leaves once at most."""
+        particles = max(1, lights * first)
         return cls(
             count=dr.zeros(mi.UInt32, 1),
+            first=dr.opaque(mi.UInt32, first),
             numbers=dr.zeros(mi.UInt32, particles),
             rays=dr.zeros(mi.Float, FLOATS * particles),
         )
@@ -43,12 +48,17 @@ class LightRecord:
         return np.array(self.rays).reshape(-1, FLOATS)[order]
 
 
-def take_down(record: LightRecord | None, number: Any, ray: Any, weight: Any, brightest: Any, active: Any) -> None:
+def take_down(
+    record: LightRecord | None, light: Any, starts: LightStarts, number: Any, ray: Any, weight: Any, brightest: Any,
+    active: Any,
+) -> None:  # fmt: skip
     """Records particles that meet nothing, if anybody does.
 
     Args:
         record: Where, or None.
-        number: Of each particle.
+        light: Number of each particle's light.
+        starts: Of the particles.
+        number: Of each particle among these.
         ray: Along which it leaves.
         weight: That it carries.
         brightest: Channel of the weight with which it was sent out.
@@ -56,8 +66,10 @@ def take_down(record: LightRecord | None, number: Any, ray: Any, weight: Any, br
     """
     if record is None:
         return
+    stream = mi.UInt32(dr.gather(mi.UInt64, starts.streams, number, active))
+    active = active & (stream < record.first)
     slot = dr.scatter_inc(record.count, mi.UInt32(0), active)
-    dr.scatter(record.numbers, number, slot, active)
+    dr.scatter(record.numbers, light * record.first + stream, slot, active)
     dr.scatter(record.rays, mi.Vector4f(ray.o.x, ray.o.y, ray.o.z, ray.d.x), 3 * slot, active)
     dr.scatter(record.rays, mi.Vector4f(ray.d.y, ray.d.z, weight.x, weight.y), 3 * slot + 1, active)
     dr.scatter(record.rays, mi.Vector4f(weight.z, brightest, 0, 0), 3 * slot + 2, active)
@@ -75,8 +87,8 @@ class RecordedLight:
 
     @classmethod
     def of(cls, escapes: npt.NDArray[np.float32], particles: int) -> Self:
-        """From what `LightRecord.read` gave for each light, one after the other."""
-        column = [mi.Float(np.ascontiguousarray(each)) for each in escapes.T]
+        """From what `LightRecord.read` gave of lights that sent out so many particles each."""
+        column = [mi.Float(each) for each in columns(escapes)]
         return cls(
             rays=mi.Ray3f(mi.Point3f(*column[:3]), mi.Vector3f(*column[3:6])),
             weights=mi.Color3f(*column[6:9]),
@@ -84,7 +96,7 @@ class RecordedLight:
             particles=particles,
         )
 
-    def met(self, outside: Outside) -> EscapedStarts | None:
+    def met(self, outside: Outside, *, seed: int) -> LightStarts | None:
         """The particles that meet the object, None where none does."""
         if not dr.width(self.brightest):  # the renderer ends the process where it is to trace no rays
             return None
@@ -93,6 +105,6 @@ class RecordedLight:
         if not len(kept):
             return None
         rays = mi.Ray3f(dr.gather(mi.Point3f, self.rays.o, kept), dr.gather(mi.Vector3f, self.rays.d, kept))
-        return EscapedStarts.of(
-            kept, rays, dr.gather(mi.Color3f, self.weights, kept), dr.gather(mi.Float, self.brightest, kept)
+        return LightStarts.escaped(
+            kept, rays, dr.gather(mi.Color3f, self.weights, kept), dr.gather(mi.Float, self.brightest, kept), seed=seed
         )

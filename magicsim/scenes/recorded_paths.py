@@ -13,21 +13,24 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.scenes.aligned import aligned
 from magicsim.scenes.backend import dr, mi
+from magicsim.scenes.cached_light import Elements
 from magicsim.scenes.camera_pass import ROULETTE_WEIGHT
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
-from magicsim.scenes.path_starts import MirroredStarts
+from magicsim.scenes.path_starts import ObjectStarts
 from magicsim.scenes.ray_start import leave
+from magicsim.scenes.regions import Regions
 
 Array = npt.NDArray[np.float64]
-Follow = Callable[[MirroredStarts], Array]
+Follow = Callable[[ObjectStarts], Array]
 """Radiance that mirrored paths meet, shape (paths, 3)."""
 Numbers = npt.NDArray[np.uint32]
 FEW_SEGMENTS = 6
-"""Room at first for the ways through cells of one path; paths through a millimetre grid pass 4.4 in the mean."""
-AT_ONCE = 600_000
+"""Room at first for the ways of one path that scatter; paths through a millimetre grid pass 4.4 in the mean."""
+AT_ONCE = 1_200_000
 """Paths that are traced together: bounds the memory."""
 MIRROR_STREAM = 0x9E3779B97F4A7C15
 """Of the choices at a mirror."""
@@ -41,9 +44,11 @@ MOMENTS = 4
 class RecordedPaths:
     """Paths of all pixels of a film."""
 
+    direct: Array
+    """Radiance of each pixel from lights that its paths meet, shape (pixels, 3)."""
     response: sp.csr_matrix
-    """Radiance of each pixel for the fluence of the cells, then for its slopes along x, y and z; shape (pixels,
-    4 * cells)."""
+    """Radiance of each pixel for the light in the elements, cells and voxels, then for its slopes along x, y and z; shape
+    (pixels, 4 * elements)."""
     rays: Any
     """Rays that left, pixel by pixel: origin [mm], direction, weight, nothing; mi.Float."""
     first: Any
@@ -52,22 +57,33 @@ class RecordedPaths:
     """The pixel of each ray."""
     samples: int
     """Paths of each pixel."""
+    regions: Regions | None
+    """Boxes that the paths met surfaces in, if they were asked for."""
+    met: npt.NDArray[np.uint32]
+    """Which, one bit each, shape (words, pixels)."""
 
-    def glow(self, fluence: Array, slopes: Array, pixels: Numbers) -> Array:
-        """Radiance that a fluence sends to some pixels, shape (pixels, 3).
+    def glow(self, light: Elements, pixels: Numbers) -> Array:
+        """Radiance that light in the elements sends to some pixels, shape (pixels, 3).
 
         Args:
-            fluence: Of the cells, shape (cells, 3).
-            slopes: Along x, y and z, shape (cells, 3, 3) [1/mm].
+            light: In cells and voxels.
             pixels: Numbers of the pixels, row by row of the film.
         """
-        values = np.concatenate([fluence, *slopes.swapaxes(0, 1)]).astype(np.float32)
+        values = np.concatenate([light.values, *light.slopes.swapaxes(0, 1)]).astype(np.float32)
         return np.asarray(self.response[pixels] @ values, np.float64)
 
-    def seen_outside(self, outside: Outside, irradiance: Array, finish: Finish, pixels: Numbers) -> Array:
-        """Radiance that some pixels get from what stands outside, shape (pixels, 3).
+    def meet(self, boxes: npt.NDArray[np.uint32], pixels: Numbers) -> npt.NDArray[np.bool_]:
+        """Which pixels have a path that met a surface in one of some boxes, shape (pixels,)."""
+        found = np.zeros(self.met.shape[1], bool)
+        for word in np.flatnonzero(boxes):
+            found |= (self.met[word] & boxes[word]) != 0
+        return found[pixels]
+
+    def seen_outside(self, scene: Any, outside: Outside, irradiance: Array, finish: Finish, pixels: Numbers) -> Array:
+        """Radiance that some pixels get from what stands outside, less that of the room behind it, shape (pixels, 3).
 
         Args:
+            scene: The loaded scene, with nothing before the block.
             outside: What stands there.
             irradiance: Of the object's triangles, shape (triangles, 3).
             finish: Surface of the object.
@@ -75,11 +91,11 @@ class RecordedPaths:
         """
         if not len(self.owner):  # nothing leaves a black block, and the renderer cannot loop over no rays
             return np.zeros((len(pixels), 3))
-        lit = mi.Float(irradiance.astype(np.float32).ravel())
-        numbers = mi.UInt32(pixels)
+        lit = mi.Float(aligned(irradiance, np.float32).ravel())
+        numbers = mi.UInt32(aligned(pixels, np.uint32))
         begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
-        thing = mi.ShapePtr(outside.object)
-        return np.array(_met_outside(outside.scene, thing, lit, finish, self.rays, begin, end), np.float64).T
+        thing, room = mi.ShapePtr(outside.object), scene.environment()
+        return np.array(_met_outside(outside.scene, room, thing, lit, finish, self.rays, begin, end), np.float64).T
 
     def mirrored(
         self, outside: Outside, finish: Finish, pixels: Numbers, follow: Follow, *, samples: int, seed: int
@@ -104,7 +120,7 @@ class RecordedPaths:
         chosen = chosen[place[self.owner[chosen]] >= 0]
         if not len(chosen):
             return result
-        numbers = mi.UInt32(chosen.astype(np.uint32))
+        numbers = mi.UInt32(aligned(chosen, np.uint32))
         ray, weight = _mirror(
             outside.scene, mi.ShapePtr(outside.object), finish, self.rays, numbers, seed, self.samples
         )
@@ -112,7 +128,9 @@ class RecordedPaths:
         if not len(kept):
             return result
         rays = mi.Ray3f(dr.gather(mi.Point3f, ray.o, kept), dr.gather(mi.Vector3f, ray.d, kept))
-        starts = MirroredStarts.of(dr.gather(mi.UInt32, numbers, kept), rays, dr.gather(mi.Float, weight, kept))
+        starts = ObjectStarts.of(
+            dr.gather(mi.UInt32, numbers, kept), rays, dr.gather(mi.Float, weight, kept), mi.Bool(False)
+        )
         met = follow(starts) * (stride / self.samples)
         at = place[self.owner[chosen[np.array(kept)]]]
         return np.stack([np.bincount(at, met[:, channel], len(pixels)) for channel in range(3)], 1)
@@ -142,7 +160,7 @@ def _escaped(rays: Any, number: Any) -> tuple[Any, Any]:
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
-def _met_outside(scene: Any, thing: Any, lit: Any, finish: Finish, rays: Any, begin: Any, end: Any) -> Any:
+def _met_outside(scene: Any, room: Any, thing: Any, lit: Any, finish: Finish, rays: Any, begin: Any, end: Any) -> Any:
     """Sum over each pixel's rays of what they bring."""
     number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
     while number < end:
@@ -153,36 +171,48 @@ def _met_outside(scene: Any, thing: Any, lit: Any, finish: Finish, rays: Any, be
         found = dr.select(on_object, flux * finish.diffuse(si, on_object), 0)
         on_light = si.is_valid() & ~on_object
         found += dr.select(on_light, si.emitter(scene, on_light).eval(si, on_light), 0)
+        if room is not None:
+            hidden = dr.zeros(mi.SurfaceInteraction3f)
+            hidden.wi = -ray.d
+            found -= dr.select(si.is_valid(), room.eval(hidden, si.is_valid()), 0)
         radiance += weight * found
         number += 1
     return radiance
 
 
 def record_paths(
-    trace: Callable[[range, int], PathRecord], *, pixels: int, centres_mm: Array, albedo: float, samples: int
-) -> RecordedPaths:
+    trace: Callable[[range, int], tuple[PathRecord, Array]], *, pixels: int, centres_mm: Array, samples: int,
+    regions: Regions | None,
+) -> RecordedPaths:  # fmt: skip
     """Records paths, a few samples at a time.
 
     Args:
-        trace: Records some paths of all pixels, given the numbers of their samples and the room for segments.
+        trace: Records some paths of all pixels, given the numbers of their samples and the room for segments; and gives
+            the sum of the radiance of the lights that they meet, shape (pixels, 3).
         pixels: Number of pixels.
-        centres_mm: Of the cells, shape (cells, 3) [mm].
-        albedo: Share of the light that a cell scatters and does not absorb.
+        centres_mm: Of the elements, shape (elements, 3) [mm].
         samples: Paths of each pixel.
+        regions: Boxes to tell which of them paths met surfaces in, if that is asked for.
     """
     cells, turns = len(centres_mm), max(1, AT_ONCE // pixels)
     room = FEW_SEGMENTS * pixels * min(turns, samples)
     codes, moments = np.zeros(0, np.int64), np.zeros((0, MOMENTS), np.float32)
-    lanes, rays = [], []
+    lanes, rays, direct = [], [], np.zeros((pixels, 3))
+    met = np.zeros((pixels, regions.words if regions is not None else 0), np.uint32)
     for begin in range(0, samples, turns):
         part = range(begin, min(begin + turns, samples))
-        while (taken := trace(part, room).read()) is None:
+        record, seen = trace(part, room)
+        while (taken := record.read()) is None:
             room *= 2
+            record, seen = trace(part, room)
+        direct += seen / samples
+        if regions is not None:
+            met |= np.array(record.met).reshape(met.shape)
         (lane, cell, gains), (lane_outside, escaped) = taken
         lanes.append(lane_outside)
         escaped[:, WEIGHT] /= samples
         rays.append(escaped)
-        gain = gains[:, :1] * np.float32(albedo / (4 * np.pi * samples))
+        gain = gains[:, :1] / np.float32(samples)
         away = gains[:, 1:] - centres_mm[cell].astype(np.float32)
         found = _summed(lane.astype(np.int64) * cells + cell, gain * np.hstack([np.ones_like(gain), away]))
         codes, moments = _summed(np.concatenate([codes, found[0]]), np.concatenate([moments, found[1]]))
@@ -193,11 +223,14 @@ def record_paths(
     rows = np.repeat(codes // cells, MOMENTS)
     response = sp.csr_matrix((moments.ravel(), (rows, columns.ravel())), shape=(pixels, MOMENTS * cells))
     return RecordedPaths(
+        direct=direct,
         response=response,
-        rays=mi.Float(np.concatenate(rays)[order].ravel()),
-        first=mi.UInt32(first.astype(np.uint32)),
+        rays=mi.Float(aligned(np.concatenate(rays)[order], np.float32).ravel()),
+        first=mi.UInt32(aligned(first, np.uint32)),
         owner=owner[order].astype(np.uint32),
         samples=samples,
+        regions=regions,
+        met=np.ascontiguousarray(met.T),
     )
 
 

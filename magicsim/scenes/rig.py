@@ -92,6 +92,9 @@ class Camera(Config):
     """Of the lens: OpenCV's k1, k2, p1, p2, k3."""
     vignetting: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Share of the light that is lost at the image's corners; it grows with the square of the distance."""
+    blur_px: Annotated[float, Field(ge=0, le=10)] = 0.7
+    """Standard deviation of the point spread of lens, focus and pixels [px]; assumed, 0.5 to 1.5: interpolated colour
+    filters alone blur by half a pixel, and a block of 6.6 mm is deeper than a small lens 24 mm away has in focus."""
     exposure_grey: Annotated[float, Field(ge=1, le=254)] = 90.0
     """Mean grey level of the untouched frame that auto-exposure aims at, before it locks."""
     white_balance: bool = True

@@ -64,9 +64,9 @@ class RenderSettings(Config):
 
     estimator: Literal["fluence", "path"] = "fluence"
     """Cached fluence, or Mitsuba's volumetric path tracer."""
-    samples: Annotated[int, Field(ge=1, le=65536)] = 8
+    samples: Annotated[int, Field(ge=1, le=65536)] = 4
     """Camera samples a pixel; powers of two are spread most evenly over it."""
-    particles: Annotated[int, Field(ge=100, le=100_000_000)] = 80_000
+    particles: Annotated[int, Field(ge=100, le=100_000_000)] = 24_000
     """Light particles shared by the LED strips; an outside light gets as many again, a quarter
     where a flashlight shines on no object."""
     forward_collisions: Annotated[int, Field(ge=0, le=64)] = 8

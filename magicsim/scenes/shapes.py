@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.scenes.aligned import columns
 from magicsim.scenes.backend import mi
 from magicsim.scenes.cell_faces import CellFaces
 from magicsim.scenes.medium import classify
@@ -75,7 +76,17 @@ def wetted(scene: Any, shapes: Shapes) -> npt.NDArray[np.bool_]:
     corners = mesh.vertices[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    origin = mi.Point3f(*(corners.mean(1) + CLEAR_MM * normals).T.astype(np.float32))
+    return np.array(in_body(scene, shapes, mi.Point3f(*columns(corners.mean(1) + CLEAR_MM * normals))))
+
+
+def in_body(scene: Any, shapes: Shapes, points: Any) -> Any:
+    """Which points on the object's side of the skin lie inside the body's surface, mi.Bool.
+
+    Args:
+        scene: The loaded scene.
+        shapes: Its shapes by their role.
+        points: Outside the object and the cells, mi.Point3f [mm].
+    """
     body, infill, _ = shapes.pointers()
-    si = scene.ray_intersect(mi.Ray3f(origin, mi.Vector3f(0, 0, 1)))
-    return np.array(classify(si, body, infill, mi.Bool(False)).in_body)
+    si = scene.ray_intersect(mi.Ray3f(points, mi.Vector3f(0, 0, 1)))
+    return classify(si, body, infill, mi.Bool(False)).in_body

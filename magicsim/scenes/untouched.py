@@ -1,4 +1,4 @@
-"""The carefully rendered untouched sensor, kept so that the episodes of one sensor render it once."""
+"""The untouched sensor, rendered and recorded, kept so that the episodes of one sensor do it once."""
 
 import json
 from collections import OrderedDict
@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.scenes.anchor import Anchor
 from magicsim.scenes.light_field import LightField
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
@@ -19,10 +18,10 @@ if TYPE_CHECKING:
     from magicsim.scenes.recorded_light import RecordedLight
     from magicsim.scenes.recorded_paths import RecordedPaths
 
-KEPT = 4
+KEPT = 2
 """Sensors that are kept at most."""
-RECORDED_PER_PARTICLE = 4
-"""Light particles that are recorded for each one that a frame would trace: few of them meet the object."""
+RECORDED_PARTS = 4
+"""The careful state records the way out of every so manieth particle: few of them meet the object."""
 OPTICAL_CAMERA = frozenset(
     {"columns", "rows", "distance_mm", "field_mm", "principal_offset_px", "distortion", "vignetting"}
 )
@@ -33,21 +32,25 @@ OPTICAL_SETTINGS = {"estimator", "forward_collisions", "anchor_samples", "anchor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UntouchedState:
-    """One sensor, untouched, rendered with the samples, particles and seed of its anchor."""
+class Untouched:
+    """One sensor, untouched, with some samples, particles and seed.
+
+    Frames refer to two of them. The careful one has many samples and a seed of its own, the same for every episode: an
+    untouched sensor always looks the same. The cheap one has the samples, particles and random numbers of a frame.
+    """
 
     fields: dict[str, LightField]
     """What each light brings."""
-    image: npt.NDArray[np.float32]
-    """Linear radiance, shape (rows, columns, 3)."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Recorded:
-    """One sensor, untouched: what its camera paths and its light pass before they leave the block."""
-
+    particles: dict[str, int]
+    """Of each light."""
     paths: "RecordedPaths"
+    """Of the camera."""
     light: "RecordedLight"
+    """Of the strips, that leaves the block."""
+    held_mm3: npt.NDArray[np.float64]
+    """Volume of the body in each voxel, shape (voxels, 1); 1 where the body is clear."""
+    image: npt.NDArray[np.float32]
+    """Linear radiance of the ideal image, shape (rows, columns, 3)."""
 
 
 class UntouchedStates:
@@ -55,37 +58,19 @@ class UntouchedStates:
 
     def __init__(self) -> None:
         """Holds nothing."""
-        self._states: OrderedDict[str, UntouchedState] = OrderedDict()
-        self._anchor: tuple[str, Anchor] | None = None
-        self._recorded: tuple[str, Recorded] | None = None
+        self._states: OrderedDict[str, Untouched] = OrderedDict()
 
-    def get(self, key: str) -> UntouchedState | None:
+    def get(self, key: str) -> Untouched | None:
         """The state of a key, if it is kept."""
         if key in self._states:
             self._states.move_to_end(key)
         return self._states.get(key)
 
-    def keep(self, key: str, state: UntouchedState) -> None:
+    def keep(self, key: str, state: Untouched) -> None:
         """Keeps a state, and lets the one go that was not asked for the longest."""
         self._states[key] = state
-        while len(self._states) > KEPT:
+        while len(self._states) > 2 * KEPT:
             self._states.popitem(last=False)
-
-    def anchor(self, key: str) -> Anchor | None:
-        """What the frames of a sensor and a seed refer to, if that was kept last."""
-        return self._anchor[1] if self._anchor is not None and self._anchor[0] == key else None
-
-    def keep_anchor(self, key: str, anchor: Anchor) -> None:
-        """Keeps what the frames of one sensor and one seed refer to."""
-        self._anchor = (key, anchor)
-
-    def recorded(self, key: str) -> Recorded | None:
-        """What was recorded of a sensor, if that was kept last: it is much."""
-        return self._recorded[1] if self._recorded is not None and self._recorded[0] == key else None
-
-    def keep_recorded(self, key: str, recorded: Recorded) -> None:
-        """Keeps what was recorded of one sensor."""
-        self._recorded = (key, recorded)
 
 
 @cache

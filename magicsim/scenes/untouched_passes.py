@@ -1,4 +1,4 @@
-"""Both passes in the untouched block with things outside: record what leaves it, and follow what they send back."""
+"""Both passes in the untouched block: record what they meet and what leaves it, and follow what things send back."""
 
 from typing import Any
 
@@ -8,45 +8,86 @@ import numpy.typing as npt
 from magicsim.scenes.backend import dr
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.integrator import SEEDS_PER_RENDER, FluenceIntegrator
-from magicsim.scenes.inventory import emitter_of
-from magicsim.scenes.light_field import LightField
+from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT
-from magicsim.scenes.light_starts import emitter_chunks
+from magicsim.scenes.names import ENVIRONMENT
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.path_record import PathRecord
-from magicsim.scenes.path_starts import CameraStarts, MirroredStarts
-from magicsim.scenes.recorded_light import FLOATS, LightRecord, RecordedLight
-from magicsim.scenes.shapes import lights
-from magicsim.scenes.window import Window
+from magicsim.scenes.path_starts import CameraStarts, ObjectStarts
+from magicsim.scenes.recorded_light import LightRecord, RecordedLight
+from magicsim.scenes.recorded_paths import RecordedPaths, record_paths
+from magicsim.scenes.regions import Regions
+from magicsim.scenes.untouched import Untouched
 
 Array = npt.NDArray[np.float64]
 LIGHT_BACK, MIRRORED = SEEDS_PER_RENDER - 2, SEEDS_PER_RENDER - 1
 """Random streams of light and of camera paths that something outside sends on; the others are the lights'."""
 
 
-def record_camera(scene: Any, part: range, *, samples: int, seed: int, capacity: int) -> PathRecord:
-    """What some camera paths of every pixel pass.
+def untouched(
+    scene: Any, particles: dict[str, int], *, seed: int, samples: int, recorded: int, regions: Regions | None
+) -> Untouched:
+    """The untouched sensor, and what its camera paths and its light pass before they leave the block.
 
     Args:
         scene: The loaded scene, with nothing before the block.
-        part: Numbers of the samples of each pixel that are traced.
-        samples: Of a pixel in all.
-        seed: Random stream.
-        capacity: Number of segments that there is room for.
+        particles: Of each light.
+        seed: Random stream of both passes.
+        samples: Paths of each pixel.
+        recorded: Particles of each strip whose way out is taken down.
+        regions: Boxes to tell which of them each pixel's paths met surfaces in, if that is asked for.
     """
-    integrator, sensor = scene.integrator(), scene.sensors()[0]
-    record, window = PathRecord.empty(capacity, len(part)), Window.whole(*(int(size) for size in sensor.film().size()))
-    starts = CameraStarts.of(sensor, samples=samples, window=window, pattern=0, part=part)
-    seen = integrator.camera_pass(
-        scene, integrator.inventory.shapes(scene), integrator.darkness(scene), starts, integrator.finish,
-        stream=SEEDS_PER_RENDER * seed, record=record,
-    )  # fmt: skip
-    dr.eval(seen, record)
-    return record
+    integrator: FluenceIntegrator = scene.integrator()
+    strips = {name: count for name, count in particles.items() if name != ENVIRONMENT}
+    first = max(1, min(recorded, *strips.values())) if strips else 1
+    record = LightRecord.empty(len(strips), first)
+    fields = integrator.light_fields(scene, strips, seed=seed, record=record)
+    # Light of the room meets what stands outside before it meets the block.
+    fields |= integrator.light_fields(scene, {k: v for k, v in particles.items() if k not in strips}, seed=seed)
+    paths = recorded_paths(scene, seed=seed, samples=samples, regions=regions)
+    field = total([integrator.darkness(scene), *fields.values()])
+    columns, rows = (int(size) for size in scene.sensors()[0].film().size())
+    pixels = np.arange(columns * rows, dtype=np.uint32)
+    image = paths.direct + paths.glow(integrator.elements(scene, field), pixels)
+    return Untouched(
+        fields=fields,
+        particles=dict(particles),
+        paths=paths,
+        light=RecordedLight.of(record.read(), first),
+        held_mm3=integrator.held_mm3(scene),
+        image=image.reshape(rows, columns, 3).astype(np.float32),
+    )
+
+
+def recorded_paths(scene: Any, *, seed: int, samples: int, regions: Regions | None = None) -> RecordedPaths:
+    """The camera paths of an untouched sensor.
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        seed: Random stream of the camera.
+        samples: Paths of each pixel.
+        regions: Boxes to tell which of them the paths met surfaces in, if that is asked for.
+    """
+    integrator: FluenceIntegrator = scene.integrator()
+    dark, sensor = integrator.darkness(scene), scene.sensors()[0]
+    shapes, pixels = integrator.inventory.shapes(scene), int(np.prod(np.array(sensor.film().size())))
+
+    def trace(part: range, room: int) -> tuple[PathRecord, Array]:
+        record = PathRecord.empty(room, len(part), lanes=pixels, regions=regions)
+        starts = CameraStarts.of(
+            sensor, samples=samples, pixels=np.arange(pixels, dtype=np.uint32), pattern=0, part=part
+        )
+        stream = SEEDS_PER_RENDER * seed
+        seen = integrator.camera_pass(scene, shapes, dark, starts, integrator.finish, stream=stream, record=record)
+        dr.eval(seen, record)
+        return record, np.array(seen, np.float64).T
+
+    centres = integrator.elements(scene, dark).centres_mm
+    return record_paths(trace, pixels=pixels, centres_mm=centres, samples=samples, regions=regions)
 
 
 def follow_camera(
-    scene: Any, outside: Outside, starts: MirroredStarts, field: LightField, finish: Finish, *, seed: int
+    scene: Any, outside: Outside, starts: ObjectStarts, field: LightField, finish: Finish, *, seed: int
 ) -> Array:
     """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3).
 
@@ -58,34 +99,14 @@ def follow_camera(
         finish: Surface of the object.
         seed: Of the frame.
     """
-    integrator = scene.integrator()
+    integrator: FluenceIntegrator = scene.integrator()
     shapes, stream = integrator.inventory.shapes(scene, outside), SEEDS_PER_RENDER * seed + MIRRORED
     seen = integrator.camera_pass(scene, shapes, field, starts, finish, stream=stream)
     return np.array(seen, np.float64).T
 
 
-def record_light(scene: Any, particles: int, *, seed: int) -> RecordedLight:
-    """What leaves the untouched block of the light of all strips.
-
-    Args:
-        scene: The loaded scene, with nothing before the block.
-        particles: Of each strip.
-        seed: Of the light.
-    """
-    integrator, escapes = scene.integrator(), [np.zeros((0, FLOATS), np.float32)]
-    for name in lights(scene):
-        if name in integrator.off:
-            continue
-        stream, emitter = integrator.stream(scene, name, seed), emitter_of(scene, name)
-        for starts in emitter_chunks(emitter, particles, seed=stream, inside=name in integrator.inside):
-            record = LightRecord.empty(starts.particles)
-            integrator.light_pass(scene, integrator.inventory.shapes(scene), starts, stream=stream, record=record)
-            escapes.append(record.read())
-    return RecordedLight.of(np.concatenate(escapes), particles)
-
-
 def follow_light(scene: Any, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:
-    """What the object sends back of recorded light: more fluence in the cells, and irradiance on itself.
+    """What the object sends back of recorded light: more fluence in the block, and irradiance on itself.
 
     Args:
         scene: The loaded scene, with nothing before the block.
@@ -94,15 +115,16 @@ def follow_light(scene: Any, outside: Outside, light: RecordedLight, *, seed: in
         seed: Of the frame.
     """
     integrator: FluenceIntegrator = scene.integrator()
-    inventory, starts, dark = integrator.inventory, light.met(outside), integrator.darkness(scene, outside)
+    inventory, dark = integrator.inventory, integrator.darkness(scene, outside)
+    starts = light.met(outside, seed=SEEDS_PER_RENDER * seed + LIGHT_BACK)
     if starts is None:
         return dark
     shapes = inventory.shapes(scene, outside)
-    tracks = integrator.light_pass(scene, shapes, starts, stream=SEEDS_PER_RENDER * seed + LIGHT_BACK)
+    tracks = integrator.light_pass(scene, shapes, starts)
     scale = 1 / (FIXED_POINT * light.particles)
-    landed = np.asarray(tracks.landed.reshape(-1, 3) * scale, np.float64)
+    landed = np.asarray(tracks.landed[0] * scale, np.float64)
     return LightField(
-        fluence=np.asarray(tracks.cells.reshape(-1, 3) * scale / inventory.volumes_mm3(scene), np.float64),
-        body=dark.body,
+        fluence=np.asarray(tracks.cells[0] * scale / inventory.volumes_mm3(scene), np.float64),
+        body=np.asarray(tracks.body[0] * scale, np.float64),
         irradiance=inventory.irradiance(scene, shapes, landed),
     )

@@ -3,6 +3,9 @@
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
+import numpy as np
+import numpy.typing as npt
+
 
 @dataclass(slots=True, kw_only=True)
 class Window:
@@ -27,6 +30,10 @@ class Window:
     def within(self, other: Self) -> Self:
         """The same pixels, counted from the first ones of another window."""
         return replace(self, column=self.column - other.column, row=self.row - other.row)
+
+    def numbers(self, columns: int, rows: int) -> npt.NDArray[np.uint32]:
+        """Numbers of its pixels in an image of so many columns and rows, counted row by row; shape (pixels,)."""
+        return np.asarray(self.of(np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)).ravel())
 
     def of(self, image: Any) -> Any:
         """That part of an image, shape (rows, columns, ...)."""

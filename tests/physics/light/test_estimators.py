@@ -47,7 +47,7 @@ def test_mi_render_runs_the_fluence_estimator(small_scene):
     from magicsim.scenes.backend import mi
     from magicsim.scenes.view import View
 
-    scene = small_scene("rest", seed=7)
+    scene = small_scene("rest", "rig.camera.blur_px=0", seed=7)
     renderer = Sensor(scene).renderer
     expected = renderer.plain_radiance(View())
     loaded = renderer.world(View()).scene

@@ -20,8 +20,8 @@ def test_estimated_error_is_the_distance_to_a_converged_image() -> None:
 
     renderer = Sensor(load_scene("rest", SMALL, seed=3)).renderer
     converged = Sensor(load_scene("rest", SMALL, seed=900_000)).renderer.refined(View(), 0.015)
-    found = renderer.refined(View(), 0.05)
-    assert found.relative_error <= 0.05
+    found = renderer.refined(View(), 0.03)
+    assert found.relative_error <= 0.03
     assert found.passes > 4
     error = np.sqrt((central(found.image - converged.image) ** 2).mean()) / central(converged.image).mean()
     expected = np.hypot(found.relative_error, converged.relative_error)

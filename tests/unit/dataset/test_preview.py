@@ -74,12 +74,13 @@ def test_estimate_grows_with_what_costs():
     assert base.seconds(4) == base.core_seconds / 4
 
 
-def test_frames_from_recorded_paths_are_estimated_cheaper():
+def test_frames_by_recorded_paths_are_estimated_cheaper():
     def seconds(*settings: str) -> float:
         recipe = load_recipe("default", settings)
         return estimate(recipe, draw_episodes(recipe), processes=1).core_seconds
 
-    assert seconds("rig.ambient=[0.1,0.1,0.1]") > 1.1 * seconds()
+    many = "render.samples=32"
+    assert seconds(many, "render.anchor_samples=0") > 1.1 * seconds(many)
 
 
 def test_sheet_shows_every_tile_and_crosses_out_a_missing_one():

@@ -21,10 +21,10 @@ def rig(**camera) -> Rig:
 
 
 def test_an_ideal_lens_looks_nothing_up() -> None:
-    found = film(DESIGN, rig())
+    found = film(DESIGN, rig(blur_px=0))
     assert (found.columns, found.rows, found.places_px, found.shading) == (60, 80, None, None)
     image = np.random.default_rng(0).random((80, 60, 3), np.float32)
-    assert found.seen(image) is image
+    np.testing.assert_array_equal(found.seen(image), image)
 
 
 def test_distorted_pixels_see_what_opencv_projects_onto_them() -> None:
@@ -51,7 +51,7 @@ def test_the_ideal_image_covers_every_pixel_and_keeps_its_focal_length() -> None
 
 def test_a_picture_of_directions_is_seen_where_the_pixels_look() -> None:
     """An ideal image that holds its own slopes comes out as each pixel's slopes."""
-    sensor = rig(distortion=BARREL, principal_offset_px=(4.0, 1.0))
+    sensor = rig(distortion=BARREL, principal_offset_px=(4.0, 1.0), blur_px=0)
     found, focal = film(DESIGN, sensor), focal_px(DESIGN, sensor)
     column, row = np.meshgrid(np.arange(found.columns), np.arange(found.rows))
     x, y = (column - (found.columns - 1) / 2) / focal, (row - (found.rows - 1) / 2) / focal
@@ -68,6 +68,24 @@ def test_corners_lose_the_share_that_is_asked_for() -> None:
     seen = film(DESIGN, rig(vignetting=0.4)).seen(np.ones((80, 60, 3), np.float32))
     assert seen[40, 30].min() > 0.999
     np.testing.assert_allclose(seen[0, 0], 0.6, atol=0.02)
+
+
+@pytest.mark.parametrize("blur_px", [0.7, 2.0])
+def test_a_point_spreads_as_wide_as_asked_and_keeps_its_light(blur_px) -> None:
+    point = np.zeros((80, 60, 3), np.float32)
+    point[40, 30] = 5.0
+    seen = film(DESIGN, rig(blur_px=blur_px)).seen(point)[..., 0].astype(float)
+    assert seen.sum() == pytest.approx(5, rel=1e-5)
+    rows, columns = np.indices(seen.shape)
+    spread = [np.sqrt((seen * (axis - at) ** 2).sum() / seen.sum()) for axis, at in ((rows, 40), (columns, 30))]
+    assert spread == pytest.approx([blur_px, blur_px], rel=0.03)
+
+
+def test_a_region_is_as_blurred_as_the_whole_image() -> None:
+    image = np.random.default_rng(1).random((80, 60, 3), np.float32)
+    whole, part = (film(DESIGN, rig(vignetting=0.3, **region)) for region in ({}, {"region_px": (10, 20, 30, 40)}))
+    seen = part.seen(np.asarray(part.window.of(image)))
+    np.testing.assert_array_equal(seen, whole.seen(image)[20:60, 10:40])
 
 
 def test_a_distortion_that_folds_the_image_is_refused() -> None:

@@ -15,7 +15,8 @@ def places(*, pattern=0, window=Window.whole(COLUMNS, ROWS)):  # noqa: B008
     camera = mi.load_dict(
         {"type": "perspective", "fov": 90, "film": {"type": "hdrfilm", "width": COLUMNS, "height": ROWS}}
     )
-    starts = CameraStarts.of(camera, samples=SAMPLES, window=window, pattern=pattern, part=range(SAMPLES))
+    pixels = window.numbers(COLUMNS, ROWS)
+    starts = CameraStarts.of(camera, samples=SAMPLES, pixels=pixels, pattern=pattern, part=range(SAMPLES))
     found = []
     for number in range(SAMPLES):
         direction = np.array(starts.ray(mi.UInt32(number)).d)

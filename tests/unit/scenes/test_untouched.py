@@ -1,7 +1,7 @@
 import pytest
 
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.untouched import KEPT, UntouchedState, UntouchedStates, untouched_key
+from magicsim.scenes.untouched import KEPT, Untouched, UntouchedStates, untouched_key
 
 
 def key(*settings: str) -> str:
@@ -34,8 +34,9 @@ def test_what_comes_after_the_radiance_does_not(setting: str):
 
 
 def test_state_that_was_not_asked_for_the_longest_goes_first():
-    states, state = UntouchedStates(), UntouchedState(fields={}, image=None)
-    for number in range(KEPT):
+    states = UntouchedStates()
+    state = Untouched(fields={}, particles={}, paths=None, light=None, held_mm3=None, image=None)
+    for number in range(2 * KEPT):
         states.keep(str(number), state)
     assert states.get("0") is state
     states.keep("new", state)

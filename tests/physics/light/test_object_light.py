@@ -1,0 +1,52 @@
+"""Light on the object, gathered by rays from it, is what particles bring to it, with less noise."""
+
+import numpy as np
+import pytest
+
+from magicsim.scenes.light_field import total
+from magicsim.scenes.shapes import wetted
+from magicsim.scenes.timeline import timeline
+from magicsim.sensor import Sensor
+
+SMALL = ("design.footprint_mm=[12,14]", "rig.camera.field_mm=10", "object.radius_mm=3")
+PARTICLES = 400_000
+
+
+def lit(scene, *, particles):
+    """Irradiance by particles that land and by rays that gather, the areas of the triangles, and which are wet."""
+    sensor, state = Sensor(scene), timeline(scene)[0]
+    deformation = sensor.deform(state, sensor.rest) if state.gap_mm < 0 else sensor.rest
+    view = sensor.view(state, deformation)
+    world = sensor.renderer.world(view).scene
+    integrator, mesh = world.integrator(), sensor.renderer.object_mesh
+    field = total(
+        list(integrator.light_fields(world, dict.fromkeys(integrator.shares(world), particles), seed=1).values())
+    )
+    gathered = [integrator.with_lit_object(world, field, particles=20_000, seed=seed).irradiance for seed in (1, 2)]
+    a, b, c = mesh.vertices[mesh.faces].swapaxes(0, 1)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    height = view.indenter.pose.to_sensor(mesh.vertices)[mesh.faces, 2].mean(1)
+    return field.irradiance, gathered, area[:, None], height, wetted(world, integrator.inventory.shapes(world))
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides"),
+    [("near", ()), ("pressed", ()), ("near", ("rig.ambient=[0.3,0.2,0.1]",)),
+     ("pressed", ("design.materials.body.sigma_s_per_mm=0.3",))],
+)  # fmt: skip
+def test_rays_bring_as_much_light_as_particles(small_scene, name, overrides):
+    landed, (gathered, other), area, height, wet = lit(small_scene(name, *SMALL, *overrides), particles=PARTICLES)
+    for part in (wet, ~wet & (height > -1.5)):
+        if part.any():
+            known, found = ((each * area)[part].sum(0) / area[part].sum() for each in (landed, gathered))
+            np.testing.assert_allclose(found, known, rtol=0.03)
+            noise = np.sqrt(((gathered - other)[part] ** 2 * area[part]).sum(0) / area[part].sum() / 2)
+            assert (noise < 0.1 * known).all()
+
+
+def test_a_dark_sensor_leaves_the_object_dark(small_scene):
+    scene = small_scene("near", *SMALL, "rig.strips=[]")
+    sensor = Sensor(scene)
+    world = sensor.renderer.world(sensor.view(timeline(scene)[0], sensor.rest)).scene
+    found = world.integrator().with_lit_object(world, world.integrator().darkness(world), particles=1000, seed=1)
+    assert not found.irradiance.any()
