@@ -49,6 +49,8 @@ PLACES = ((-6.0, -9.0), (6.0, 9.0), (-5.0, 8.0), (5.0, -8.0), (0.0, -10.0), (0.0
 DESIGNS = ((), ("design.cell_mm=1.0",), ("design.skin_mm=0.6",))
 DIMMED = (1.0, 0.4)
 """Strength of the first LED strip."""
+DIM = 1e-5
+"""Radiance of a flashlight that changes no pixel by a grey level."""
 CLEAN = ("rig.camera.read_noise_e=0", "rig.camera.full_well_e=1e9", "references=1")
 """The camera's own noise must not be what hides a step."""
 
@@ -90,6 +92,14 @@ def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
                 gap_mm=sign * gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0
             )
             yield "before or after contact", shown(state, label=sign < 0)
+    dim = rig.model_copy(update={"flashlight": rig.flashlight.model_copy(update={"radiance": (DIM,) * 3})})
+    sensor = Sensor(sensor.scene.model_copy(update={"rig": dim}))
+    sensor.renderer.metered()
+    for shining in (False, True, True):
+        state = FrameState(
+            gap_mm=None, x_mm=0, y_mm=0, twist_deg=0.0, flashlight=shining, light_x_mm=chance.uniform(-4, 4)
+        )
+        yield "flashlight off, or on and too dim to be seen", shown(state, label=shining)
     for gap_mm in (None, 1700.0, 1900.0):
         state = FrameState(gap_mm=gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0)
         yield "absent or too far to be seen", shown(state, label=gap_mm is not None)

@@ -5,6 +5,7 @@ import os
 import platform
 from dataclasses import dataclass
 
+from magicsim.scenes.untouched_store import default_store
 from magicsim.scenes.variant import LLVM_PACKAGE, LLVM_VARIANT, SCALAR_VARIANT, find_llvm, probe_llvm
 
 
@@ -21,13 +22,23 @@ class Examination:
     cores: int
     """Processors that this process may use."""
     platform: str
+    cache: str | None
+    """Folder that keeps untouched sensors, so that they are rendered once; None where it is switched off."""
+    cache_bytes: int
+    """What it holds [bytes]."""
     problems: list[str]
     """What is slower or missing than it could be, and how to get it."""
 
 
-def examine() -> Examination:
-    """Looks for LLVM by running it in a subprocess, and for the fast sparse solver."""
-    problems = []
+def examine(*, clear_cache: bool = False) -> Examination:
+    """Looks for LLVM by running it in a subprocess, and for the fast sparse solver.
+
+    Args:
+        clear_cache: Whether to remove what is kept of untouched sensors.
+    """
+    problems, store = [], default_store()
+    if store is not None and clear_cache:
+        store.clear()
     library = find_llvm()
     reason = "no libLLVM was found" if library is None else probe_llvm(library)
     if reason is not None:
@@ -43,5 +54,7 @@ def examine() -> Examination:
         solver="PARDISO" if fast else "SuperLU",
         cores=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
         platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+        cache=str(store.folder) if store is not None else None,
+        cache_bytes=store.size_bytes() if store is not None else 0,
         problems=problems,
     )

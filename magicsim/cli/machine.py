@@ -34,12 +34,15 @@ def bench(
 
 
 @app.command
-def doctor(*, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
-    """Say what this machine can do, and how to get the rest."""
+def doctor(
+    *, clear_cache: Annotated[bool, Parameter(negative="", help="Remove what is kept of untouched sensors.")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Say what this machine can do, how to get the rest, and what is kept on disk."""
     from magicsim.doctor import examine
 
     del settings, seed
-    print_result(fields_of(examine()), as_json=json)
+    print_result(fields_of(examine(clear_cache=clear_cache)), as_json=json)
 
 
 @app.command

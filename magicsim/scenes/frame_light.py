@@ -70,7 +70,8 @@ def touched_light(
     held, held_before = integrator.held_mm3(world), careful.held_mm3
     growth = np.divide(held, held_before, out=np.zeros_like(held), where=held_before > 0)
     voxels = integrator.voxels.counts if integrator.voxels is not None else None
-    found = anchored_light(*map(_by_channel, (now, traced, before)), integrator.counts, voxels, growth)
+    states = [_by_channel(each) for each in (now, traced, before)]
+    found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth)
     anchored = replace(total(list(found.values())), irradiance=now.irradiance)
     return total([anchored, *([lamp] if lamp is not None else [])])
 
@@ -89,9 +90,8 @@ def _own_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouche
     if ENVIRONMENT not in careful.fields:
         return lit
     room = _room(scene, outside, cheap, seed=seed)
-    states = ({ENVIRONMENT: each} for each in (room, cheap.fields[ENVIRONMENT], careful.fields[ENVIRONMENT]))
-    changed = anchored_light(*states, counts, voxels)[ENVIRONMENT]
-    rest = careful.fields[ENVIRONMENT]
+    traced, rest = (each.fields[ENVIRONMENT] for each in (cheap, careful))
+    changed = anchored_light({"": room}, {"": traced}, {"": rest}, counts, voxels)[""]
     return LightField(
         fluence=lit.fluence + changed.fluence - rest.fluence,
         body=lit.body + changed.body - rest.body,
@@ -105,9 +105,8 @@ def _traced_before(scene: Any, outside: Outside, cheap: Untouched, *, seed: int)
     fields = dict(cheap.fields)
     if ENVIRONMENT in fields:
         fields[ENVIRONMENT] = _room(scene, outside, cheap, seed=seed)
-    rest = total(
-        [integrator.darkness(scene), *(replace(each, irradiance=np.zeros((1, 3))) for each in fields.values())]
-    )
+    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in fields.values()]
+    rest = total([integrator.darkness(scene), *unseen])
     back = follow_light(scene, outside, cheap.light, seed=seed)
     return replace(rest, fluence=rest.fluence + back.fluence, body=rest.body + back.body, irradiance=back.irradiance)
 

@@ -185,8 +185,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         sent = object_rays(scene, shapes, max(1, round(RAYS_PER_PARTICLE * particles)), seed=stream)
         met = np.array(self.camera_pass(scene, shapes, field, sent.starts, self.finish, stream=stream), np.float64)
         count = shapes.object_triangles
-        flux = np.stack([np.bincount(sent.triangle, np.pi * sent.area_mm2 * channel, count) for channel in met], 1)
-        areas = np.bincount(sent.triangle, sent.area_mm2, count)
+        weights = [np.pi * sent.area_mm2 * channel for channel in met]
+        flux = np.stack([np.bincount(sent.triangle, weight, count) for weight in weights], 1).astype(np.float64)
+        areas = np.bincount(sent.triangle, sent.area_mm2, count).astype(np.float64)
         gathered = self.inventory.gathered_irradiance(scene, shapes, flux, areas, field.irradiance)
         return replace(field, irradiance=gathered)
 

@@ -56,7 +56,7 @@ class Tracks:
     cells: Counts
     """Flux x path length in each infill cell, shape (lights, cells, 3) [mm]."""
     body: Counts
-    """Flux x path length in each voxel of the body, shape (lights, voxels, 3) [mm]; one voxel where it does not scatter."""
+    """Flux x path length in each voxel of the body, shape (lights, voxels, 3) [mm]; one voxel where it is clear."""
     landed: Counts
     """Flux on each of the object's triangles, shape (lights, triangles, 3)."""
     balance: Balance | None
@@ -89,7 +89,8 @@ def _added(parts: Sequence[Counts]) -> Counts:
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def deposit_tracks(
-    scene: Any, starts: LightStarts, shapes: Shapes, media: Media, voxels: Voxels | None, *, lights: int, max_depth: int, balance: bool, record: LightRecord | None,
+    scene: Any, starts: LightStarts, shapes: Shapes, media: Media, voxels: Voxels | None, *, lights: int,
+    max_depth: int, balance: bool, record: LightRecord | None,
 ) -> Tracks:  # fmt: skip
     """Traces particles and adds up weight x path length per cell and channel.
 

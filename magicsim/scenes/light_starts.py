@@ -61,12 +61,12 @@ class LightStarts:
         found = [_begun(part) for part in parts]
         rays, weights, brightest, seeds, streams, places, inside = zip(*found, strict=True)
         total = sum(part.particles for part in parts)
-        origins, directions, weights = (
+        origins, directions, carried = (
             [dr.concat([one[axis] for one in each]) for axis in range(3)]
             for each in ([ray.o for ray in rays], [ray.d for ray in rays], weights)
         )
         return cls(
-            rays=mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*directions)), weights=mi.Color3f(*weights),
+            rays=mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*directions)), weights=mi.Color3f(*carried),
              brightest=dr.concat(brightest), seeds=dr.concat(seeds),
             streams=dr.concat(streams), places=dr.concat(places), inside=dr.concat(inside),
             count=dr.opaque(mi.UInt32, total), particles=total,

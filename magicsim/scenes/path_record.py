@@ -45,7 +45,7 @@ class PathRecord:
     regions: Regions | None
     """Boxes whose surfaces a path may meet; None where nobody asks which."""
     met: Any
-    """One bit for each box that a lane's paths met a surface in, mi.UInt32, `regions.words` a lane; one without boxes."""
+    """One bit for each box that a lane's paths met a surface in, mi.UInt32, `regions.words` a lane."""
     turns: Any
     """Paths of each lane, one after the other, mi.UInt32 of size 1."""
     segment_room: Any
@@ -123,7 +123,7 @@ class PathRecord:
         dr.scatter(self.rays, mi.Vector4f(ray.d.y, ray.d.z, weight, 0), 2 * slot + 1, active)
 
     def read(self) -> tuple[tuple[npt.NDArray[Any], ...], tuple[npt.NDArray[Any], ...]] | None:
-        """Lanes, elements and gains of the segments, lanes and rays of the escapes, in order; None if room was short."""
+        """Lanes, elements, gains of the segments, lanes and rays of the escapes, in order; None if room was short."""
         segments, escapes = (int(count[0]) for count in (self.segment_count, self.escape_count))
         if segments > int(self.segment_room[0]) or escapes > int(self.escape_room[0]):
             return None

@@ -96,6 +96,11 @@ class RecordedLight:
             particles=particles,
         )
 
+    def escapes(self) -> npt.NDArray[np.float32]:
+        """What `of` takes, shape (escapes, 10)."""
+        column = [*self.rays.o, *self.rays.d, *self.weights, self.brightest]
+        return np.stack([np.array(each) for each in column], 1)
+
     def met(self, outside: Outside, *, seed: int) -> LightStarts | None:
         """The particles that meet the object, None where none does."""
         if not dr.width(self.brightest):  # the renderer ends the process where it is to trace no rays

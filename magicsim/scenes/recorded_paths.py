@@ -7,7 +7,7 @@ again.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -47,8 +47,8 @@ class RecordedPaths:
     direct: Array
     """Radiance of each pixel from lights that its paths meet, shape (pixels, 3)."""
     response: sp.csr_matrix
-    """Radiance of each pixel for the light in the elements, cells and voxels, then for its slopes along x, y and z; shape
-    (pixels, 4 * elements)."""
+    """Radiance of each pixel for the light in the elements, cells and voxels, then for its slopes along x, y and z,
+    shape (pixels, 4 * elements)."""
     rays: Any
     """Rays that left, pixel by pixel: origin [mm], direction, weight, nothing; mi.Float."""
     first: Any
@@ -61,6 +61,35 @@ class RecordedPaths:
     """Boxes that the paths met surfaces in, if they were asked for."""
     met: npt.NDArray[np.uint32]
     """Which, one bit each, shape (words, pixels)."""
+
+    @classmethod
+    def of(
+        cls,
+        *,
+        direct: Array,
+        response: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
+        columns: int,
+        rays: npt.NDArray[np.float32],
+        first: Numbers,
+        owner: Numbers,
+        samples: int,
+    ) -> Self:
+        """From arrays, as they are kept on disk; without boxes.
+
+        Args:
+            direct: See above.
+            response: Data, indices and index pointers of its rows.
+            columns: Number of its columns.
+            rays: See above, flat.
+            first: See above.
+            owner: See above.
+            samples: See above.
+        """
+        return cls(
+            direct=direct, response=sp.csr_matrix(response, shape=(len(direct), columns)),
+            rays=mi.Float(aligned(rays, np.float32)), first=mi.UInt32(aligned(first, np.uint32)), owner=owner,
+            samples=samples, regions=None, met=np.zeros((0, len(direct)), np.uint32),
+        )  # fmt: skip
 
     def glow(self, light: Elements, pixels: Numbers) -> Array:
         """Radiance that light in the elements sends to some pixels, shape (pixels, 3).

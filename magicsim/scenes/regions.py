@@ -37,11 +37,9 @@ class Regions:
     def of(cls, low_mm: Array, high_mm: Array, pixels: int) -> Self:
         """Boxes between two corners, as small as memory for so many pixels allows."""
         size, edge = np.asarray(high_mm - low_mm), EDGE_MM
-        while (
-            counts := np.maximum(1, np.ceil(size / edge)).astype(int)
-        ).prod() * pixels > MOST_BITS and edge < size.max():
+        while _counts(size, edge).prod() * pixels > MOST_BITS and edge < size.max():
             edge *= 1.1
-        x, y, z = (int(count) for count in counts)
+        x, y, z = _counts(size, edge).tolist()
         return cls(origin_mm=tuple(np.asarray(low_mm, float).tolist()), edge_mm=float(edge), counts=(x, y, z))
 
     @property
@@ -90,3 +88,7 @@ class Regions:
 
     def _number(self, places: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         return np.asarray(places @ np.array([1, self.counts[0], self.counts[0] * self.counts[1]]))
+
+
+def _counts(size_mm: Array, edge_mm: float) -> npt.NDArray[np.int64]:
+    return np.maximum(1, np.ceil(size_mm / edge_mm)).astype(np.int64)

@@ -24,6 +24,7 @@ from magicsim.scenes.regions import Regions
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.untouched import RECORDED_PARTS, Untouched, UntouchedStates, untouched_key
+from magicsim.scenes.untouched_store import default_store
 from magicsim.scenes.view import View
 from magicsim.scenes.window import Window
 
@@ -68,7 +69,7 @@ class Renderer(PlainRenderer):
         """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
         self._whole_film = film(elastomer.design, rig, Window.whole(rig.camera.columns, rig.camera.rows))
         self._outsides = Outsides(rig, object_mesh, self.object_finish)
-        self._untouched = untouched if untouched is not None else UntouchedStates()
+        self._untouched = untouched if untouched is not None else UntouchedStates(default_store())
         self._reaches: list[sp.csr_matrix] | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
@@ -81,7 +82,7 @@ class Renderer(PlainRenderer):
         other = copy(self)
         other.seed = seed
         other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
-        other._untouched = UntouchedStates()
+        other._untouched = UntouchedStates(default_store())
         return other
 
     def radiance(self, view: View) -> FloatImage:
@@ -132,7 +133,8 @@ class Renderer(PlainRenderer):
         """The untouched sensor with the samples, particles and random numbers of a frame, computed once."""
         settings, scene = self.settings, self.world(View()).scene
         particles = scene.integrator().shares(scene)
-        key = f"{untouched_key(self.elastomer.design, self.rig, settings)} {settings.samples} {settings.particles} {self.seed}"
+        key = untouched_key(self.elastomer.design, self.rig, settings)
+        key = f"{key} {settings.samples} {settings.particles} {self.seed}"
         return self._state(
             key, particles, seed=self.seed, samples=settings.samples, recorded=max(particles.values(), default=0),
             regions=self._regions(),
@@ -144,14 +146,14 @@ class Renderer(PlainRenderer):
     ) -> Untouched:  # fmt: skip
         from magicsim.scenes.untouched_passes import untouched
 
-        state = self._untouched.get(key)
+        state = self._untouched.get(key, on_disk=regions is None)
         if state is None:
             most = max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
             state = untouched(
                 self.world(View()).scene, particles, seed=seed, samples=min(samples, most), recorded=recorded,
                 regions=regions,
             )  # fmt: skip
-            self._untouched.keep(key, state)
+            self._untouched.keep(key, state, on_disk=regions is None)
         return state
 
     @property
@@ -167,7 +169,7 @@ class Renderer(PlainRenderer):
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
         scene, placed, light_x_mm = self.world(View()).scene, self._placed(view), view.flashlight_x_mm
-        is_moved = self._may_touch(view, placed) or not self.leaves_out_unmoved
+        is_moved = not view.is_undeformed or _reaches(placed) or not self.leaves_out_unmoved
         field = self._light(view, placed, is_moved=is_moved)
         look = Look(
             scene=scene, outside=self._outside(placed, light_x_mm), field=field, finish=self.object_finish,
@@ -188,8 +190,9 @@ class Renderer(PlainRenderer):
         now = known.copy()
         if traced is not None:
             now[changed] = np.array(traced, np.float64).T
-        images = (np.asarray(each.reshape(shape), np.float32) for each in (now, known, before))
-        return np.asarray(inner.within(around).of(anchored_image(*images, changed.reshape(shape[:2]))))
+        images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
+        found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
+        return np.asarray(inner.within(around).of(found))
 
     def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> LightField:
         """Light in the block and on the object."""
@@ -202,7 +205,7 @@ class Renderer(PlainRenderer):
                 scene, field, particles=particles, seed=seed, outside=outside
             )
             return lit
-        before = lifted(placed) if placed is not None and self._may_touch(view, placed) else placed
+        before = lifted(placed) if placed is not None and _reaches(placed) else placed
         world = self.world(view).scene
         field = touched_light(scene, self._outside(before, None), world, careful, cheap, seed=seed)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
@@ -211,9 +214,6 @@ class Renderer(PlainRenderer):
     def _outside(self, placed: Array | None, light_x_mm: float | None) -> Outside:
         """What stands before the block, in its place; a ghost is nothing there."""
         return self._outsides.of(None if self.object_finish.is_ghost else placed, light_x_mm)
-
-    def _may_touch(self, view: View, placed: Array | None) -> bool:
-        return not view.is_undeformed or (placed is not None and bool(placed[:, 2].max() >= -CLEAR_MM))
 
     def _changed(self, view: View, placed: Array | None, pixels: Numbers) -> npt.NDArray[np.bool_]:
         """Which pixels have a path of the cheap record that met something that has moved, shape (pixels,)."""
@@ -247,3 +247,8 @@ class Renderer(PlainRenderer):
         gap_mm, design = -float(placed[:, 2].max()), self.elastomer.design
         is_gone = is_out_of_reach(gap_mm, self.object_finish, design, self.rig, self.metered())
         return replace(view, indenter=None) if is_gone else view
+
+
+def _reaches(placed: Array | None) -> bool:
+    """Whether an object is so close to the contact face that it may touch it."""
+    return placed is not None and bool(placed[:, 2].max() >= -CLEAR_MM)

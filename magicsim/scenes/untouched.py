@@ -17,6 +17,7 @@ from magicsim.scenes.scene import RenderSettings
 if TYPE_CHECKING:
     from magicsim.scenes.recorded_light import RecordedLight
     from magicsim.scenes.recorded_paths import RecordedPaths
+    from magicsim.scenes.untouched_store import UntouchedStore
 
 KEPT = 2
 """Sensors that are kept at most."""
@@ -54,20 +55,31 @@ class Untouched:
 
 
 class UntouchedStates:
-    """The last few sensors of this process; their content depends on their key alone."""
+    """The last few sensors of this process, and those on disk; their content depends on their key alone."""
 
-    def __init__(self) -> None:
-        """Holds nothing."""
+    def __init__(self, store: "UntouchedStore | None" = None) -> None:
+        """Holds nothing.
+
+        Args:
+            store: Where careful states are kept on disk, if they are.
+        """
         self._states: OrderedDict[str, Untouched] = OrderedDict()
+        self._store = store
 
-    def get(self, key: str) -> Untouched | None:
-        """The state of a key, if it is kept."""
+    def get(self, key: str, *, on_disk: bool = False) -> Untouched | None:
+        """The state of a key, if it is kept; also on disk where that is asked for."""
+        if key not in self._states and on_disk and self._store is not None:
+            stored = self._store.load(key)
+            if stored is not None:
+                self.keep(key, stored)
         if key in self._states:
             self._states.move_to_end(key)
         return self._states.get(key)
 
-    def keep(self, key: str, state: Untouched) -> None:
+    def keep(self, key: str, state: Untouched, *, on_disk: bool = False) -> None:
         """Keeps a state, and lets the one go that was not asked for the longest."""
+        if on_disk and self._store is not None:
+            self._store.save(key, state)
         self._states[key] = state
         while len(self._states) > 2 * KEPT:
             self._states.popitem(last=False)
@@ -76,7 +88,9 @@ class UntouchedStates:
 @cache
 def shared_states() -> UntouchedStates:
     """Those of this process: episodes of one sensor render it once."""
-    return UntouchedStates()
+    from magicsim.scenes.untouched_store import default_store
+
+    return UntouchedStates(default_store())
 
 
 def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -> str:

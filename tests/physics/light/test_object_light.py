@@ -19,9 +19,8 @@ def lit(scene, *, particles):
     view = sensor.view(state, deformation)
     world = sensor.renderer.world(view).scene
     integrator, mesh = world.integrator(), sensor.renderer.object_mesh
-    field = total(
-        list(integrator.light_fields(world, dict.fromkeys(integrator.shares(world), particles), seed=1).values())
-    )
+    shares = dict.fromkeys(integrator.shares(world), particles)
+    field = total(list(integrator.light_fields(world, shares, seed=1).values()))
     gathered = [integrator.with_lit_object(world, field, particles=20_000, seed=seed).irradiance for seed in (1, 2)]
     a, b, c = mesh.vertices[mesh.faces].swapaxes(0, 1)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
