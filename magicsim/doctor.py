@@ -6,7 +6,15 @@ import platform
 from dataclasses import dataclass
 
 from magicsim.scenes.untouched_store import default_store
-from magicsim.scenes.variant import LLVM_PACKAGE, LLVM_VARIANT, SCALAR_VARIANT, find_llvm, probe_llvm
+from magicsim.scenes.variant import (
+    LLVM_PACKAGE,
+    LLVM_VARIANT,
+    SCALAR_VARIANT,
+    VARIANT_VARIABLE,
+    find_llvm,
+    offered_variants,
+    probe_llvm,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -14,7 +22,9 @@ class Examination:
     """What `magicsim doctor` reports."""
 
     variant: str
-    """Mitsuba variant that will render."""
+    """Mitsuba variant that will render; `MAGICSIM_VARIANT` asks for another."""
+    can_ask_for: list[str]
+    """Variants that the installed Mitsuba offers: `cuda_ad_rgb` needs an NVIDIA GPU, and is untested here."""
     llvm: str | None
     """The libLLVM that works, or None."""
     solver: str
@@ -49,7 +59,8 @@ def examine(*, clear_cache: bool = False) -> Examination:
     if not fast:
         problems.append("solving is several times slower without PARDISO; `pip install pypardiso` on x86-64")
     return Examination(
-        variant=LLVM_VARIANT if reason is None else SCALAR_VARIANT,
+        variant=os.environ.get(VARIANT_VARIABLE) or (LLVM_VARIANT if reason is None else SCALAR_VARIANT),
+        can_ask_for=offered_variants(),
         llvm=library.name if reason is None and library is not None else None,
         solver="PARDISO" if fast else "SuperLU",
         cores=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,

@@ -15,7 +15,8 @@ from magicsim.errors import ConfigError
 app = App(
     name="magicsim",
     version=magicsim.__version__,
-    help="Simulator of the mini-MagicTac see-through touch sensor.",
+    help="Simulator of the mini-MagicTac see-through touch sensor. Every command takes --variant too: llvm_ad_rgb,\n"
+    "cuda_ad_rgb (an NVIDIA GPU, untested) or scalar_rgb.",
     suppress_keyboard_interrupt=False,
 )
 

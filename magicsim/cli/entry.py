@@ -13,7 +13,8 @@ from cyclopts.exceptions import UnknownCommandError
 
 from magicsim.cli import benchmark, calibrate, dataset, design, detect, fit, light, machine, mechanics, scene, sweep  # noqa: F401
 from magicsim.cli.app import app
-from magicsim.errors import MagicsimError, unknown_choice
+from magicsim.errors import ConfigError, MagicsimError, unknown_choice
+from magicsim.scenes.variant import VARIANT_VARIABLE, VARIANTS
 from magicsim.wording import one_line
 
 STOPPED, UNREAD, TERMINATED = 130, 141, 143
@@ -27,7 +28,7 @@ def main() -> None:
     handler.setFormatter(_OneLine("magicsim: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[handler])
     try:
-        app(sys.argv[1:], exit_on_error=False, print_error=False)
+        app(_with_variant(sys.argv[1:]), exit_on_error=False, print_error=False)
         sys.stdout.flush()
     except UnknownCommandError as error:
         _fail(unknown_choice("command", (error.unused_tokens or [""])[0], [name for name in app if name[0] != "-"]))
@@ -43,6 +44,21 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.stderr.write("magicsim: stopped\n")
         sys.exit(STOPPED)
+
+
+def _with_variant(words: list[str]) -> list[str]:
+    """The words without `--variant NAME`, which every command takes: it must be known before Mitsuba is loaded."""
+    rest = list(words)
+    for place, word in enumerate(words):
+        name, equals, value = word.partition("=")
+        if name == "--variant" and (equals or place + 1 < len(words)):
+            chosen = value if equals else words[place + 1]
+            if chosen not in VARIANTS:
+                raise ConfigError(unknown_choice("variant", chosen, VARIANTS))
+            os.environ[VARIANT_VARIABLE] = chosen
+            del rest[place : place + (1 if equals else 2)]
+            break
+    return rest
 
 
 def _terminate(*_: object) -> None:

@@ -9,19 +9,19 @@ from magicsim.scenes.finish import Finish
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.scene_dict import INSET_MM, lights_inside, lights_off
-from magicsim.scenes.variant import LLVM_VARIANT
+from magicsim.scenes.variant import SCALAR_VARIANT
 
 PATH_DEPTH = 256
 """Longest path of `volpath` [interactions], roulette off; four times as long changes the mean by 0.01 %."""
 
 
 def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
-    """The estimator that will run: `fluence` needs LLVM, and falls back to `path` on the scalar variant.
+    """The estimator that will run: `fluence` needs LLVM or CUDA, and falls back to `path` on the scalar variant.
 
     Raises:
         RenderError: The body scatters and a lens plate is bonded to it, which `path` cannot tell apart.
     """
-    estimator = "path" if VARIANT != LLVM_VARIANT else asked
+    estimator = "path" if VARIANT == SCALAR_VARIANT else asked
     if estimator == "path" and elastomer.design.materials.body.sigma_s_per_mm > 0 and rig.lens.thickness_mm > 0:
         msg = (
             f"lens.thickness_mm = {rig.lens.thickness_mm:g} is not allowed with estimator 'path' where the body "

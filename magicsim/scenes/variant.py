@@ -12,8 +12,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+from magicsim.errors import ConfigError, unknown_choice
+
 LLVM_VARIANT = "llvm_ad_rgb"
+CUDA_VARIANT = "cuda_ad_rgb"
 SCALAR_VARIANT = "scalar_rgb"
+VARIANTS = (LLVM_VARIANT, CUDA_VARIANT, SCALAR_VARIANT)
 LLVM_PACKAGE = "karellen-llvm-core"
 LLVM_VARIABLE = "DRJIT_LIBLLVM_PATH"
 VARIANT_VARIABLE = "MAGICSIM_VARIANT"
@@ -54,16 +58,33 @@ def probe_llvm(library: Path) -> str | None:
 
 @functools.cache
 def activate_variant() -> str:
-    """Sets the Mitsuba variant of this process and returns its name. The only place that does."""
+    """Sets the Mitsuba variant of this process and returns its name. The only place that does.
+
+    Raises:
+        ConfigError: The environment names another variant than `VARIANTS`, or one that does not run here.
+    """
     variant = os.environ.get(VARIANT_VARIABLE) or _choose()
+    if variant not in VARIANTS:
+        raise ConfigError(unknown_choice(f"variant ({VARIANT_VARIABLE})", variant, VARIANTS))
     os.environ[VARIANT_VARIABLE] = variant
     library = find_llvm()
     if variant == LLVM_VARIANT and library is not None:
         os.environ[LLVM_VARIABLE] = str(library)
     import mitsuba as mi
 
-    mi.set_variant(variant)
+    try:
+        mi.set_variant(variant)
+    except ImportError as error:
+        msg = f"{VARIANT_VARIABLE} = {variant} does not run here: {str(error).splitlines()[0]}"
+        raise ConfigError(msg) from error
     return variant
+
+
+def offered_variants() -> list[str]:
+    """Those of `VARIANTS` that the installed Mitsuba brings, whether they run here or not."""
+    import mitsuba as mi
+
+    return [name for name in VARIANTS if name in mi.variants()]
 
 
 def _choose() -> str:

@@ -8,6 +8,7 @@ from magicsim.scenes.variant import LLVM_VARIABLE, LLVM_VARIANT, SCALAR_VARIANT,
 
 
 def pretend(monkeypatch: pytest.MonkeyPatch, library: Path | None, reason: str | None) -> None:
+    monkeypatch.delenv("MAGICSIM_VARIANT", raising=False)
     monkeypatch.setattr(doctor, "find_llvm", lambda: library)
     monkeypatch.setattr(doctor, "probe_llvm", lambda _: reason)
 
