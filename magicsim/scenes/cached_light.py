@@ -10,6 +10,7 @@ from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.voxels import Voxels
 
 Array = npt.NDArray[np.float64]
+AXES = 3
 
 
 class Elements(NamedTuple):
@@ -100,6 +101,9 @@ def cell_slopes(fluence: Array, centres: Array, counts: tuple[int, int, int]) ->
         grid = values.reshape(nz, ny, nx, -1)
         return np.stack([np.gradient(grid, axis=2 - axis).reshape(len(values), -1) for axis in along], 1)
 
-    # Along an axis with a single cell nothing is known: the shortest solution has no slope there.
-    result[:] = np.linalg.pinv(steps(centres)) @ steps(fluence)
+    if len(along) == AXES:
+        result[:] = np.linalg.solve(steps(centres), steps(fluence))
+    else:
+        # Along an axis with a single cell nothing is known: the shortest solution has no slope there.
+        result[:] = np.linalg.pinv(steps(centres)) @ steps(fluence)
     return result

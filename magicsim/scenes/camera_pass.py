@@ -87,7 +87,7 @@ def gather_radiance(
             weight, in_body, depth = starts.weight(), starts.in_body(), mi.UInt32(starts.depth)
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
-        si = next_hit(scene, ray, infill_pointer, shapes.faces, at, active)
+        si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         if shapes.outside is not None:
             si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)

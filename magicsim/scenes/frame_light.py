@@ -5,7 +5,7 @@ traces its particles anew; what they differ by from the same particles just befo
 far as it is more than noise (`anchored_light`). So light is the same estimate on both sides of the first contact.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ from magicsim.scenes.untouched_passes import follow_light
 Array = npt.NDArray[np.float64]
 LIFTED_MM = 2e-3
 """Gap of the last state before contact [mm]."""
+LIFTED_DIGITS = 7
+"""Decimals of the object's vertices there [mm], so that all depths of one press have the very same ones."""
 CHANNELS = 3
 
 
@@ -31,7 +33,7 @@ def lifted(vertices: Array) -> Array:
     Args:
         vertices: The object where it is, of the same shape [mm].
     """
-    return np.asarray(vertices - np.array([0.0, 0.0, vertices[:, 2].max() + LIFTED_MM]))
+    return np.asarray(np.round(vertices - np.array([0.0, 0.0, vertices[:, 2].max() + LIFTED_MM]), LIFTED_DIGITS))
 
 
 def free_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
@@ -47,22 +49,42 @@ def free_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouche
     return total([_own_light(scene, outside, careful, cheap, seed=seed), _flashlight(scene, outside, seed=seed)])
 
 
-def touched_light(
-    scene: Any, outside: Outside, world: Any, careful: Untouched, cheap: Untouched, *, seed: int
-) -> LightField:
-    """Light in the deformed block and on the object.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Before:
+    """Light of the last state before contact, which frames along one press share."""
+
+    careful: LightField
+    """As well as it is known."""
+    traced: LightField
+    """By the particles of the frame."""
+
+
+def before_contact(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> Before:
+    """Light of strips and room when the block was last untouched.
 
     Args:
         scene: The loaded scene, with nothing before the block.
-        outside: What stood before the block when it was last untouched.
-        world: The loaded scene of the frame.
+        outside: What stood before the block then.
         careful: The untouched sensor.
         cheap: The same with the particles and random numbers of the frame.
         seed: Of the frame.
     """
+    return Before(
+        careful=_own_light(scene, outside, careful, cheap, seed=seed),
+        traced=_traced_before(scene, outside, cheap, seed=seed),
+    )
+
+
+def touched_light(world: Any, before: Before, careful: Untouched, *, seed: int) -> LightField:
+    """Light in the deformed block and on the object.
+
+    Args:
+        world: The loaded scene of the frame.
+        before: Light of the last state before contact.
+        careful: The untouched sensor.
+        seed: Of the frame.
+    """
     integrator: FluenceIntegrator = world.integrator()
-    before = _own_light(scene, outside, careful, cheap, seed=seed)
-    traced = _traced_before(scene, outside, cheap, seed=seed)
     fields = integrator.light_fields(world, integrator.shares(world), seed=seed)
     lamp = fields.pop(FLASHLIGHT, None)
     dark = integrator.darkness(world)
@@ -70,7 +92,7 @@ def touched_light(
     held, held_before = integrator.held_mm3(world), careful.held_mm3
     growth = np.divide(held, held_before, out=np.zeros_like(held), where=held_before > 0)
     voxels = integrator.voxels.counts if integrator.voxels is not None else None
-    states = [_by_channel(each) for each in (now, traced, before)]
+    states = [_by_channel(each) for each in (now, before.traced, before.careful)]
     found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth)
     anchored = replace(total(list(found.values())), irradiance=now.irradiance)
     return total([anchored, *([lamp] if lamp is not None else [])])

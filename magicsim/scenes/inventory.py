@@ -9,7 +9,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.cell_topology import CellTopology
 from magicsim.scenes.grid_state import GridState, GridStates
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
-from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
+from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.scenes.outside import Outside
 from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
 
@@ -27,6 +27,16 @@ class Inventory:
         self._object_mesh: SurfaceMesh | None = None
         self._grids = GridStates(triangles_per_cell)
         self._kernels: dict[bool, IrradianceKernel] = {}
+        self._block: dict[str, Any] = {}
+
+    def hold(self, body: Any, infill: Any) -> None:
+        """Takes the shapes of a block that a scene keeps in a group, out of sight.
+
+        Args:
+            body: Its surface.
+            infill: All cells, or None without a grid.
+        """
+        self._block = {BODY: body, INFILL: infill}
 
     def know(self, topology: CellTopology | None, object_mesh: SurfaceMesh | None) -> None:
         """Takes what a loaded scene does not tell.
@@ -42,8 +52,8 @@ class Inventory:
         """The scene's shapes by their role, the object from outside if something is there."""
         grid = self.grid(scene)
         return Shapes(
-            body=shape_named(scene, BODY),
-            infill=shape_named(scene, INFILL),
+            body=self._in_block(scene, BODY),
+            infill=self._in_block(scene, INFILL),
             object=outside.object if outside is not None else shape_named(scene, OBJECT),
             triangles_per_cell=self.triangles_per_cell,
             faces=grid.faces if grid is not None else None,
@@ -52,9 +62,9 @@ class Inventory:
 
     def grid(self, scene: Any) -> GridState | None:
         """The cells as they are deformed, or None without a grid."""
-        infill = shape_named(scene, INFILL)
+        infill = self._in_block(scene, INFILL)
         # The housing stands around the block, so that its box tells nothing.
-        known = {BODY, INFILL, OBJECT, GHOST, HOUSING}
+        known = {BODY, INFILL, PLACE, OBJECT, GHOST, HOUSING}
         strangers = [shape for shape in scene.shapes() if shape.id() not in known]
         return self._grids.of(infill, strangers) if infill is not None else None
 
@@ -77,6 +87,9 @@ class Inventory:
     ) -> FloatArray:
         """Irradiance of the object's triangles from samples, see `IrradianceKernel.gathered`."""
         return self._kernel(shapes).gathered(flux, areas_mm2, wetted(scene, shapes), otherwise)
+
+    def _in_block(self, scene: Any, name: str) -> Any:
+        return self._block[name] if self._block else shape_named(scene, name)
 
     def _kernel(self, shapes: Shapes) -> IrradianceKernel:
         present = shapes.object is not None

@@ -135,7 +135,7 @@ def deposit_tracks(
             at.kind = mi.UInt32(NOWHERE)
             if balance:
                 source += weight
-        si = next_hit(scene, ray, infill_pointer, shapes.faces, at, active)
+        si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         if shapes.outside is not None:
             si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)

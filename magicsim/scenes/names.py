@@ -1,5 +1,7 @@
 """Identifiers of the shapes in the Mitsuba scene, and of the light from all around."""
 
+BLOCK = "block"
+PLACE = "block_place"
 BODY = "body"
 INFILL = "infill"
 OBJECT = "object"
@@ -7,3 +9,5 @@ GHOST = "ghost"
 FLASHLIGHT = "flashlight"
 ENVIRONMENT = "environment"
 HOUSING = "housing"
+GROUPED = f"{BLOCK}."
+"""Before the name of a shape of the block in the parameters of a scene that groups them."""

@@ -68,24 +68,27 @@ def whereabouts(si: Any, on_cell: Any, in_cell: Any, leaves: Any, faces: CellFac
     )
 
 
-def next_hit(scene: Any, ray: Any, infill: Any, faces: CellFaces | None, at: Whereabouts, active: Any) -> Any:
+def next_hit(
+    scene: Any, ray: Any, body: Any, infill: Any, faces: CellFaces | None, at: Whereabouts, active: Any
+) -> Any:
     """Surface interaction at the end of each ray.
 
     Args:
         scene: The loaded scene.
         ray: Rays.
+        body: Pointer to the body's shape.
         infill: Pointer to the shape of all cells.
         faces: Its faces, or None to search everywhere.
         at: Where the rays start.
         active: Which rays count.
     """
     if faces is None:
-        return scene.ray_intersect(ray, active)
+        return searched(scene, ray, body, infill, active)
     patch, axis, view = _face_ahead(ray, faces, at)
     across = (at.kind == IN_WALL) & (patch != NONE)
     found, distance, triangle = _meet(ray, faces, patch, at.kind == IN_CELL, active & ((at.kind == IN_CELL) | across))
     found &= across | _is_first(view, axis, distance)
-    si = scene.ray_intersect(ray, active & ~found)
+    si = searched(scene, ray, body, infill, active & ~found)
     place = patch * faces.per_face + triangle
     frame = mi.Frame3f(mi.Normal3f(dr.gather(mi.Vector4f, faces.normals, place, found).xyz))
     si.t = dr.select(found, distance, si.t)
@@ -96,6 +99,27 @@ def next_hit(scene: Any, ray: Any, infill: Any, faces: CellFaces | None, at: Whe
     index = (patch // FACES) * faces.per_cell + dr.gather(mi.UInt32, faces.triangles, place % faces.per_cell, found)
     si.prim_index = dr.select(found, index, si.prim_index)
     si.shape = dr.select(found, infill, si.shape)
+    return si
+
+
+def searched(scene: Any, ray: Any, body: Any, infill: Any, active: Any) -> Any:
+    """The hit that a search among all shapes finds, with what flat shapes of one colour need: no texture coordinates.
+
+    Args:
+        scene: The loaded scene.
+        ray: Rays.
+        body: Pointer to the body's shape, the first of its group.
+        infill: Pointer to the shape of all cells, the second.
+        active: Which rays count.
+    """
+    found = scene.ray_intersect_preliminary(ray, coherent=False, active=active)
+    # The block's group stands where it was made: what is found in it needs no transform.
+    grouped = found.instance != dr.zeros(mi.ShapePtr)
+    found.shape = dr.select(grouped, dr.select(found.shape_index == 0, body, infill), found.shape)
+    found.instance = dr.zeros(mi.ShapePtr)
+    si = found.compute_surface_interaction(ray, mi.RayFlags.Minimal, active)
+    si.sh_frame = mi.Frame3f(si.n)
+    si.wi = si.to_local(-ray.d)
     return si
 
 

@@ -15,7 +15,7 @@ from magicsim.scenes.backend import dr
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.frame_image import Look, own_field
-from magicsim.scenes.frame_light import free_light, lifted, touched_light
+from magicsim.scenes.frame_light import Before, before_contact, free_light, lifted, touched_light
 from magicsim.scenes.light_field import LightField
 from magicsim.scenes.outside import Outside, Outsides
 from magicsim.scenes.plain_renderer import FloatImage, PlainRenderer, checked, lights_of
@@ -71,6 +71,7 @@ class Renderer(PlainRenderer):
         self._outsides = Outsides(rig, object_mesh, self.object_finish)
         self._untouched = untouched if untouched is not None else UntouchedStates(default_store())
         self._reaches: list[sp.csr_matrix] | None = None
+        self._before: tuple[Array | None, Before] | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
         """This renderer with other random numbers; both bring their views into the same Mitsuba scenes.
@@ -83,6 +84,7 @@ class Renderer(PlainRenderer):
         other.seed = seed
         other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
         other._untouched = UntouchedStates(default_store())
+        other._before = None
         return other
 
     def radiance(self, view: View) -> FloatImage:
@@ -207,9 +209,18 @@ class Renderer(PlainRenderer):
             return lit
         before = lifted(placed) if placed is not None and _reaches(placed) else placed
         world = self.world(view).scene
-        field = touched_light(scene, self._outside(before, None), world, careful, cheap, seed=seed)
+        field = touched_light(world, self._before_contact(before), careful, seed=seed)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
         return found
+
+    def _before_contact(self, placed: Array | None) -> Before:
+        """Light of the last state before contact, kept for other depths of one press."""
+        kept = self._before
+        if kept is None or not np.array_equal(_known(kept[0]), _known(placed)):
+            scene, careful, cheap = self.world(View()).scene, self.careful(), self.cheap()
+            light = before_contact(scene, self._outside(placed, None), careful, cheap, seed=self.seed)
+            self._before = kept = (placed, light)
+        return kept[1]
 
     def _outside(self, placed: Array | None, light_x_mm: float | None) -> Outside:
         """What stands before the block, in its place; a ghost is nothing there."""
@@ -229,7 +240,8 @@ class Renderer(PlainRenderer):
         meshes_now = ((self.elastomer.body, view.body), (self.elastomer.infill, view.infill))
         for reach, (mesh, now) in zip(self._reaches, meshes_now, strict=False):
             if mesh is not None and now is not None:
-                moved |= reach @ (now != mesh.vertices).any(1).astype(np.float32) > 0
+                far = np.linalg.norm(now - mesh.vertices, axis=1) > self.settings.reuse_mm
+                moved |= reach @ far.astype(np.float32) > 0
         if placed is not None and self.object_mesh is not None:
             touching = self.object_mesh.faces[(placed[self.object_mesh.faces, 2] >= -CLEAR_MM).any(1)]
             moved |= regions.reach(placed, touching).sum(1).A1 > 0
@@ -247,6 +259,10 @@ class Renderer(PlainRenderer):
         gap_mm, design = -float(placed[:, 2].max()), self.elastomer.design
         is_gone = is_out_of_reach(gap_mm, self.object_finish, design, self.rig, self.metered())
         return replace(view, indenter=None) if is_gone else view
+
+
+def _known(placed: Array | None) -> Array:
+    return np.zeros((0, 3)) if placed is None else placed
 
 
 def _reaches(placed: Array | None) -> bool:

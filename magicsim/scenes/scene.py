@@ -75,6 +75,9 @@ class RenderSettings(Config):
     still_mm: Annotated[float, Field(ge=0, le=0.1)] = 0.001
     """Vertices that a press moves by no more than this are rendered where they were, and none is rendered further than
     this from its place [mm]; 0.001 is a hundredth of a pixel of the default camera."""
+    reuse_mm: Annotated[float, Field(ge=0, le=0.1)] = 0.005
+    """Recorded camera paths serve where no surface near one that they meet has moved by more than this [mm]; 0.005 is a
+    twentieth of a pixel of the default camera."""
     anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 32
     """Camera samples of the untouched state, to which every frame is anchored; 0 means no anchor."""
     anchor_particles: Annotated[int, Field(ge=100, le=100_000_000)] = 1_200_000

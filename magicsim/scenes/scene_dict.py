@@ -12,7 +12,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import COLORS, Finish
-from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT
+from magicsim.scenes.names import BLOCK, BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.scenes.rig import LedStrip, Rig
 
 Array = npt.NDArray[np.float64]
@@ -64,7 +64,51 @@ def with_lens(body: Array, elastomer: Elastomer, rig: Rig) -> Array:
     return moved
 
 
-def scene_dict(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]) -> dict[str, Any]:
+def block_shapes(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
+    """Body, with the lens plate, and infill at rest, by name.
+
+    Args:
+        elastomer: The block.
+        rig: What surrounds it.
+    """
+    materials = elastomer.design.materials
+    body_medium = _medium(materials.body)
+    shapes = {
+        BODY: mesh_shape(
+            SurfaceMesh(vertices=with_lens(elastomer.body.vertices, elastomer, rig), faces=elastomer.body.faces),
+            BODY,
+            {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0},
+            interior=body_medium,
+        )
+    }
+    if elastomer.infill is not None and materials.infill is not None:
+        infill = materials.infill
+        shapes[INFILL] = mesh_shape(
+            elastomer.infill,
+            INFILL,
+            {"type": "dielectric", "int_ior": infill.ior, "ext_ior": materials.body.ior},
+            interior=_medium(infill),
+            exterior=body_medium,
+        )
+    return shapes
+
+
+def in_group(shapes: dict[str, Any]) -> dict[str, Any]:
+    """Entries of shapes that share a search tree of their own.
+
+    The renderer builds the tree of a group four times as fast as that of a scene, which splits triangles, and rays
+    through the block take the same time in both (190 000 triangles: 57 and 207 ms).
+    """
+    return {BLOCK: {"type": "shapegroup", **shapes}, PLACE: {"type": "instance", "group": _reference(BLOCK)}}
+
+
+def _reference(name: str) -> dict[str, str]:
+    return {"type": "ref", "id": name}
+
+
+def scene_dict(
+    elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any], block: dict[str, Any]
+) -> dict[str, Any]:
     """Everything at rest, the object where its own frame puts it.
 
     Args:
@@ -72,29 +116,14 @@ def scene_dict(elastomer: Elastomer, rig: Rig, content: WorldContent, integrator
         rig: What surrounds it.
         content: What else is there.
         integrator: Entry of the estimator.
+        block: Entries of the block's shapes.
     """
-    materials = elastomer.design.materials
-    body_medium = _medium(materials.body)
     scene: dict[str, Any] = {
         "type": "scene",
         "integrator": integrator,
         "sensor": _camera(elastomer, rig),
-        BODY: mesh_shape(
-            SurfaceMesh(vertices=with_lens(elastomer.body.vertices, elastomer, rig), faces=elastomer.body.faces),
-            BODY,
-            {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0},
-            interior=body_medium,
-        ),
+        **block,
     }
-    if elastomer.infill is not None and materials.infill is not None:
-        infill = materials.infill
-        scene[INFILL] = mesh_shape(
-            elastomer.infill,
-            INFILL,
-            {"type": "dielectric", "int_ior": infill.ior, "ext_ior": materials.body.ior},
-            interior=_medium(infill),
-            exterior=body_medium,
-        )
     for index, strip in enumerate(rig.strips):
         scene[_strip_name(index)] = _strip(strip, elastomer)
     if content.flashlight:

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.scenes.backend import mi
-from magicsim.scenes.names import BODY, FLASHLIGHT, INFILL
+from magicsim.scenes.names import BODY, FLASHLIGHT, GROUPED, INFILL
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene_dict import WorldContent, flashlight_place, scene_dict, with_lens
+from magicsim.scenes.scene_dict import WorldContent, block_shapes, flashlight_place, in_group, scene_dict, with_lens
 
 Array = npt.NDArray[np.float64]
 RADIANCE = ".radiance.value"
@@ -24,7 +24,13 @@ class World:
         self.elastomer = elastomer
         self.rig = rig
         self.content = content
-        self.scene: Any = mi.load_dict(scene_dict(elastomer, rig, content, integrator), optimize=False)
+        block, self._prefix = block_shapes(elastomer, rig), ""
+        entries = block
+        if integrator["type"] == "fluence":
+            entries, self._prefix = in_group(block), GROUPED
+        self.scene: Any = mi.load_dict(scene_dict(elastomer, rig, content, integrator, entries), optimize=False)
+        if self._prefix:
+            self.scene.integrator().inventory.hold(block[BODY], block.get(INFILL))
         self._parameters = mi.traverse(self.scene)
         self._radiance = {
             key: mi.Color3f(self._parameters[key])
@@ -49,9 +55,9 @@ class World:
             light_x_mm: Shift of the flashlight along x [mm].
         """
         if body is not None:
-            self._set(BODY, with_lens(body, self.elastomer, self.rig))
+            self._set(self._prefix + BODY, with_lens(body, self.elastomer, self.rig))
         if infill is not None:
-            self._set(INFILL, infill)
+            self._set(self._prefix + INFILL, infill)
         if object_vertices is not None:
             self._set(self.content.object_name, object_vertices)
         if light_x_mm is not None:

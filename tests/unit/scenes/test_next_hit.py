@@ -56,12 +56,12 @@ def test_hits_are_those_of_a_search_through_all_triangles(deformation, spacing):
     random = mi.PCG32(size=RAYS)
     x, y, z = (random.next_float32() for _ in range(3))
     way = mi.warp.square_to_uniform_sphere(mi.Point2f(random.next_float32(), random.next_float32()))
-    ray, (_, infill, _) = mi.Ray3f(mi.Point3f(6 * x - 3, 7 * y - 3.5, 0.9 + 4.8 * z), way), shapes.pointers()
+    ray, (body, infill, _) = mi.Ray3f(mi.Point3f(6 * x - 3, 7 * y - 3.5, 0.9 + 4.8 * z), way), shapes.pointers()
     si = scene.ray_intersect(ray)
     for _ in range(3):
         ray, at, on_wall = continued(si, infill, shapes.faces, random)
         wanted = scene.ray_intersect(ray, on_wall)
-        si = next_hit(scene, ray, infill, shapes.faces, at, on_wall)
+        si = next_hit(scene, ray, body, infill, shapes.faces, at, on_wall)
         known = np.array(on_wall)
         different = known & (np.array(si.prim_index) != np.array(wanted.prim_index))
         # Rays through an edge may count to either of its triangles.
@@ -82,11 +82,11 @@ def test_most_hits_in_cells_need_no_search(deformation, least):
     random = mi.PCG32(size=RAYS)
     x, y, z = (random.next_float32() for _ in range(3))
     way = mi.warp.square_to_uniform_sphere(mi.Point2f(random.next_float32(), random.next_float32()))
-    infill = shapes.pointers()[1]
+    body, infill, _ = shapes.pointers()
     si = scene.ray_intersect(mi.Ray3f(mi.Point3f(6 * x - 3, 7 * y - 3.5, 0.9 + 4.8 * z), way))
     ray, at, on_wall = continued(si, infill, shapes.faces, random)
     nothing = mi.load_dict({"type": "scene"})
-    found = np.array(next_hit(nothing, ray, infill, shapes.faces, at, on_wall).is_valid())
+    found = np.array(next_hit(nothing, ray, body, infill, shapes.faces, at, on_wall).is_valid())
     inside, beside = (np.array(on_wall & (at.kind == kind)) for kind in (IN_CELL, IN_WALL))
     assert found[inside].mean() >= least
     assert found[beside].mean() > 0.3
