@@ -33,7 +33,7 @@ configs:
 # Simulated frames of a see-through touch sensor
 
 {recipe.episodes} episodes of objects in front of and against mini-MagicTac, a soft block with a printed grid that a
-camera looks through; simulated by {made_by}. Every value that was drawn is a column; `config.toml` is the recipe that
+camera looks through; simulated by {made_by}. {_history(recipe)}Every value that was drawn is a column; `config.toml` is the recipe that
 draws the same dataset again, with seed {recipe.seed}.
 
 Units are mm, N, N mm, s and degrees. The sensor's frame is right-handed with its origin at the centre of the contact
@@ -55,3 +55,9 @@ print(frames[0]["image"], frames[0]["force_n"])
 `sensors.parquet` has the design, rig, calibration and lattice of each printed sensor; `calibration.json` is that of the
 sensor without tolerances; `manifest.json` lists every file with its SHA-256 (`magicsim dataset verify`).
 """
+
+
+def _history(recipe: Recipe) -> str:
+    """A sentence where frames are no independent draws."""
+    reasons = "; ".join(f"`rig.{reason}`" for reason in recipe.rig.camera.history)
+    return f"A frame depends on those of its episode before it ({reasons}). " if reasons else ""
