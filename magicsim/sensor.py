@@ -214,7 +214,7 @@ def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
     if not any(max(strip.radiance) for strip in rig.strips):
         return untouched
     dark = sensor.scene.model_copy(update={"rig": rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)})})
-    return np.maximum(untouched - build_renderer(dark, sensor.elastomer).radiance(View()), 0)
+    return np.asarray(np.maximum(untouched - build_renderer(dark, sensor.elastomer).radiance(View()), 0), np.float32)
 
 
 def _whole(sensor: Sensor, untouched: FloatImage) -> FloatImage:

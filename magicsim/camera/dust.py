@@ -14,7 +14,8 @@ SPREAD = 0.5
 def transmittance(dust: Dust, *, rows: int, columns: int, pattern_seed: int) -> Array:
     """Part of the light that passes to each pixel, shape (rows, columns).
 
-    A speck of radius r and opacity a takes a exp(-2 d^2 / r^2) at a distance d from its middle, a pi r^2 / 2 pixels in all.
+    A speck of radius r and opacity a takes a exp(-2 d^2 / r^2) at a distance d from its middle; a pi r^2 / 2 pixels in
+    all.
 
     Args:
         dust: Number, size and opacity.

@@ -1,7 +1,7 @@
 """Gains that follow what the camera sees.
 
-Each frame the logarithms of the gains are corrected by a share of the errors of brightness and of the channels' balance,
-metered in the linear signal that is clipped at white; a new gain arrives some frames later.
+Each frame the logarithms of the gains are corrected by a share of the errors of brightness and of the channels'
+balance, metered in the linear signal that is clipped at white; a new gain arrives some frames later.
 """
 
 from dataclasses import dataclass
@@ -114,8 +114,8 @@ def settled(sensed: FloatImage, live: LiveExposure, *, aim: float, first: Array)
     reached = float(means.mean())
     if live.exposure and abs(np.log(max(reached, FAINTEST) / aim)) > max(live.tolerance, 100 * SETTLED):
         msg = (
-            f"live exposure never settles on the untouched sensor: its mean signal is {reached:.3g} of white at the limit "
-            f"of the gains (camera.live.gain_limits = {list(live.gain_limits)}), {aim:.3g} is aimed at "
+            f"live exposure never settles on the untouched sensor: its mean signal is {reached:.3g} of white at the "
+            f"limit of the gains (camera.live.gain_limits = {list(live.gain_limits)}), {aim:.3g} is aimed at "
             "(camera.exposure_grey)"
         )
         raise RenderError(msg)

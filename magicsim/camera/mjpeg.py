@@ -23,4 +23,5 @@ def through_mjpeg(frame: Frame, mjpeg: Mjpeg) -> Frame:
     """
     options = [cv2.IMWRITE_JPEG_QUALITY, mjpeg.quality, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SAMPLING[mjpeg.chroma]]
     packed = cv2.imencode(".jpg", np.ascontiguousarray(frame[..., ::-1]), options)[1]
-    return np.ascontiguousarray(cv2.imdecode(packed, cv2.IMREAD_COLOR)[..., ::-1])
+    unpacked = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), np.uint8)
+    return np.ascontiguousarray(unpacked[..., ::-1])

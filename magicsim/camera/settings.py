@@ -27,7 +27,8 @@ class LiveExposure(Config):
     white_balance: bool = True
     """Whether the gains of the channels follow their means ("grey world")."""
     metering: Literal["mean", "centre"] = "mean"
-    """Mean of the whole image, or weighted by a Gaussian around its centre whose deviation is a quarter of each side."""
+    """Mean of the whole image, or weighted by a Gaussian around its centre, whose deviation is a quarter of each
+    side."""
     time_constant_frames: Frames = 5.0
     """Frames in which the error of exposure falls to 1/e; assumed, 2 to 15: webcams settle within about a second."""
     white_balance_frames: Frames = 25.0
@@ -61,11 +62,11 @@ class Shutter(Config):
     """How long a row collects light [ms], at most from frame to frame; assumed, 2 to 33: multiples of 10 ms hide the
     flicker of 50 Hz mains."""
     row_us: Annotated[float, Field(ge=0, le=100_000)] = 0.0
-    """Time from one row to the next [us]; 0 is a global shutter. Assumed, 10 to 100 for 320 rows: a rolling shutter reads
-    over most of a frame."""
+    """Time from one row to the next [us]; 0 is a global shutter. Assumed, 10 to 100 for 320 rows: a rolling shutter
+    reads over most of a frame."""
     moves: bool = False
-    """Whether rows show what lies between the frame before and this one, linearly mixed by the middle of their exposure:
-    right for what moves by less than a pixel or so in a frame, two faint images of what moves further."""
+    """Whether rows show what lies between the frame before and this one, linearly mixed by the middle of their
+    exposure: right for what moves by less than a pixel or so in a frame, two faint images of what moves further."""
 
 
 class Flicker(Config):

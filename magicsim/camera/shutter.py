@@ -44,5 +44,6 @@ def readout_problem(shutter: Shutter, *, rows: int, frames_per_second: float) ->
     """What is wrong where they are not."""
     return (
         f"camera.shutter.row_us = {shutter.row_us:g} is not allowed: {rows} rows are read in "
-        f"{1e-3 * shutter.row_us * rows:.3g} ms, which must be at most the {1000 / frames_per_second:.3g} ms between frames"
+        f"{1e-3 * shutter.row_us * rows:.3g} ms, which must be at most the {1000 / frames_per_second:.3g} ms between "
+        "frames"
     )

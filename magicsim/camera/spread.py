@@ -1,7 +1,7 @@
 """Diffraction and veiling glare: what spreads the light of a point by a known transfer of each spatial frequency.
 
-Applied to the cosine transform of the image, whose mirror goes on beyond the border: all light stays in the image. A
-circular aperture transfers of a wave of frequency v (2 / pi) (acos(u) - u sqrt(1 - u^2)) with u = v lambda N (Goodman,
+Applied to the cosine transform of the image, whose mirror goes on beyond the border: all light stays in the image, and
+what is sharper than pixels can show rings about its mean. A circular aperture transfers of a wave of frequency v (2 / pi) (acos(u) - u sqrt(1 - u^2)) with u = v lambda N (Goodman,
 *Introduction to Fourier Optics*, section 6.3), a Gaussian of deviation s exp(-2 pi^2 s^2 v^2).
 """
 
@@ -36,8 +36,7 @@ def spread_light(image: FloatImage, diffraction: Diffraction | None, glare: Glar
         veil = np.exp(-2 * (np.pi * glare.radius_px * frequency) ** 2)
         transfer *= (1 - glare.share + glare.share * veil)[..., None]
     waves = dctn(np.asarray(image, np.float64), axes=(0, 1))
-    # Ringing of a sharp point may fall below 0 by rounding; light does not.
-    return np.asarray(np.maximum(idctn(waves * transfer, axes=(0, 1)), 0), np.float32)
+    return np.asarray(idctn(waves * transfer, axes=(0, 1)), np.float32)
 
 
 def frequencies(rows: int, columns: int) -> Array:

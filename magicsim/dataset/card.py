@@ -33,9 +33,9 @@ configs:
 # Simulated frames of a see-through touch sensor
 
 {recipe.episodes} episodes of objects in front of and against mini-MagicTac, a soft block with a printed grid that a
-camera looks through; simulated by {made_by}. {_history(recipe)}Every value that was drawn is a column; `config.toml` is the recipe that
+camera looks through; simulated by {made_by}. Every value that was drawn is a column; `config.toml` is the recipe that
 draws the same dataset again, with seed {recipe.seed}.
-
+{_history(recipe)}
 Units are mm, N, N mm, s and degrees. The sensor's frame is right-handed with its origin at the centre of the contact
 face, x along the short and y along the long side, +z from the contact face towards the camera; objects come from -z.
 Force is what the object exerts on the sensor, so that a press is +z. Row 0 of an image is at +y, column 0 at -x. The
@@ -59,5 +59,5 @@ sensor without tolerances; `manifest.json` lists every file with its SHA-256 (`m
 
 def _history(recipe: Recipe) -> str:
     """A sentence where frames are no independent draws."""
-    reasons = "; ".join(f"`rig.{reason}`" for reason in recipe.rig.camera.history)
-    return f"A frame depends on those of its episode before it ({reasons}). " if reasons else ""
+    reasons = "; ".join(f"rig.{reason}" for reason in recipe.rig.camera.history)
+    return f"\nA frame depends on those of its episode before it ({reasons}).\n" if reasons else ""

@@ -9,10 +9,10 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.settings import H264
 from magicsim.deform.deformation import Deformation
 from magicsim.episode import FrameTruth, SimulatedFrame
 from magicsim.errors import ConfigError
-from magicsim.camera.settings import H264
 from magicsim.ranges import check_number
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
@@ -36,9 +36,9 @@ class LiveSensor:
     """One sensor with one object, moved by the caller.
 
     Every motion is quasi-static and starts from the equilibrium before, so friction has the history of the motions. A
-    motion that fails leaves everything as it was. Exposure is metered once, on the untouched sensor at full light. Where
-    it is live (`rig.camera.live`), or where rows lie between frames, a frame depends on those grabbed before it, and each
-    grabbed one is rendered whether it is developed or not.
+    motion that fails leaves everything as it was. Exposure is metered once, on the untouched sensor at full light.
+    Where it is live (`rig.camera.live`), or where rows lie between frames, a frame depends on those grabbed before it,
+    and each grabbed one is rendered whether it is developed or not.
     """
 
     def __init__(self, scene: SceneConfig, *, workspace: Workspace | None = None) -> None:
@@ -58,8 +58,8 @@ class LiveSensor:
             raise ConfigError(msg)
         if isinstance(scene.rig.camera.compression, H264):
             msg = (
-                "rig.camera.compression.kind = 'h264' is not allowed here: frames of a live sensor are developed in any "
-                "order; must be 'mjpeg' or left out"
+                "rig.camera.compression.kind = 'h264' is not allowed here: frames of a live sensor are developed in "
+                "any order; must be 'mjpeg' or left out"
             )
             raise ConfigError(msg)
         self.workspace = workspace or Workspace()
