@@ -1,8 +1,9 @@
 """Diffraction and veiling glare: what spreads the light of a point by a known transfer of each spatial frequency.
 
 Applied to the cosine transform of the image, whose mirror goes on beyond the border: all light stays in the image, and
-what is sharper than pixels can show rings about its mean. A circular aperture transfers of a wave of frequency v (2 / pi) (acos(u) - u sqrt(1 - u^2)) with u = v lambda N (Goodman,
-*Introduction to Fourier Optics*, section 6.3), a Gaussian of deviation s exp(-2 pi^2 s^2 v^2).
+what is sharper than pixels can show rings about its mean. A circular aperture transfers of a wave of frequency v
+(2 / pi) (acos(u) - u sqrt(1 - u^2)) with u = v lambda N (Goodman, *Introduction to Fourier Optics*, section 6.3), a
+Gaussian of deviation s exp(-2 pi^2 s^2 v^2).
 """
 
 import numpy as np

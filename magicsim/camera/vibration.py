@@ -1,8 +1,8 @@
 """A mount that shakes: the whole image lies a little beside its place in every frame."""
 
+import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import shift
 
 from magicsim.camera.randomness import SHAKE, deviates
 
@@ -21,10 +21,23 @@ def shift_px(vibration_px: float, *, seed: int, frame: int) -> npt.NDArray[np.fl
 
 
 def shifted(image: FloatImage, by_px: npt.NDArray[np.float64]) -> FloatImage:
-    """The image moved down and right by parts of a pixel (cubic spline; its mirror beyond the border).
+    """The image moved down and right by parts of a pixel; its mirror comes in from beyond the border.
 
     Args:
         image: Linear radiance, shape (rows, columns, 3).
         by_px: Shape (2,) [px].
     """
-    return np.asarray(shift(image, (*by_px, 0), order=3, mode="mirror"), np.float32)
+    down, across = (_taps(float(each)) for each in by_px)
+    return np.asarray(cv2.sepFilter2D(image, -1, across, down, borderType=cv2.BORDER_REFLECT_101), np.float32)
+
+
+def _taps(by_px: float) -> npt.NDArray[np.float64]:
+    """Weights of the pixels around one, for what lies so far before it.
+
+    Cubic convolution with a = -1/2 (Keys, *IEEE Trans. ASSP* 29, 1153, 1981).
+    """
+    reach = int(abs(by_px)) + 2
+    away = np.abs(np.arange(-reach, reach + 1) + by_px)
+    near = (1.5 * away - 2.5) * away**2 + 1
+    far = ((-0.5 * away + 2.5) * away - 4) * away + 2
+    return np.where(away <= 1, near, np.where(away < 2, far, 0.0))  # noqa: PLR2004 - pieces of the polynomial

@@ -1,4 +1,4 @@
-"""A camera with a history: the planner's shortcuts, other ways to the same frames, and other processes change no byte."""
+"""A camera with a history: the planner's shortcuts and other ways to the same frames change no byte."""
 
 import io
 from pathlib import Path
