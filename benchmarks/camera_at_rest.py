@@ -3,9 +3,9 @@
     python benchmarks/camera_at_rest.py --out docs/benchmarks [--seeds 3] [--frames 30] [--later 60] [--room lit]
 
 The untouched mini-magictac on `digit-webcam`, in the dark and in a room of 0.1 of the lights' unit, with all effects,
-with each one left out, and with the camera of `digit-rgb`. A stream begins with 30 frames for the references; read are the
-frames after them, and as many again a minute later. E, C and S by `published`: 10 %, median and 90 % over all seeds.
-Writes `camera-at-rest.json` and, from it, `camera-at-rest.png`.
+with each one left out, and with the camera of `digit-rgb`. A stream begins with 30 frames for the references; read are
+the frames after them, and as many again a minute later. E, C and S by `published`: 10 %, median and 90 % of all
+seeds. Writes `camera-at-rest.json` and, from it, `camera-at-rest.png`.
 """
 
 import argparse
