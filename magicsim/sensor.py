@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.video import check_codec
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.follow import follow_map
@@ -41,9 +42,11 @@ class Sensor:
             untouched: Untouched states of sensors that other episodes share.
 
         Raises:
+            ConfigError: The camera's codec is not installed.
             GeometryError: The design cannot be built.
             RenderError: The estimator cannot render these materials.
         """
+        check_codec(scene.rig.camera.compression)
         self.scene = scene
         self.elastomer: Elastomer = build_elastomer(scene.design)
         self.printed: Lattice = build_lattice(scene.design)

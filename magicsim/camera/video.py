@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.camera.settings import H264
+from magicsim.camera.settings import H264, Mjpeg
 from magicsim.errors import ConfigError
 
 Frame = npt.NDArray[np.uint8]
@@ -40,6 +40,16 @@ class VideoCodec:
         picture.pts, self._count = self._count, self._count + 1
         found = [each for packet in self._coder.encode(picture) for each in self._decoder.decode(packet)]
         return np.asarray(found[-1].to_ndarray(format="rgb24"), np.uint8)
+
+
+def check_codec(compression: H264 | Mjpeg | None) -> None:
+    """Refuses a video that cannot be coded here, before anything is rendered for it.
+
+    Raises:
+        ConfigError: PyAV is missing.
+    """
+    if isinstance(compression, H264):
+        _pyav()
 
 
 def _pyav() -> Any:  # noqa: ANN401 - PyAV is optional

@@ -1,5 +1,6 @@
 """The dataset card: `README.md` whose header `datasets` reads."""
 
+from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.features import Column
 from magicsim.dataset.layout import Layout
 from magicsim.dataset.recipe import Recipe
@@ -59,5 +60,6 @@ sensor without tolerances; `manifest.json` lists every file with its SHA-256 (`m
 
 def _history(recipe: Recipe) -> str:
     """A sentence where frames are no independent draws."""
-    reasons = "; ".join(f"rig.{reason}" for reason in recipe.rig.camera.history)
+    camera = draw_episodes(recipe)[0].scene.rig.camera
+    reasons = "; ".join(f"rig.{reason}" for reason in camera.history)
     return f"\nA frame depends on those of its episode before it ({reasons}).\n" if reasons else ""
