@@ -1,11 +1,12 @@
 """What the published detectors read of an untouched sensor behind a webcam, and what each effect of the camera adds.
 
-    python benchmarks/camera_at_rest.py --out docs/benchmarks [--seeds 3] [--frames 30] [--later 60] [--room lit]
+    python benchmarks/camera_at_rest.py --out docs/benchmarks [--seeds 3] [--frames 30] [--later 60]
 
 The untouched mini-magictac on `digit-webcam`, in the dark and in a room of 0.1 of the lights' unit, with all effects,
 with each one left out, and with the camera of `digit-rgb`. A stream begins with 30 frames for the references; read are
 the frames after them, and as many again a minute later. E, C and S by `published`: 10 %, median and 90 % of all
-seeds. Writes `camera-at-rest.json` and, from it, `camera-at-rest.png`.
+seeds. Writes `camera-at-rest.json` and, from it, `camera-at-rest.png`; goes on with a file that was begun.
+H.264 needs the extra `video`.
 """
 
 import argparse
@@ -17,12 +18,21 @@ import numpy as np
 
 from magicsim.bench.compare import machine
 from magicsim.detectors import DetectorProfile, detect, fuse, load_profile
+from magicsim.errors import FrameError
 from magicsim.scenes.camera_stream import CameraStream, Instant
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.sensor import Sensor, sensor_camera
 
-ROOMS = {"dark": "rig.ambient=[0.0,0.0,0.0]", "lit": "rig.ambient=[0.1,0.1,0.1]"}
+ROOMS = {
+    "dark, aim 90": ("rig.ambient=[0.0,0.0,0.0]", "rig.camera.exposure_grey=90"),
+    "lit, aim 60": ("rig.ambient=[0.1,0.1,0.1]", "rig.camera.exposure_grey=60"),
+    "dark, aim 60": ("rig.ambient=[0.0,0.0,0.0]", "rig.camera.exposure_grey=60"),
+    "lit, aim 90": ("rig.ambient=[0.1,0.1,0.1]", "rig.camera.exposure_grey=90"),
+}
+"""Light of the room, and mean grey level that exposure aims at."""
+DRAWN = tuple(ROOMS)[:2]
+"""Where each effect is left out."""
 WEBCAM = "rig=digit-webcam"
 VARIANTS: dict[str, tuple[str, ...]] = {
     "all": (WEBCAM,),
@@ -33,8 +43,8 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "without row noise, dark pattern, hot pixels": (WEBCAM, "rig.camera.faults={}"),
     "without MJPEG": (WEBCAM, "rig.camera.compression={kind='mjpeg',quality=100,chroma='444'}"),
     "without glare": (WEBCAM, "rig.camera.glare.share=0"),
-    "aim 60 instead of 90": (WEBCAM, "rig.camera.exposure_grey=60"),
     "tone curve of gamma 2.2": (WEBCAM, "rig.camera.gamma=2.2"),
+    "H.264 instead of MJPEG": (WEBCAM, "rig.camera.compression={kind='h264'}"),
     "photon noise of digit-rgb": (WEBCAM, "rig.camera.full_well_e=250000", "rig.camera.read_noise_e=50"),
     "camera of digit-rgb": ("rig=digit-rgb",),
 }
@@ -50,7 +60,7 @@ LABELS = {"entropy": "E [bit]", "correlation": "C", "similarity": "S"}
 
 def camera_of(settings: tuple[str, ...], room: str) -> tuple[CameraStream, np.ndarray]:
     """The exposed camera of a variant, and the untouched sensor's radiance."""
-    sensor = Sensor(load_scene("rest", [*settings, ROOMS[room]]))
+    sensor = Sensor(load_scene("rest", [*settings, *ROOMS[room]]))
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     return sensor_camera(sensor, untouched), untouched
 
@@ -88,27 +98,24 @@ def quantiles(rows: list[dict[str, float]], name: str) -> list[float]:
     return [round(float(each), 4) for each in np.quantile([row[name] for row in rows], (0.1, 0.5, 0.9))]
 
 
-def measure(rooms: list[str], seeds: int, frames: int, later_s: float) -> dict[str, Any]:
-    """All variants in some rooms."""
-    profile, results = load_profile("published"), []
-    for room in rooms:
-        for name, settings in VARIANTS.items():
-            stream, untouched = camera_of(settings, room)
-            streams = [
-                read(stream, untouched, profile, seed=seed, frames=frames, later_s=later_s) for seed in range(seeds)
-            ]
-            dark_share = float((stream.take(untouched, stream.begin(RATE), Instant(
-                seed=0, index=0, time_s=0.0, frames_per_second=RATE
-            ))[0] <= profile.tau_b).mean())  # fmt: skip
-            for late in (False, True):
-                rows = [row for each in streams for row in each if row["late"] == late]
-                row = {"room": room, "variant": name, "later_s": later_s if late else 0.0, "frames": len(rows)}
-                row |= {key: quantiles(rows, key) for key in LABELS}
-                row |= {"pixel_noise_grey": round(float(np.median([each["noise"] for each in rows])), 3)}
-                row |= {"grey": quantiles(rows, "grey"), "dark_share": round(dark_share, 3)}
-                results.append(row)
-                print(json.dumps(row), flush=True)
-    return {"kind": "camera-at-rest", "seeds": seeds, "results": results, "machine": machine()}
+def measure(room: str, name: str, seeds: int, frames: int, later_s: float) -> list[dict[str, Any]]:
+    """A variant in a room: right after the references, and later."""
+    profile = load_profile("published")
+    stream, untouched = camera_of(VARIANTS[name], room)
+    first = Instant(seed=0, index=0, time_s=0.0, frames_per_second=RATE)
+    dark_share = float((stream.take(untouched, stream.begin(RATE), first)[0] <= profile.tau_b).mean())
+    row = {"room": room, "variant": name, "dark_share": round(dark_share, 3)}
+    try:
+        streams = [read(stream, untouched, profile, seed=seed, frames=frames, later_s=later_s) for seed in range(seeds)]
+    except FrameError as error:
+        return [row | {"later_s": 0.0, "refused": str(error)}]
+    found = []
+    for late in (False, True):
+        rows = [each for one in streams for each in one if each["late"] == late]
+        noise = round(float(np.median([each["noise"] for each in rows])), 3)
+        told = {key: quantiles(rows, key) for key in (*LABELS, "grey")}
+        found.append(row | {"later_s": later_s * late, "frames": len(rows), "pixel_noise_grey": noise} | told)
+    return found
 
 
 def plot(data: dict[str, Any], target: Path) -> None:
@@ -124,9 +131,9 @@ def plot(data: dict[str, Any], target: Path) -> None:
     for axis, (quantity, label) in zip(axes, LABELS.items(), strict=True):
         for low, _, high in REAL[quantity]:
             axis.axvspan(low - 0.002, high + 0.002, color="0.85", zorder=0)
-        for room, colour, shift in (("dark", "C0", -0.18), ("lit", "C1", 0.18)):
+        for room, colour, shift in zip(DRAWN, ("C0", "C1"), (-0.18, 0.18), strict=True):
             for row in data["results"]:
-                if row["room"] == room and not row["later_s"]:
+                if row["room"] == room and not row["later_s"] and "refused" not in row:
                     place = names.index(row["variant"]) + shift
                     low, median, high = row[quantity]
                     axis.plot([low, high], [place, place], color=colour, lw=3, solid_capstyle="butt")
@@ -135,7 +142,7 @@ def plot(data: dict[str, Any], target: Path) -> None:
         axis.grid(axis="x", alpha=0.3)
     axes[0].set_yticks(range(len(names)), names)
     axes[0].invert_yaxis()
-    axes[2].legend(title="room", loc="lower left")
+    axes[2].legend(title="room", loc="lower left", fontsize=8)
     figure.suptitle("Untouched frames, 10 % to 90 % and median; grey: a real see-through sensor, LEDs low and bright")
     figure.savefig(target, dpi=110)
 
@@ -147,18 +154,20 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--frames", type=int, default=30)
     parser.add_argument("--later", type=float, default=60.0)
-    parser.add_argument("--room", choices=ROOMS, help="only this one; the other's figures stay as the file has them")
     parser.add_argument("--plot", action="store_true", help="draw the plot again and measure nothing")
     chosen = parser.parse_args()
     file = chosen.out / "camera-at-rest.json"
-    if not chosen.plot:
-        rooms = [chosen.room] if chosen.room else list(ROOMS)
-        data = measure(rooms, chosen.seeds, chosen.frames, chosen.later)
-        if chosen.room and file.is_file():
-            earlier = json.loads(file.read_text(encoding="utf-8"))["results"]
-            data["results"] += [row for row in earlier if row["room"] != chosen.room]
-        file.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    plot(json.loads(file.read_text(encoding="utf-8")), chosen.out / "camera-at-rest.png")
+    known = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {"results": []}
+    done = {(row["room"], row["variant"]) for row in known["results"]}
+    wanted = [(room, name) for room in ROOMS for name in VARIANTS if room in DRAWN or name == "all"]
+    left = [each for each in wanted if each not in done]
+    for room, name in [] if chosen.plot else left:
+        rows = measure(room, name, chosen.seeds, chosen.frames, chosen.later)
+        print("\n".join(json.dumps(row) for row in rows), flush=True)
+        known["results"] += rows
+        known |= {"kind": "camera-at-rest", "seeds": chosen.seeds, "machine": machine()}
+        file.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+    plot(known, chosen.out / "camera-at-rest.png")
 
 
 if __name__ == "__main__":

@@ -114,6 +114,8 @@ class CameraStream:
         """What the next frame inherits of one that is not looked at; arguments as `take`."""
         if not self.camera.history:
             return memory
+        if memory.video is not None:
+            return self.take(radiance, memory, at)[1]
         return self._after(radiance, self._light(radiance, memory, at), memory)
 
     def _light(self, radiance: FloatImage, memory: CameraMemory, at: Instant) -> FloatImage:
