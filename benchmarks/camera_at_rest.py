@@ -142,7 +142,7 @@ def plot(data: dict[str, Any], target: Path) -> None:
         axis.grid(axis="x", alpha=0.3)
     axes[0].set_yticks(range(len(names)), names)
     axes[0].invert_yaxis()
-    axes[2].legend(title="room", loc="lower left", fontsize=8)
+    axes[1].legend(title="room", loc="lower right", fontsize=8)
     figure.suptitle("Untouched frames, 10 % to 90 % and median; grey: a real see-through sensor, LEDs low and bright")
     figure.savefig(target, dpi=110)
 
