@@ -23,6 +23,7 @@ class Shot:
 
     scene: SceneConfig
     camera: CameraStream
+    """Exposed on the untouched sensor."""
     landing_mm: npt.NDArray[np.float64] | None
     """Where pixels look, see `pixel_landing_mm`; None where no output needs it."""
     watch: BrightnessWatch

@@ -72,20 +72,21 @@ class CameraNoise(Config):
     full_well_e: Number | None = None
     read_noise_e: Number | None = None
     vibration_px: Number | None = None
+    """Of the whole image [px]."""
     exposure_ms: Number | None = None
-    """`shutter.exposure_ms`"""
+    """`shutter.exposure_ms`."""
     flicker_depth: Number | None = None
-    """`flicker.depth`"""
+    """`flicker.depth`."""
     led_drift_share: Number | None = None
-    """`led_drift.share`"""
+    """`led_drift.share`."""
     glare_share: Number | None = None
-    """`glare.share`"""
+    """`glare.share`."""
     dark_e: Number | None = None
-    """`faults.dark_e`"""
+    """`faults.dark_e`."""
     row_e: Number | None = None
-    """`faults.row_e`"""
+    """`faults.row_e`."""
     live_frames: Number | None = None
-    """`live.time_constant_frames`"""
+    """`live.time_constant_frames`."""
 
     def placed(self, camera: dict[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
         """A camera's settings with drawn values in their places."""

@@ -92,6 +92,7 @@ class ExposedTake:
     camera: Camera
     seed: int
     frames_per_second: float
+    """Frame rate [1/s]."""
     lit: Lit = (True, True, True)
     """Whether any light of the sensor shines in red, green and blue."""
 
