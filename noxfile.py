@@ -65,6 +65,8 @@ def docs(session: nox.Session) -> None:
 FIGURES = (
     "magicsim bench all --out docs/benchmarks",
     "python docs/pictures.py",
+    "python docs/camera_pictures.py",
+    "python benchmarks/camera_at_rest.py --out docs/benchmarks",
     "python docs/architecture.py",
     "python docs/examples/own_sensor.py",
     "python benchmarks/predictions.py --cases {work}/predictions",
@@ -92,7 +94,7 @@ FIGURES = (
 @nox.session
 def figures(session: nox.Session) -> None:
     """Every committed figure anew, which takes many hours: `nox -s figures`, or `-- WORD` for some."""
-    session.install("-e", ".[test,reference]", "taxim[jax-cpu]")
+    session.install("-e", ".[test,reference,video]", "taxim[jax-cpu]")
     work = session.create_tmp()
     for command in FIGURES:
         if any(word in command for word in session.posargs) or not session.posargs:

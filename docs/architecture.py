@@ -13,6 +13,7 @@ LAYERS = (
     (("simulation", "sensor", "truth", "episode"), "labelled frames"),
     (("plan",), "what a scene needs, and what is left out"),
     (("scenes",), "light and camera: radiance, 8-bit frames"),
+    (("camera",), "exposure, time and electronics of a camera"),
     (("deform",), "lattice and contact: displacements, forces"),
     (("geometry",), "designs and objects: meshes, distances"),
     (("config", "presets", "folder", "conventions", "errors"), "the leaf: no part of the package below"),
@@ -20,7 +21,7 @@ LAYERS = (
 """Parts of the package from top to bottom, and what each layer makes; a layer imports those below it."""
 ASIDE = ("detectors", ("NumPy and", "OpenCV", "alone: runs", "on a robot"))
 """The part that imports the leaf and nothing else; layers from `ASIDE_TOP` upwards may import it."""
-ASIDE_TOP, ASIDE_BOTTOM = 3, 7
+ASIDE_TOP, ASIDE_BOTTOM = 3, 8
 """Layers beside which it stands."""
 WIDTH, ROW, GAP, LEFT, COLUMN = 520, 50, 14, 10, 390
 

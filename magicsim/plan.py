@@ -69,6 +69,7 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         if leave_out and earlier is None and not touching:
             seen[state] = index
     kept, left_out = _explain(scene, frames)
+    kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
     return ScenePlan(frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
 
 

@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.video import check_codec
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.face import point_spacing_mm
 from magicsim.deform.follow import follow_map
@@ -19,6 +20,7 @@ from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.meshes import attach_meshes, deformed_vertices
 from magicsim.plan import ScenePlan, can_touch
+from magicsim.scenes.camera_stream import CameraStream
 from magicsim.scenes.exposure import Exposure, FloatImage, meter
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.renderer import Renderer
@@ -40,9 +42,11 @@ class Sensor:
             untouched: Untouched states of sensors that other episodes share.
 
         Raises:
+            ConfigError: The camera's codec is not installed.
             GeometryError: The design cannot be built.
             RenderError: The estimator cannot render these materials.
         """
+        check_codec(scene.rig.camera.compression)
         self.scene = scene
         self.elastomer: Elastomer = build_elastomer(scene.design)
         self.printed: Lattice = build_lattice(scene.design)
@@ -180,6 +184,42 @@ def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
         sensor: In its scene.
         untouched: What the camera reads out at rest, shape (rows, columns, 3).
     """
-    camera = sensor.scene.rig.camera
-    whole = untouched if camera.region_px is None else sensor.renderer.metered()
-    return meter(whole, camera, sensor.scene.rig.lit)
+    return meter(_whole(sensor, untouched), sensor.scene.rig.camera, sensor.scene.rig.lit)
+
+
+def sensor_camera(sensor: Sensor, untouched: FloatImage) -> CameraStream:
+    """A sensor's camera, ready to film, as exposed on the untouched sensor.
+
+    Args:
+        sensor: In its scene.
+        untouched: What the camera reads out at rest, shape (rows, columns, 3).
+
+    Raises:
+        RenderError: Exposure fails or never settles.
+    """
+    rig, room = sensor.scene.rig, room_radiance(sensor, untouched)
+    return CameraStream.of(rig.camera, _whole(sensor, untouched), rig.lit, room=room)
+
+
+def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
+    """What the room's light makes of the untouched image, which swings with the mains while LEDs do not.
+
+    Args:
+        sensor: In its scene.
+        untouched: What the camera reads out at rest, shape (rows, columns, 3).
+
+    Returns:
+        Shape (rows, columns, 3); None where the room is dark, or where nothing asks for it.
+    """
+    rig = sensor.scene.rig
+    if max(rig.ambient) == 0 or (rig.camera.flicker is None and rig.camera.led_drift is None):
+        return None
+    if not any(max(strip.radiance) for strip in rig.strips):
+        return untouched
+    dark = sensor.scene.model_copy(update={"rig": rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)})})
+    return np.asarray(np.maximum(untouched - build_renderer(dark, sensor.elastomer).radiance(View()), 0), np.float32)
+
+
+def _whole(sensor: Sensor, untouched: FloatImage) -> FloatImage:
+    """The whole untouched image, which exposure is measured on."""
+    return untouched if sensor.scene.rig.camera.region_px is None else sensor.renderer.metered()

@@ -9,7 +9,8 @@ import numpy.typing as npt
 from magicsim.deform.deformation import Deformation
 from magicsim.episode import SimulatedFrame
 from magicsim.scenes.brightness import BrightnessWatch
-from magicsim.scenes.exposure import Exposure, FloatImage, expose
+from magicsim.scenes.camera_stream import CameraMemory, CameraStream, Instant
+from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.film import pixel_landing_mm
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
@@ -21,52 +22,52 @@ class Shot:
     """Everything that turns a radiance into a labelled frame of one scene."""
 
     scene: SceneConfig
-    exposure: Exposure
+    camera: CameraStream
+    """Exposed on the untouched sensor."""
     landing_mm: npt.NDArray[np.float64] | None
     """Where pixels look, see `pixel_landing_mm`; None where no output needs it."""
     watch: BrightnessWatch
     """Tells frames that are black or saturated."""
 
     @classmethod
-    def of(cls, scene: SceneConfig, exposure: Exposure) -> Self:
-        """For a scene whose exposure is locked."""
+    def of(cls, scene: SceneConfig, camera: CameraStream) -> Self:
+        """For a scene whose camera is exposed on the untouched sensor."""
         needed = scene.output.contact_mask or scene.output.depth_map
         watch = BrightnessWatch(rig=scene.rig)
-        watch.see_exposure(exposure)
+        watch.see_exposure(camera.exposure)
         landing = pixel_landing_mm(scene.design, scene.rig) if needed else None
-        return cls(scene=scene, exposure=exposure, landing_mm=landing, watch=watch)
+        return cls(scene=scene, camera=camera, landing_mm=landing, watch=watch)
 
     def take(
         self,
         state: FrameState,
         deformation: Deformation,
         radiance: FloatImage,
+        memory: CameraMemory,
+        at: Instant,
         *,
         displacements_mm: npt.NDArray[np.float32] | None,
-        seed: int,
-        index: int,
-        time_s: float,
         is_reference: bool,
-    ) -> SimulatedFrame:
-        """One frame.
+    ) -> tuple[SimulatedFrame, CameraMemory]:
+        """One frame, and what the camera's next one inherits.
 
         Args:
             state: What is in front of the sensor.
             deformation: Its equilibrium.
             radiance: What the camera reads out, linear, shape (rows, columns, 3).
+            memory: What the camera inherits from the frames before.
+            at: Which frame of which stream; each has noise of its own.
             displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
-            seed: Seed of the camera's noise.
-            index: Number of the frame in its stream; each has noise of its own.
-            time_s: Time since the stream began [s].
             is_reference: Whether the frame makes the references.
         """
         output, landing = self.scene.output, self.landing_mm
-        image = expose(radiance, self.exposure, self.scene.rig.camera, seed=seed, frame=index)
-        self.watch.see(image, index=index, flashlight=state.flashlight)
-        return SimulatedFrame(
+        image, later = self.camera.take(radiance, memory, at)
+        self.watch.see(image, index=at.index, flashlight=state.flashlight)
+        frame = SimulatedFrame(
             image=image,
-            truth=frame_truth(state, deformation, index=index, time_s=time_s, is_reference=is_reference),
+            truth=frame_truth(state, deformation, index=at.index, time_s=at.time_s, is_reference=is_reference),
             contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
             displacements_mm=displacements_mm,
             depth_map_mm=depth_map_mm(deformation, landing) if landing is not None and output.depth_map else None,
         )
+        return frame, later

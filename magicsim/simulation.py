@@ -8,10 +8,11 @@ from itertools import accumulate
 from magicsim.deform.deformation import Deformation
 from magicsim.episode import Episode, SimulatedFrame
 from magicsim.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, efforts, plan_scene
+from magicsim.scenes.camera_stream import Instant
 from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor, sensor_exposure
+from magicsim.sensor import Sensor, sensor_camera
 from magicsim.shot import Shot
 
 Progress = Callable[[int, int], None]
@@ -91,21 +92,31 @@ def stream_states(sensor: Sensor, plan: ScenePlan, untouched: FloatImage) -> Ite
 
 
 def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
-    """The frames of an episode in order: the references, then what the plan lists."""
+    """The frames of an episode in order: the references, then what the plan lists.
+
+    A camera with a history (`Camera.history`) makes another frame of a state that returns, so all are exposed in order.
+    """
     scene = sensor.scene
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-    shot = Shot.of(scene, sensor_exposure(sensor, untouched))
+    shot = Shot.of(scene, sensor_camera(sensor, untouched))
+    memory = shot.camera.begin(scene.frames_per_second)
     for each in stream_states(sensor, plan, untouched):
-        yield shot.take(
-            each.state,
-            each.deformation,
-            each.radiance,
-            displacements_mm=sensor.wanted_displacements_mm(each.deformation),
+        at = Instant(
             seed=scene.seed,
             index=each.index,
             time_s=each.index / scene.frames_per_second,
+            frames_per_second=scene.frames_per_second,
+        )
+        frame, memory = shot.take(
+            each.state,
+            each.deformation,
+            each.radiance,
+            memory,
+            at,
+            displacements_mm=sensor.wanted_displacements_mm(each.deformation),
             is_reference=each.is_reference,
         )
+        yield frame
 
 
 def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Deformation:

@@ -17,7 +17,7 @@ from magicsim.bench.compare import machine
 from magicsim.bench.told import told
 from magicsim.deform.press import compile_kernels
 from magicsim.plan import can_touch, plan_scene
-from magicsim.scenes.exposure import meter
+from magicsim.scenes.camera_stream import CameraStream, Instant
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.sensor import Sensor
@@ -239,13 +239,15 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
     state = timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest)
     radiance = sensor.radiance(state, deformation)
-    whole, lean = (Shot.of(asked, meter(radiance, asked.rig.camera, asked.rig.lit)) for asked in (scene, bare))
+    whole, lean = (
+        Shot.of(asked, CameraStream.of(asked.rig.camera, radiance, asked.rig.lit)) for asked in (scene, bare)
+    )
+    first = Instant(seed=0, index=0, time_s=0.0, frames_per_second=scene.frames_per_second)
 
     def run(shot: Shot) -> Array:
         moved = sensor.printed_displacements_mm(deformation) if shot.scene.output.displacements else None
-        frame = shot.take(
-            state, deformation, radiance, displacements_mm=moved, seed=0, index=0, time_s=0.0, is_reference=False
-        )
+        memory = shot.camera.begin(scene.frames_per_second)
+        frame, _ = shot.take(state, deformation, radiance, memory, first, displacements_mm=moved, is_reference=False)
         return frame.image.astype(float)
 
     return Rule(name="outputs not asked for", result="exact", full=lambda: run(whole), lean=lambda: run(lean))

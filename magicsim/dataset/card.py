@@ -1,5 +1,6 @@
 """The dataset card: `README.md` whose header `datasets` reads."""
 
+from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.features import Column
 from magicsim.dataset.layout import Layout
 from magicsim.dataset.recipe import Recipe
@@ -35,7 +36,7 @@ configs:
 {recipe.episodes} episodes of objects in front of and against mini-MagicTac, a soft block with a printed grid that a
 camera looks through; simulated by {made_by}. Every value that was drawn is a column; `config.toml` is the recipe that
 draws the same dataset again, with seed {recipe.seed}.
-
+{_history(recipe)}
 Units are mm, N, N mm, s and degrees. The sensor's frame is right-handed with its origin at the centre of the contact
 face, x along the short and y along the long side, +z from the contact face towards the camera; objects come from -z.
 Force is what the object exerts on the sensor, so that a press is +z. Row 0 of an image is at +y, column 0 at -x. The
@@ -55,3 +56,10 @@ print(frames[0]["image"], frames[0]["force_n"])
 `sensors.parquet` has the design, rig, calibration and lattice of each printed sensor; `calibration.json` is that of the
 sensor without tolerances; `manifest.json` lists every file with its SHA-256 (`magicsim dataset verify`).
 """
+
+
+def _history(recipe: Recipe) -> str:
+    """A sentence where frames are no independent draws."""
+    camera = draw_episodes(recipe)[0].scene.rig.camera
+    reasons = "; ".join(f"rig.{reason}" for reason in camera.history)
+    return f"\nA frame depends on those of its episode before it ({reasons}).\n" if reasons else ""

@@ -207,7 +207,8 @@ def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]
         entry = recipe.objects[choose(float(choices[1]), tuple(each.weight for each in recipe.objects))]
         thing = entry.draw(_drawer("object", objects, values), float(choices[2]))
     note = _drawer("camera", camera, values)
-    rig["camera"] |= {name: note(name, number) for name, number in _camera(recipe).items()}
+    seen = {name: note(name, number) for name, number in _camera(recipe).items()}
+    rig["camera"] = recipe.camera.placed(rig["camera"], seen)
     friction = drawn["friction"] if isinstance(path, TouchPath) else 0.0
     scene = {
         "schema_version": 1,

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
+from magicsim.camera.video import check_codec
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
@@ -105,11 +106,12 @@ def generate_dataset(
         progress: Told after every episode.
 
     Raises:
-        ConfigError: Drawn values are not allowed together.
+        ConfigError: Drawn values are not allowed together, or the camera's codec is not installed.
         OutputError: The folder is not ours, holds another dataset, or cannot be written; what is finished is kept.
     """
     options = options or choose_workers(None, timeout_s=recipe.timeout_s)
     simulator = simulator or Simulator()
+    check_codec(recipe.rig.camera.compression)
     episodes = draw_episodes(recipe)
     _draw_once(episodes, range(min(len(episodes), CHECKED_FIRST)))
     check_folder(out, resume=resume)

@@ -2,9 +2,9 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -19,6 +19,12 @@ from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Se
 
 MAX_SENSORS = 100_000
 """Most printed sensors: each has a row in `sensors.parquet`, which is made before the first episode."""
+IN_TABLES = {
+    "exposure_ms": ("shutter", "exposure_ms"), "flicker_depth": ("flicker", "depth"),
+    "led_drift_share": ("led_drift", "share"), "glare_share": ("glare", "share"), "dark_e": ("faults", "dark_e"),
+    "row_e": ("faults", "row_e"), "live_frames": ("live", "time_constant_frames"),
+}  # fmt: skip
+"""Tables of the camera that drawn values belong to, and their keys there."""
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -57,11 +63,41 @@ class Tolerances(Config):
 
 
 class CameraNoise(Config):
-    """What the camera does differently in each episode; left out means as the rig says."""
+    """What the camera does differently in each episode; left out means as the rig says.
+
+    A value of a table of `rig.camera` turns that table on where the rig leaves it out.
+    """
 
     exposure_grey: Number | None = None
     full_well_e: Number | None = None
     read_noise_e: Number | None = None
+    vibration_px: Number | None = None
+    """Of the whole image [px]."""
+    exposure_ms: Number | None = None
+    """`shutter.exposure_ms`."""
+    flicker_depth: Number | None = None
+    """`flicker.depth`."""
+    led_drift_share: Number | None = None
+    """`led_drift.share`."""
+    glare_share: Number | None = None
+    """`glare.share`."""
+    dark_e: Number | None = None
+    """`faults.dark_e`."""
+    row_e: Number | None = None
+    """`faults.row_e`."""
+    live_frames: Number | None = None
+    """`live.time_constant_frames`."""
+
+    def placed(self, camera: dict[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
+        """A camera's settings with drawn values in their places."""
+        found = dict(camera)
+        for name, value in values.items():
+            table, key = IN_TABLES.get(name, ("", name))
+            if table:
+                found[table] = (found.get(table) or {}) | {key: value}
+            else:
+                found[key] = value
+        return found
 
 
 class Labels(Config):

@@ -35,7 +35,10 @@ def ablated_footage(case: Case, take: Take, suite: SuiteConfig) -> Footage:
         ),
         labels=Labels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored]),
         images=ExposedTake(
-            take=take, camera=suite.rig.camera, seed=zlib.crc32(f"{suite.seed} {case.name}".encode()) & 0x7FFFFFFF
+            take=take,
+            camera=suite.rig.camera,
+            seed=zlib.crc32(f"{suite.seed} {case.name}".encode()) & 0x7FFFFFFF,
+            frames_per_second=suite.frames_per_second,
         ),
         frames_per_second=suite.frames_per_second,
     )

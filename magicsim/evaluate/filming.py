@@ -10,7 +10,7 @@ from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.scenes.untouched import shared_states
-from magicsim.sensor import Sensor
+from magicsim.sensor import Sensor, room_radiance
 from magicsim.simulation import RenderedState, stream_states
 
 
@@ -23,11 +23,15 @@ def film_take(scene: SceneConfig) -> Take:
     sensor = Sensor(scene, untouched=shared_states())
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     frames = list(stream_states(sensor, plan_scene(scene), untouched))
-    return assembled(frames, lambda each: each.radiance, first=untouched)
+    return assembled(frames, lambda each: each.radiance, first=untouched, room=room_radiance(sensor, untouched))
 
 
 def assembled(
-    frames: Sequence[RenderedState], look: Callable[[RenderedState], FloatImage], *, first: FloatImage | None = None
+    frames: Sequence[RenderedState],
+    look: Callable[[RenderedState], FloatImage],
+    *,
+    first: FloatImage | None = None,
+    room: FloatImage | None = None,
 ) -> Take:
     """A take of rendered states; those that share a radiance are looked at once.
 
@@ -35,6 +39,7 @@ def assembled(
         frames: In order.
         look: Radiance that the take is to hold of a state, shape (rows, columns, 3).
         first: A radiance that comes before all others and is not looked at again, shape (rows, columns, 3).
+        room: What the room's light makes of the untouched image, shape (rows, columns, 3).
     """
     images, place = ([], {}) if first is None else ([first], {id(first): 0})
     for each in frames:
@@ -44,6 +49,7 @@ def assembled(
     gaps = [each.state.gap_mm for each in frames]
     return Take(
         radiance=np.stack(images).astype(np.float32),
+        room=np.zeros(0, np.float32) if room is None else room,
         state=np.array([place[id(each.radiance)] for each in frames], np.int32),
         is_reference=np.array([each.is_reference for each in frames], bool),
         gap_mm=np.array([np.nan if gap is None else gap for gap in gaps], np.float64),

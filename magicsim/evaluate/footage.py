@@ -4,7 +4,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,8 @@ from magicsim.evaluate.cases import Case, list_cases
 from magicsim.evaluate.recording import Recording, read_recording
 from magicsim.evaluate.suite import Role, SuiteConfig, SuiteNoise
 from magicsim.evaluate.take import Take, cached_take
-from magicsim.scenes.exposure import Lit, expose, meter
+from magicsim.scenes.camera_stream import CameraStream, Instant
+from magicsim.scenes.exposure import Lit
 from magicsim.scenes.rig import Camera
 
 Frame = npt.NDArray[np.uint8]
@@ -90,22 +91,30 @@ class ExposedTake:
     take: Take
     camera: Camera
     seed: int
+    frames_per_second: float
+    """Frame rate [1/s]."""
     lit: Lit = (True, True, True)
     """Whether any light of the sensor shines in red, green and blue."""
 
     def references(self) -> Iterator[Frame]:
         """See `Images`."""
-        return self._exposed(np.flatnonzero(self.take.is_reference))
+        return self._exposed(self.take.is_reference)
 
     def frames(self) -> Iterator[Frame]:
         """See `Images`."""
-        return self._exposed(np.flatnonzero(~self.take.is_reference))
+        return self._exposed(~self.take.is_reference)
 
-    def _exposed(self, indices: npt.NDArray[Any]) -> Iterator[Frame]:
-        exposure = meter(self.take.radiance[0], self.camera, self.lit)
-        for index in indices.tolist():
-            image = self.take.radiance[self.take.state[index]]
-            yield expose(image, exposure, self.camera, seed=self.seed, frame=index)
+    def _exposed(self, is_wanted: npt.NDArray[np.bool_]) -> Iterator[Frame]:
+        """The wanted frames; where frames depend on those before, the others are exposed on the way."""
+        take, rate = self.take, self.frames_per_second
+        room = take.room if take.room.size else None
+        stream = CameraStream.of(self.camera, take.radiance[0], self.lit, room=room)
+        memory = stream.begin(rate)
+        for index in np.flatnonzero(is_wanted | bool(self.camera.history)).tolist():
+            at = Instant(seed=self.seed, index=index, time_s=index / rate, frames_per_second=rate)
+            image, memory = stream.take(take.radiance[take.state[index]], memory, at)
+            if is_wanted[index]:
+                yield image
 
 
 def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
@@ -122,6 +131,7 @@ def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
             images=ExposedTake(
                 take=take,
                 camera=_camera(suite.rig.camera, noise),
+                frames_per_second=suite.frames_per_second,
                 lit=suite.rig.lit,
                 seed=zlib.crc32(f"{suite.seed} {case.name} {noise.name}".encode()) & 0x7FFFFFFF,
             ),

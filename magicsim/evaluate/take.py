@@ -20,17 +20,19 @@ import magicsim
 from magicsim.folder import result_file
 from magicsim.scenes.scene import SceneConfig
 
-TAKE_FORMAT = 1
+TAKE_FORMAT = 2
 """Raised with every change of the file's content."""
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Take:
-    """An episode before the camera. All arrays but `radiance` have one entry a frame, references first."""
+    """An episode before the camera. All arrays but `radiance` and `room` have one entry a frame, references first."""
 
     radiance: npt.NDArray[np.float32]
     """States that look different, shape (states, rows, columns, 3); the untouched sensor first."""
+    room: npt.NDArray[np.float32]
+    """What the room's light makes of the untouched image, shape (rows, columns, 3); empty where nothing asks for it."""
     state: npt.NDArray[np.int32]
     """Which of them a frame shows."""
     is_reference: npt.NDArray[np.bool_]

@@ -8,10 +8,11 @@ from magicsim.config import validate
 from magicsim.deform.deformation import Deformation
 from magicsim.episode import SimulatedFrame
 from magicsim.robot.moment import FULL, Moment
+from magicsim.scenes.camera_stream import CameraMemory
 from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor, build_renderer, sensor_exposure
+from magicsim.sensor import Sensor, build_renderer, sensor_camera
 from magicsim.shot import Shot
 
 REMEMBERED = 3
@@ -33,19 +34,24 @@ class Darkroom:
         Raises:
             RenderError: The image is not valid.
         """
-        if self._shot is None:
-            untouched = self._radiance(UNTOUCHED, self.sensor.rest)
-            self._shot = Shot.of(self.sensor.scene, sensor_exposure(self.sensor, untouched))
-        return self._shot.take(
+        frame, _ = self._ready.take(
             moment.state,
             moment.deformation,
             self._lit(moment),
+            self._memory(moment),
+            moment.at,
             displacements_mm=self.sensor.wanted_displacements_mm(moment.deformation),
-            seed=moment.seed,
-            index=moment.index,
-            time_s=moment.time_s,
             is_reference=False,
         )
+        return frame
+
+    def passed(self, moment: Moment) -> CameraMemory:
+        """What the camera's next frame inherits when this moment has gone by, developed or not.
+
+        Raises:
+            RenderError: The image is not valid.
+        """
+        return self._ready.camera.passed(self._lit(moment), self._memory(moment), moment.at)
 
     def resize(self, *, columns: int, rows: int) -> None:
         """Renders with so many pixels from now on, and meters again; what they see along x stays `camera.field_mm`.
@@ -62,6 +68,16 @@ class Darkroom:
         self.sensor.renderer = build_renderer(self.sensor.scene, self.sensor.elastomer)
         self._shot = None
         self._seen.clear()
+
+    @property
+    def _ready(self) -> Shot:
+        if self._shot is None:
+            untouched = self._radiance(UNTOUCHED, self.sensor.rest)
+            self._shot = Shot.of(self.sensor.scene, sensor_camera(self.sensor, untouched))
+        return self._shot
+
+    def _memory(self, moment: Moment) -> CameraMemory:
+        return moment.memory or self._ready.camera.begin(moment.frames_per_second)
 
     def _lit(self, moment: Moment) -> FloatImage:
         """Radiance at the strengths of the LEDs: colours do not mix on their way, so each strength scales its channel.

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.settings import H264
 from magicsim.deform.deformation import Deformation
 from magicsim.episode import FrameTruth, SimulatedFrame
 from magicsim.errors import ConfigError
@@ -18,6 +19,7 @@ from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
 from magicsim.robot.workspace import Workspace, bounded
+from magicsim.scenes.camera_stream import CameraMemory
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
@@ -35,6 +37,8 @@ class LiveSensor:
 
     Every motion is quasi-static and starts from the equilibrium before, so friction has the history of the motions. A
     motion that fails leaves everything as it was. Exposure is metered once, on the untouched sensor at full light.
+    Where it is live (`rig.camera.live`), or where rows lie between frames, a frame depends on those grabbed before it,
+    and each grabbed one is rendered whether it is developed or not.
     """
 
     def __init__(self, scene: SceneConfig, *, workspace: Workspace | None = None) -> None:
@@ -45,12 +49,18 @@ class LiveSensor:
             workspace: Where the object may go. The lattice is fine where it can touch, so a small one is faster.
 
         Raises:
-            ConfigError: The workspace goes too deep, or the scene depends on time.
+            ConfigError: The workspace goes too deep, the scene depends on time, or the camera codes a video.
             GeometryError: The design cannot be built.
             RenderError: The estimator cannot render these materials.
         """
         if scene.contact.rate_dependent:
             msg = "contact.rate_dependent = True is not allowed here: the motions of a live sensor are quasi-static"
+            raise ConfigError(msg)
+        if isinstance(scene.rig.camera.compression, H264):
+            msg = (
+                "rig.camera.compression.kind = 'h264' is not allowed here: frames of a live sensor are developed in "
+                "any order; must be 'mjpeg' or left out"
+            )
             raise ConfigError(msg)
         self.workspace = workspace or Workspace()
         self._darkroom: Darkroom | None = Darkroom(Sensor(bounded(scene, self.workspace)))
@@ -71,6 +81,7 @@ class LiveSensor:
         check_number("seed", asked, 0, MAX_SEED - 1, whole=True)
         self._seed = int(asked)
         self._index, self._time_s = 0, 0.0
+        self._memory: CameraMemory | None = None
         self._state, self._deformation, self._slid_mm, self._led_strength = UNTOUCHED, self.sensor.rest, 0.0, FULL
 
     @property
@@ -208,6 +219,7 @@ class LiveSensor:
             ConfigError: The size is not allowed.
         """
         self._open.resize(columns=columns, rows=rows)
+        self._memory = None
 
     def now(self) -> Moment:
         """The present moment, without taking it from the stream."""
@@ -219,11 +231,19 @@ class LiveSensor:
             deformation=self._deformation,
             slid_mm=self._slid_mm,
             led_strength=self._led_strength,
+            frames_per_second=self._frames_per_second,
+            memory=self._memory,
         )
 
     def grab(self) -> Moment:
-        """Takes the next moment of the stream without developing it, and lets one frame's time pass."""
+        """Takes the next moment of the stream without developing it, and lets one frame's time pass.
+
+        Raises:
+            RenderError: The camera's next frame depends on this one, whose image is not valid.
+        """
         moment = self.now()
+        if self.sensor.scene.rig.camera.history:
+            self._memory = self._open.passed(moment)
         self._index += 1
         self._time_s += 1 / self._frames_per_second
         return moment

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from magicsim.deform.deformation import Deformation
+from magicsim.scenes.camera_stream import CameraMemory, Instant
 from magicsim.scenes.timeline import FrameState
 
 Rgb = tuple[float, float, float]
@@ -26,3 +27,12 @@ class Moment:
     """How far the skin has slid over the object since the stream began."""
     led_strength: Rgb
     """Radiance of the LED strips' red, green and blue in units of the rig's."""
+    frames_per_second: float
+    """Frame rate [1/s]."""
+    memory: CameraMemory | None = None
+    """What the camera inherits from the frames before; None at the stream's begin, and where it inherits nothing."""
+
+    @property
+    def at(self) -> Instant:
+        """Which frame of which stream."""
+        return Instant(seed=self.seed, index=self.index, time_s=self.time_s, frames_per_second=self.frames_per_second)

@@ -1,7 +1,8 @@
-"""From linear radiance to the 8-bit frame: locked exposure, noise, tone curve.
+"""From linear radiance to the 8-bit frame: exposure, noise, tone curve, compression; each frame by itself.
 
 Noise follows the linear camera model of EMVA Standard 1288: Poisson photo-electrons, Gaussian read noise, a fixed
-gain pattern. Exposure is measured once on the untouched sensor and then locked, as a real driver does.
+gain pattern, dark signals. Exposure is measured once on the untouched sensor; `magicsim.scenes.camera_stream` has what
+depends on time and on the frames before.
 """
 
 from dataclasses import dataclass
@@ -9,14 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.faults import dark_signal_e, is_alive, row_offsets_e
+from magicsim.camera.mjpeg import through_mjpeg
+from magicsim.camera.randomness import PATTERN_STREAM, deviates
+from magicsim.camera.settings import Mjpeg, PixelFaults
+from magicsim.camera.vibration import shift_px, shifted
 from magicsim.errors import RenderError
 from magicsim.scenes.rig import Camera
 
 FloatImage = npt.NDArray[np.float32]
 Frame = npt.NDArray[np.uint8]
 Lit = tuple[bool, bool, bool]
-PATTERN_STREAM = 2**31
-"""Stream index of the fixed pattern, beyond every frame's."""
+NO_FAULTS = PixelFaults()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,8 +46,8 @@ def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) 
     Raises:
         RenderError: A channel is dark though light shines in it and others are not, or the image is not finite.
     """
-    aim = (camera.exposure_grey / 255) ** camera.gamma
-    mean = _sensed(untouched, camera).mean((0, 1), dtype=np.float64)
+    aim = aimed_signal(camera)
+    mean = sensed(untouched, camera).mean((0, 1), dtype=np.float64)
     if not mean.any():
         return Exposure(gain=np.full(3, aim))
     seen = np.abs(np.array(camera.color_matrix)) @ np.array(lit) > 0
@@ -60,15 +65,24 @@ def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) 
     return Exposure(gain=aim / mean)
 
 
-def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: int, frame: int) -> Frame:
+def aimed_signal(camera: Camera) -> float:
+    """Mean signal of the untouched frame that auto-exposure aims at, 1 at grey level 255."""
+    return float((camera.exposure_grey / 255) ** camera.gamma)
+
+
+def expose(
+    radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: int, frame: int, base: Exposure | None = None
+) -> Frame:
     """Takes one 8-bit frame.
 
     Args:
         radiance: Linear radiance of what the camera reads out, shape (rows, columns, 3).
-        exposure: Locked gains.
-        camera: Noise and tone curve.
+        exposure: Gains of this frame.
+        camera: Noise, tone curve and compression; one in which frames depend on each other is left out.
         seed: Seed of the episode.
         frame: Number of the frame in the stream, references included; each has noise of its own.
+        base: Gains at which `full_well_e` counts; those of this frame by default. A gain twice as high shows half as
+            many electrons as white.
 
     Returns:
         RGB frame, shape (rows, columns, 3).
@@ -80,15 +94,25 @@ def expose(radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: in
     if bad:
         msg = f"frame {frame} of seed {seed} is not rendered: its image holds {bad} values that are not finite"
         raise RenderError(msg)
-    pattern = 1 + camera.fixed_pattern * _noise(radiance.shape, camera, _stream(camera.pattern_seed, PATTERN_STREAM))
-    signal = np.clip(_sensed(radiance, camera) * exposure.gain, 0, 4) * pattern
-    electrons = np.clip(signal, 0, None) * camera.full_well_e
+    light = radiance
+    if camera.vibration_px > 0:
+        light = shifted(radiance, shift_px(camera.vibration_px, seed=seed, frame=frame))
+    pattern = 1 + camera.fixed_pattern * _noise(radiance.shape, camera, deviates(camera.pattern_seed, PATTERN_STREAM))
+    signal = np.clip(sensed(light, camera) * exposure.gain, 0, 4) * pattern
+    well = camera.full_well_e if base is None else camera.full_well_e * base.gain / exposure.gain
+    electrons = np.clip(signal, 0, None) * well
+    if camera.faults.dead_share > 0:
+        electrons *= camera.window.of(is_alive(camera.faults, **_sensor(camera)))
     # Above some hundred electrons the Poisson law is Gaussian to well below one grey level, and twenty times faster.
     noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * _noise(
-        radiance.shape, camera, _stream(seed, frame)
+        radiance.shape, camera, deviates(seed, frame)
     )
-    tone = np.clip(noisy / camera.full_well_e, 0, 1) ** (1 / camera.gamma)
-    return np.rint(255 * tone).astype(np.uint8)
+    if camera.faults != NO_FAULTS:
+        rows = row_offsets_e(camera.faults, rows=camera.rows, seed=seed, frame=frame)
+        noisy += camera.window.of(dark_signal_e(camera.faults, **_sensor(camera)) + rows)
+    tone = np.clip(noisy / well, 0, 1) ** (1 / camera.gamma)
+    image = np.rint(255 * tone).astype(np.uint8)
+    return through_mjpeg(image, camera.compression) if isinstance(camera.compression, Mjpeg) else image
 
 
 def _noise(shape: tuple[int, ...], camera: Camera, random: np.random.Generator) -> npt.NDArray[np.float64]:
@@ -98,11 +122,11 @@ def _noise(shape: tuple[int, ...], camera: Camera, random: np.random.Generator) 
     return np.asarray(camera.window.of(random.standard_normal((camera.rows, camera.columns, 3))))
 
 
-def _sensed(radiance: FloatImage, camera: Camera) -> FloatImage:
+def sensed(radiance: FloatImage, camera: Camera) -> FloatImage:
     """What the sensor's own colours see of linear RGB, shape (rows, columns, 3)."""
     matrix = np.array(camera.color_matrix, np.float32)
     return radiance if (matrix == np.eye(3)).all() else radiance @ matrix.T
 
 
-def _stream(seed: int, index: int) -> np.random.Generator:
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, index])))
+def _sensor(camera: Camera) -> dict[str, int]:
+    return {"rows": camera.rows, "columns": camera.columns, "pattern_seed": camera.pattern_seed}

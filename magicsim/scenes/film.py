@@ -3,7 +3,7 @@
 The lens moves the optical axis, distorts (OpenCV's model) and darkens towards the corners. An ideal image a little
 larger than the camera's is rendered, and each pixel of the camera looks up its place there. Without any of that the
 ideal image is the camera's, and nothing is looked up. Lens and pixels then spread the light of a point over the pixels
-around it.
+around it, and dust on the window takes some.
 """
 
 from dataclasses import dataclass
@@ -13,6 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
+from magicsim.camera.dust import transmittance
+from magicsim.camera.settings import Diffraction, Glare
+from magicsim.camera.spread import spread_light
 from magicsim.errors import RenderError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Camera, Rig
@@ -43,10 +46,15 @@ class Film:
     """Column and row in that window of each pixel that is read out, shape (rows, columns, 2); None where the same."""
     blur_px: float
     """Standard deviation of the point spread function [px]."""
+    diffraction: Diffraction | None
+    """By the aperture."""
+    glare: Glare | None
+    """Light that is spread widely."""
     inner: Window
     """What is read out of the pixels that were looked up: those around it spread light into it."""
     shading: FloatImage | None
-    """Relative illumination of each pixel that is read out, shape (rows, columns, 1); None where 1."""
+    """Part of the light that each pixel that is read out gets past lens and dust, shape (rows, columns, 1); None where
+    1."""
 
     def seen(self, ideal: FloatImage) -> FloatImage:
         """What the camera reads out, from the window of the ideal image; linear radiance, shape (rows, columns, 3)."""
@@ -55,7 +63,8 @@ class Film:
             image = np.asarray(
                 cv2.remap(ideal, self.places_px[..., 0], self.places_px[..., 1], cv2.INTER_LINEAR), np.float32
             )
-        image = np.asarray(self.inner.of(point_spread(image, self.blur_px)))
+        image = spread_light(point_spread(image, self.blur_px), self.diffraction, self.glare)
+        image = np.asarray(self.inner.of(image))
         return image if self.shading is None else image * self.shading
 
 
@@ -110,7 +119,9 @@ def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
         places_px=places,
         blur_px=camera.blur_px,
         inner=read_out.within(read),
-        shading=read_out.of(_shading(camera)) if camera.vignetting > 0 else None,
+        diffraction=camera.diffraction,
+        glare=camera.glare,
+        shading=read_out.of(_shading(camera)) if camera.vignetting > 0 or camera.dust is not None else None,
     )
 
 
@@ -164,4 +175,9 @@ def _shading(camera: Camera) -> FloatImage:
     column, row = np.meshgrid(np.arange(camera.columns), np.arange(camera.rows))
     squared = ((np.stack([column, row], -1) - _principal_px(camera)) ** 2).sum(-1)
     corner = (camera.columns**2 + camera.rows**2) / 4
-    return np.asarray(np.clip(1 - camera.vignetting * squared / corner, 0, 1), np.float32)[:, :, None]
+    passed = np.clip(1 - camera.vignetting * squared / corner, 0, 1)
+    if camera.dust is not None:
+        passed = passed * transmittance(
+            camera.dust, rows=camera.rows, columns=camera.columns, pattern_seed=camera.pattern_seed
+        )
+    return np.asarray(passed, np.float32)[:, :, None]

@@ -24,7 +24,7 @@ def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig:
     """Whether an object is too far to be seen.
 
     Never where the room is lit, since an object hides what is behind it at any distance, nor where it mirrors: a
-    mirror is as bright as what it shows.
+    mirror is as bright as what it shows; nor where exposure is live, since gains then are not known beforehand.
 
     Args:
         gap_mm: From the contact face to its highest point [mm].
@@ -33,7 +33,13 @@ def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig:
         rig: Its lights; a flashlight counts as on.
         untouched: Linear radiance of the whole sensor at rest, which exposure is locked on, shape (rows, columns, 3).
     """
-    if max(rig.ambient) > 0 or finish.specular > 0 or finish.is_ghost or gap_mm <= rig.flashlight.distance_mm:
+    if (
+        rig.camera.live is not None
+        or max(rig.ambient) > 0
+        or finish.specular > 0
+        or finish.is_ghost
+        or gap_mm <= rig.flashlight.distance_mm
+    ):
         return False
     sent_back = brightest_return(gap_mm, finish, design, rig)
     return grey_levels(sent_back, meter(untouched, rig.camera, rig.lit), rig.camera) <= FAINT_LEVELS

@@ -4,6 +4,18 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from magicsim.camera.settings import (
+    H264,
+    Compression,
+    Diffraction,
+    Dust,
+    Flicker,
+    Glare,
+    LedDrift,
+    LiveExposure,
+    PixelFaults,
+    Shutter,
+)
 from magicsim.config import Config
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 from magicsim.scenes.window import Window
@@ -71,6 +83,10 @@ class Flashlight(Config):
     """Centre along y [mm]."""
 
 
+WHOLE_IMAGE = {"live": None, "vibration_px": 0.0, "glare": None, "diffraction": None, "compression": None}
+"""What cannot be had of a part of the image, and its value without."""
+
+
 class Camera(Config):
     """Camera on the sensor's axis: pinhole, lens, and the sensor behind it."""
 
@@ -112,6 +128,26 @@ class Camera(Config):
     """Relative standard deviation of the pixels' gains, constant in time."""
     pattern_seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of that pattern: it belongs to the camera, not to an episode."""
+    live: LiveExposure | None = None
+    """Exposure and white balance that follow the image; locked by default."""
+    shutter: Shutter = Shutter()
+    """When the rows collect light, for flicker and motion."""
+    flicker: Flicker | None = None
+    """Of the room's light, as far as `ambient` lights the untouched sensor; none by default."""
+    led_drift: LedDrift | None = None
+    """Of the strips' light; none by default."""
+    vibration_px: Annotated[float, Field(ge=0, le=5)] = 0.0
+    """Standard deviation of the image's place along rows and columns, another in each frame [px]; assumed, 0 to 0.1."""
+    glare: Glare | None = None
+    """Light that lens and window scatter over the image; none by default."""
+    diffraction: Diffraction | None = None
+    """By the aperture, beside `blur_px`; none by default: 0.1 px in most cameras."""
+    faults: PixelFaults = PixelFaults()
+    """Dark signals, hot and dead pixels, offsets of rows; none by default."""
+    dust: Dust | None = None
+    """On the window; none by default."""
+    compression: Compression | None = None
+    """Of the stream: frames are stored and judged as they come out of it; none by default."""
 
     @model_validator(mode="after")
     def _check_axis(self) -> Self:
@@ -128,9 +164,17 @@ class Camera(Config):
 
     @model_validator(mode="after")
     def _check_noise(self) -> Self:
-        if self.read_noise_e > self.full_well_e:
-            noise, well = self.read_noise_e, self.full_well_e
-            msg = f"read_noise_e = {noise:g} is not allowed: must be at most full_well_e = {well:g}"
+        faults = {f"faults.{name}": getattr(self.faults, name) for name in ("dark_e", "row_e")}
+        for name, noise in ({"read_noise_e": self.read_noise_e} | faults).items():
+            if noise > self.full_well_e:
+                msg = f"{name} = {noise:g} is not allowed: must be at most full_well_e = {self.full_well_e:g}"
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_compression(self) -> Self:
+        if isinstance(self.compression, H264) and (self.columns % 2 or self.rows % 2):
+            msg = f"compression.kind = 'h264' is not allowed with {self.columns} x {self.rows} pixels: must be even"
             raise ValueError(msg)
         return self
 
@@ -144,6 +188,10 @@ class Camera(Config):
                     f"{self.rows} pixels"
                 )
                 raise ValueError(msg)
+            used = [name for name, off in WHOLE_IMAGE.items() if getattr(self, name) != off]
+            if used or self.shutter.moves:
+                msg = f"region_px is not allowed with {(used or ['shutter.moves'])[0]}: it needs the whole image"
+                raise ValueError(msg)
         return self
 
     @property
@@ -153,6 +201,21 @@ class Camera(Config):
             return Window.whole(self.columns, self.rows)
         column, row, columns, rows = self.region_px
         return Window(column=column, row=row, columns=columns, rows=rows)
+
+    def pixelwise(self) -> Self:
+        """Without what needs the whole image or the frames before, so that parts of single images can be read out."""
+        still = {"shutter": self.shutter.model_copy(update={"moves": False})}
+        return self.model_copy(update=WHOLE_IMAGE | still)
+
+    @property
+    def history(self) -> tuple[str, ...]:
+        """Why frames depend on those before, in words; empty where they do not."""
+        reasons = {
+            "camera.live: gains follow": self.live is not None,
+            "camera.shutter.moves: rows lie between frames": self.shutter.moves,
+            "camera.compression: H.264 predicts from earlier frames": isinstance(self.compression, H264),
+        }
+        return tuple(reason for reason, holds in reasons.items() if holds)
 
     @property
     def moves_pixels(self) -> bool:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from magicsim.camera.shutter import readout_fits, readout_problem
 from magicsim.config import Config, apply_overrides, validate
 from magicsim.documents import read_toml
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
@@ -149,6 +150,14 @@ class SceneConfig(Config):
     @model_validator(mode="after")
     def _check_view(self) -> Self:
         check_view(self.design, self.rig)
+        return self
+
+    @model_validator(mode="after")
+    def _check_shutter(self) -> Self:
+        camera, rate = self.rig.camera, self.frames_per_second
+        if not readout_fits(camera.shutter, rows=camera.rows, frames_per_second=rate):
+            msg = f"rig.{readout_problem(camera.shutter, rows=camera.rows, frames_per_second=rate)}"
+            raise ValueError(msg)
         return self
 
     @property

@@ -124,7 +124,9 @@ def plate_scene(
         {
             "schema_version": 1,
             "design": followed_finely(sensor.design),
-            "rig": sensor.rig.model_copy(update={"camera": camera.model_copy(update={"region_px": region})}),
+            "rig": sensor.rig.model_copy(
+                update={"camera": camera.pixelwise().model_copy(update={"region_px": region})}
+            ),
             "seed": seed,
             "references": 0,
             "object": thing,

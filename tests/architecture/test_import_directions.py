@@ -22,6 +22,7 @@ LAYERS = (
         "sampling",
     },
     {"geometry"},
+    {"camera"},
     {"deform"},
     {"scenes"},
     {"plan"},
@@ -51,7 +52,16 @@ LAYERS = (
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""
 LEAF_OF_DETECTORS = {"errors", "wording", "documents", "presets", "conventions"}
-BELOW_SIMULATE = {"config", "ranges", "config_problems", "geometry", "deform", "scenes", "plan"} | LEAF_OF_DETECTORS
+BELOW_SIMULATE = {
+    "config",
+    "ranges",
+    "config_problems",
+    "geometry",
+    "camera",
+    "deform",
+    "scenes",
+    "plan",
+} | LEAF_OF_DETECTORS
 RENDERER = {"mitsuba", "drjit"}
 
 

@@ -247,3 +247,33 @@ def test_names_in_a_recipe_cannot_change_the_header_of_its_card():
 def test_sensor_without_strips_has_no_column_of_their_radiance():
     names = [{each.name for each in columns_of(small_recipe(*more))} for more in ((), ("rig.strips=[]",))]
     assert "led_radiance" in names[0] - names[1]
+
+
+def test_effects_of_the_camera_are_drawn_into_their_tables_and_named_by_row():
+    drawn = {"flicker_depth": {"low": 0.0, "high": 0.3}, "dark_e": {"low": 1.0, "high": 9.0}, "glare_share": 0.1}
+    recipe = recipe_with(camera=drawn)
+    assert {"camera.flicker_depth", "camera.dark_e"} <= set(drawn_names(recipe))
+    episodes = draw_episodes(recipe)
+    for episode in episodes:
+        camera = episode.scene.rig.camera
+        assert camera.flicker is not None
+        assert camera.flicker.depth == episode.values["camera.flicker_depth"]
+        assert camera.faults.dark_e == episode.values["camera.dark_e"]
+        assert camera.glare is not None
+        assert (camera.glare.share, camera.glare.radius_px) == (0.1, 40.0)
+        assert camera.live is None
+    assert len({episode.values["camera.flicker_depth"] for episode in episodes}) == len(episodes)
+
+
+def test_drawn_camera_that_is_not_allowed_is_one_line():
+    episodes = draw_episodes(recipe_with(camera={"flicker_depth": 1.5}))
+    with pytest.raises(ConfigError, match=r"episode 0: rig\.camera\.flicker\.depth = 1\.5 is not allowed") as error:
+        episodes[0]
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_card_says_that_frames_depend_on_those_before():
+    plain, live = recipe_with(), recipe_with(camera={"live_frames": 5.0})
+    assert "depends on those of its episode" not in dataset_card(plain, columns_of(plain), {})
+    card = dataset_card(live, columns_of(live), {})
+    assert "A frame depends on those of its episode before it (rig.camera.live: gains follow)." in card

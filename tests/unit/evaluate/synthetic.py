@@ -97,6 +97,7 @@ def make_take(case: Case) -> Take:
         radiance=np.stack([_grid(0.0), *(_radiance(each, case.name) for each in states if each is not None)]).astype(
             np.float32
         ),
+        room=np.zeros(0, np.float32),
         state=np.array([*[0] * case.scene.references, *range(1, 1 + len(states) - case.scene.references)], np.int32),
         is_reference=np.array([each is None for each in states]),
         gap_mm=gaps,

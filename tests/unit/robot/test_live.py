@@ -42,6 +42,13 @@ def test_leds_keep_their_strength_in_a_lit_room():
         live.set_led_strength(0.5, 1, 1)
 
 
+def test_a_coded_video_is_refused():
+    scene = load_scene("pressed", [*TINY, "rig.camera.compression={kind='h264'}"])
+    with pytest.raises(ConfigError, match=r"compression\.kind = 'h264' is not allowed here") as error:
+        LiveSensor(scene)
+    assert len(str(error.value).splitlines()) == 1
+
+
 def test_equal_states_are_rendered_once_with_noise_of_their_own(live: LiveSensor, monkeypatch: pytest.MonkeyPatch):
     live.frame()  # meters the untouched sensor
     rendered = []
