@@ -18,6 +18,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.deform.body import FIRST_SHIFT, Body, Linearisation
 from magicsim.deform.contact import Surface, evaluate_contact
 from magicsim.deform.face import ContactFace
 from magicsim.deform.face_problem import FaceProblem, solve_face
@@ -29,17 +30,17 @@ from magicsim.deform.search import Direction, search
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
-NEAR_MM = 0.15
-"""Facets with a point nearer to the object than this may come into contact [mm]."""
+NEEDED_MM, NEAR_MM = 0.05, 0.4
+"""Facets with a point nearer to the object than the first may come into contact in this step, and nearer than the
+second before long [mm]."""
+SLOW = 0.4
+"""A step that leaves more than this part of the residual asks for a new factor."""
 MAX_UNKNOWNS = 1500
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
 GIVEN_UP_SHARE = 1 / 3
 """A load step is given up after this part of `NewtonOptions.max_iterations`: condensed ones need few."""
 ON_ITS_WAY = 1e-3
 """Residual below which it is not: where the body is close to folding, the last digits come slowly."""
-FIRST_SHIFT = 1 / 64
-"""Least multiple of the spring Laplacian added where the condensed part is not positive definite: as little as will do,
-since convergence is linear with it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,14 +93,33 @@ class FirstStep:
 
 
 class Condenser:
-    """Keeps the condensation of the last step: within a load step the facets that may touch only grow.
+    """Holds the body's model: that of the last state of a path, or one made anew where it has become a poor one.
 
-    Each load step begins with its own, so that it does not matter in the last bits what was solved before.
+    What comes out depends on the path alone: a model is a function of its `Linearisation`, which a path's states carry.
     """
 
     def __init__(self) -> None:
         """Starts without one."""
-        self._last: Condensation | None = None
+        self._part: Condensation | None = None
+        self._known: Linearisation | None = None
+        self._schur: Array = np.empty(0)
+        self._body: Body | None = None
+        self._wanted: Linearisation | None = None
+        self._residual = np.inf
+        self.factorisations = 0
+
+    def begin(self, linearisation: Linearisation | None) -> None:
+        """Begins a load step.
+
+        Args:
+            linearisation: Of the state that it starts from; None is to make one.
+        """
+        self._wanted, self._body, self._residual = linearisation, None, np.inf
+
+    @property
+    def linearisation(self) -> Linearisation | None:
+        """Where the next load step may begin from."""
+        return self._wanted
 
     def step(
         self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
@@ -114,66 +134,104 @@ class Condenser:
         """
         if not (problem.options.is_condensed and has_pardiso()):
             return None
-        facets = near_facets(problem.face, iterate)
+        if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
+            return replace(iterate, stuck=True)
+        facets = near_facets(problem.face, iterate, NEEDED_MM)
         if first is not None:
             facets = np.union1d(facets, problem.face.facet[first.pressed])
-        elif self._last is not None:
-            facets = np.union1d(facets, self._last.facets)
+        if first is None and (iterate.shortened or iterate.residual > SLOW * self._residual):
+            self._wanted = None
         while True:
-            condensation = self._condensation(problem, facets)
-            if condensation is None:
+            body = self._model(problem, iterate, facets)
+            if body is None or self._part is None:
                 return None
-            if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
-                return replace(iterate, stuck=True)
-            found = _step(problem, condensation, surface, iterate, first.predictor if first else None)
+            found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
             if found is None:
                 return None
             reached = np.unique(problem.face.facet[found.contact.acting])
-            missing = np.setdiff1d(reached, condensation.facets)
+            missing = np.setdiff1d(reached, self._part.facets)
             if len(missing) == 0 or found.shortened:
-                return found
-            facets = np.union1d(facets, near_facets(problem.face, found))
+                body.took(iterate, found)
+                self._residual = np.inf if first is not None else iterate.residual
+                shift = self._wanted.shift if self._wanted is not None else 0.0
+                return replace(found, shift=shift)
+            facets = np.union1d(facets, near_facets(problem.face, found, NEAR_MM))
 
-    def _condensation(self, problem: Problem, facets: Index) -> Condensation | None:
-        if self._last is None or not np.array_equal(self._last.facets, facets):
-            self._last = Condensation.of(problem, facets)
-        return self._last
+    def _model(self, problem: Problem, iterate: Iterate, facets: Index) -> Body | None:
+        """The model to step with; one made at this state where there is none, or none that holds these facets."""
+        wanted = self._wanted
+        holds = wanted is not None and len(np.setdiff1d(facets, wanted.facets)) == 0
+        if wanted is not None and holds:
+            if self._body is None:
+                self._hold(problem, wanted)
+                if self._part is None:
+                    return None
+                self._body = Body(problem, self._part.solver, self._schur)
+            return self._body
+        facets = np.union1d(facets, near_facets(problem.face, iterate, NEAR_MM))
+        if wanted is not None:
+            facets = np.union1d(facets, wanted.facets)
+        shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
+        self._body = None
+        while shift < problem.options.last_shift:
+            wanted = Linearisation(
+                elasticity=problem.elasticity, positions=iterate.positions, pressure=iterate.pressure, shift=shift,
+                facets=facets,
+            )
+            if self._hold(problem, wanted, iterate.elastic.volume_gradient):
+                break
+            if self._part is None:
+                return None
+            shift = max(FIRST_SHIFT, 4 * shift)
+        else:
+            return None
+        self._wanted = wanted
+        if self._part is None:
+            return None
+        self._body = Body(problem, self._part.solver, self._schur)
+        return self._body
+
+    def _hold(self, problem: Problem, wanted: Linearisation, volume_gradient: Array | None = None) -> bool:
+        """Makes the factor of a linearisation the one that is held."""
+        if wanted is self._known:
+            return True
+        if self._part is None or not np.array_equal(self._part.facets, wanted.facets):
+            self._part = Condensation.of(problem, wanted.facets)
+        if self._part is None:
+            return False
+        if volume_gradient is None:
+            volume_gradient = wanted.elasticity.evaluate(wanted.positions).volume_gradient
+        values = wanted.elasticity.hessian(
+            wanted.positions, wanted.pressure, volume_gradient, problem.pattern, shift=wanted.shift
+        )
+        problem.pattern.hold(values)
+        schur = self._part.solver.factorise(values)
+        self.factorisations += 1
+        self._known = None if schur is None else wanted
+        self._schur = self._schur if schur is None else schur
+        return schur is not None
 
 
-def near_facets(face: ContactFace, iterate: Iterate) -> Index:
+def near_facets(face: ContactFace, iterate: Iterate, near_mm: float) -> Index:
     """Facets with a point in contact, held by friction or near the object, ascending."""
-    is_near = iterate.contact.gap_mm < NEAR_MM
+    is_near = iterate.contact.gap_mm < near_mm
     is_near[iterate.contact.acting] = True
     return np.unique(face.facet[is_near])
 
 
 def _step(
-    problem: Problem, part: Condensation, surface: Surface, iterate: Iterate, predictor: Surface | None
+    problem: Problem, part: Condensation, body: Body, surface: Surface, iterate: Iterate, predictor: Surface | None
 ) -> Iterate | None:
-    options, pattern = problem.options, problem.pattern
-    shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
-    schur: Array | None = None
-    while schur is None:
-        if shift >= options.last_shift:
-            return None
-        values = problem.elasticity.hessian(
-            iterate.positions, iterate.pressure, iterate.elastic.volume_gradient, pattern, shift=shift
-        )
-        pattern.hold(values)
-        schur = part.solver.factorise(values)
-        if schur is None:
-            shift = max(FIRST_SHIFT, 4 * shift)
-    right = part.solver.reduce(problem.free_forces(-iterate.elastic.gradient).ravel())
-    held = pattern.held[part.solver.kept]
+    stiffness, load = body.at(iterate)
     face_problem = FaceProblem(
         face=part.face,
         positions=iterate.positions[part.nodes],
-        stiffness=schur,
-        load=right[part.solver.kept],
-        held=held,
+        stiffness=stiffness,
+        load=load,
+        held=problem.pattern.held[part.solver.kept],
         surface=surface,
         law=problem.law,
-        options=options,
+        options=problem.options,
         cautious=problem.stiffness / 4,
         least_force_n=problem.least_force_n,
     )
@@ -183,14 +241,14 @@ def _step(
     if solved is None:
         return None
     motion, memory = solved
-    right[part.solver.kept] = motion
     nodes = np.zeros_like(iterate.positions)
-    nodes[: pattern.size // 3] = part.solver.expand(right).reshape(-1, 3)
+    nodes[: problem.pattern.size // 3] = body.expand(motion).reshape(-1, 3)
     memory = _whole(memory, iterate.memory, part.points)
     contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
     start = replace(iterate, memory=memory, contact=contact)
+    shift = iterate.shift
     found = search(problem, surface, start, Direction(nodes=nodes, shift=shift, is_stiffened=shift > 0))
-    return replace(found, iteration=iterate.iteration + 1, shift=shift)
+    return replace(found, iteration=iterate.iteration + 1)
 
 
 def _part_of(memory: ContactMemory, points: Index) -> ContactMemory:

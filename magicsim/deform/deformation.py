@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.deform.body import Linearisation
 from magicsim.deform.face import ContactFace, contact_face
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.relaxation import RelaxationState
@@ -38,6 +39,8 @@ class Deformation:
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
     relaxation: RelaxationState | None
     """What a rate-dependent body remembers; None in the long term."""
+    linearisation: Linearisation | None
+    """Where the body was last linearised, for the next step of the path."""
     pose: Pose | None
     """The object's pose; None when it cannot touch."""
     force_n: Array
@@ -84,6 +87,7 @@ class Deformation:
             is_slipping=np.zeros(len(points), bool),
             contact_gap_mm=np.full(len(points), np.inf),
             relaxation=None,
+            linearisation=None,
             pose=None,
             force_n=np.zeros(3),
             torque_nmm=np.zeros(3),

@@ -45,10 +45,15 @@ class Iterate:
     iteration: int = 0
     shift: float = 0.0
     """Spring Laplacian that the last matrix needed."""
-    shortened: bool = False
-    """Whether the last step was shorter than Newton's."""
+    taken: float = 1.0
+    """Part of the last step's direction that was taken."""
     stuck: bool = False
     """Whether no acceptable step was found."""
+
+    @property
+    def shortened(self) -> bool:
+        """Whether the last step was shorter than Newton's."""
+        return self.taken < 1
 
     def figures(self) -> IterationFigures:
         """The numbers to keep of it."""

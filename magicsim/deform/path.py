@@ -231,6 +231,7 @@ class ContactSolver:
             memory = replace(memory, anchors_mm=start.contact_points_mm)
         positions, surface = self.lattice.nodes_mm + start.displacements_mm, moved_surface(indenter, before)
         iterate = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
+        self._condenser.begin(start.linearisation)
         first = FirstStep(predictor=surface, pressed=np.flatnonzero(start.contact_pressure_mpa > 0))
         found = self._condenser.step(problem, indenter.distance, iterate, first=first)
         if found is None:
@@ -274,6 +275,7 @@ class ContactSolver:
             & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
             relaxation=None,
+            linearisation=self._condenser.linearisation,
             pose=pose,
             force_n=forces.sum(0),
             torque_nmm=np.cross(contact.points_mm, forces).sum(0),

@@ -98,7 +98,7 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Direct
         pressure = start.pressure + min(1.0, alpha) * (merit.target - start.pressure)
         positions = start.positions + alpha * direction.nodes
         found = evaluated(problem, surface, positions, pressure, start.memory)
-        return found if found.elastic.min_jacobian > floor else None
+        return replace(found, taken=alpha) if found.elastic.min_jacobian > floor else None
 
     alpha, best = min(1.0, longest), None
     for _ in range(options.max_halvings):
@@ -109,7 +109,6 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Direct
         alpha /= 2
     if best is None:
         return replace(start, stuck=True)
-    best = replace(best, shortened=alpha < 1)
     if not direction.is_stiffened or alpha < 1 or merit.slope >= 0:
         return best
     while 2 * alpha <= longest:
