@@ -97,6 +97,11 @@ class Body:
         """Whether as many steps were learned from as are kept."""
         return len(self._secants) >= MOST_SECANTS
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing was learned since the factorisation."""
+        return not self._secants
+
     def at(self, iterate: Iterate) -> tuple[Array, Array]:
         """Condensed stiffness, shape (kept, kept) [N/mm], and load without contact, shape (kept,) [N], at a state.
 
@@ -123,6 +128,9 @@ class Body:
         right[self._solver.kept] = motion
         return self._solver.expand(right)
 
+    def forget(self):
+        self._taken=self._proposal=None
+
     def took(self, before: Iterate, after: Iterate) -> None:
         """Notes where the proposed step led."""
         self._taken = before, after, after.taken
@@ -144,8 +152,9 @@ class Body:
         self._secants.append(_Secant(reduced=half / size, curvature=curvature / size**2))
         halves = np.stack([secant.reduced[self._interior] for secant in self._secants], axis=1)
         matrix = np.diag([secant.curvature for secant in self._secants]) + halves.T @ halves
-        spectrum = np.abs(np.linalg.eigvalsh(matrix))
-        if spectrum.min() < LEAST_PIVOT * spectrum.max():
+        spectrum = np.linalg.eigvalsh(matrix)
+        softer = sum(secant.curvature < 0 for secant in self._secants)
+        if (spectrum < 0).sum() != softer or np.abs(spectrum).min() < LEAST_PIVOT * np.abs(spectrum).max():
             self._secants.pop()
             return
         self._set(np.linalg.inv(matrix))

@@ -114,7 +114,11 @@ class Condenser:
         Args:
             linearisation: Of the state that it starts from; None is to make one.
         """
-        self._wanted, self._body, self._residual = linearisation, None, np.inf
+        if linearisation is not self._wanted or linearisation is not self._known:
+            self._body = None
+        if self._body is not None:
+            self._body.forget()
+        self._wanted, self._residual = linearisation, np.inf
 
     @property
     def linearisation(self) -> Linearisation | None:
@@ -150,12 +154,20 @@ class Condenser:
                 return None
             reached = np.unique(problem.face.facet[found.contact.acting])
             missing = np.setdiff1d(reached, self._part.facets)
+            is_poor = found.stuck or found.shortened or (first is None and found.residual > iterate.residual)
+            if is_poor and not self._is_fresh(body, iterate):
+                self._wanted = None
+                continue
             if len(missing) == 0 or found.shortened:
                 body.took(iterate, found)
                 self._residual = np.inf if first is not None else iterate.residual
                 shift = self._wanted.shift if self._wanted is not None else 0.0
                 return replace(found, shift=shift)
             facets = np.union1d(facets, near_facets(problem.face, found, NEAR_MM))
+
+    def _is_fresh(self, body: Body, iterate: Iterate) -> bool:
+        wanted = self._wanted
+        return wanted is not None and wanted.positions is iterate.positions and body.is_plain
 
     def _model(self, problem: Problem, iterate: Iterate, facets: Index) -> Body | None:
         """The model to step with; one made at this state where there is none, or none that holds these facets."""

@@ -18,6 +18,18 @@ TOUCHING_GAP_MM = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Before:
+    """Where a path stood one state earlier."""
+
+    displacements_mm: Array
+    """Of the nodes, shape (nodes, 3) [mm]."""
+    pressure_mpa: Array
+    """Of the cells, shape (cells,) [MPa]."""
+    pose: Pose
+    """Of the object."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Deformation:
     """One quasi-static equilibrium of the lattice, valid by construction."""
 
@@ -39,6 +51,8 @@ class Deformation:
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
     relaxation: RelaxationState | None
     """What a rate-dependent body remembers; None in the long term."""
+    before: "Before | None"
+    """The state of the path before this one."""
     linearisation: Linearisation | None
     """Where the body was last linearised, for the next step of the path."""
     pose: Pose | None
@@ -87,6 +101,7 @@ class Deformation:
             is_slipping=np.zeros(len(points), bool),
             contact_gap_mm=np.full(len(points), np.inf),
             relaxation=None,
+            before=None,
             linearisation=None,
             pose=None,
             force_n=np.zeros(3),

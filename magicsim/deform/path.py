@@ -15,7 +15,7 @@ import numpy.typing as npt
 from magicsim.deform import newton
 from magicsim.deform.condensed import Condenser, FirstStep
 from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
-from magicsim.deform.deformation import Deformation
+from magicsim.deform.deformation import Before, Deformation
 from magicsim.deform.effort import (
     LEAST_LIFT,
     MAX_BALANCE,
@@ -37,7 +37,7 @@ from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
 from magicsim.deform.strides import Care, Strides
-from magicsim.deform.way import first_contact, pose_between, way_length_mm
+from magicsim.deform.way import first_contact, pose_between, repeated_share, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
@@ -197,7 +197,7 @@ class ContactSolver:
             stuck = effort.last
             iterate = self._solve_pose(problems[strides.care], moved, before, state, effort)
             if self._is_valid(problem, iterate, moved):
-                state, pose = self._result(problem, iterate, next_pose, effort), next_pose
+                state, pose = self._result(problem, iterate, next_pose, effort, state), next_pose
                 strides.succeed()
             else:
                 effort.last = stuck if strides.is_leap else iterate  # a leap may end far from what went wrong
@@ -233,6 +233,14 @@ class ContactSolver:
         iterate = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
         self._condenser.begin(start.linearisation)
         first = FirstStep(predictor=surface, pressed=np.flatnonzero(start.contact_pressure_mpa > 0))
+        share = repeated_share(start, indenter.pose)
+        if share > 0 and start.before is not None:
+            ahead = evaluated(
+                problem, indenter.distance, positions + share * (start.displacements_mm - start.before.displacements_mm),
+                start.pressure_mpa + share * (start.pressure_mpa - start.before.pressure_mpa), memory,
+            )
+            if ahead.elastic.min_jacobian > 0.3 * iterate.elastic.min_jacobian:
+                iterate = ahead
         found = self._condenser.step(problem, indenter.distance, iterate, first=first)
         if found is None:
             iterate = evaluated(problem, surface, positions, start.pressure_mpa, memory)
@@ -256,7 +264,9 @@ class ContactSolver:
         LOGGER.debug("iteration %d: %s", iterate.iteration, figures)
         return iterate
 
-    def _result(self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort) -> Deformation:
+    def _result(
+        self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort, start: Deformation
+    ) -> Deformation:
         contact, face = iterate.contact, problem.face
         traction = contact.traction_mpa()
         forces = face.area_mm2[:, None] * traction
@@ -275,6 +285,8 @@ class ContactSolver:
             & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
             relaxation=None,
+            before=None if start.pose is None else Before(
+                displacements_mm=start.displacements_mm, pressure_mpa=start.pressure_mpa, pose=start.pose),
             linearisation=self._condenser.linearisation,
             pose=pose,
             force_n=forces.sum(0),
