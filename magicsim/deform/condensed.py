@@ -78,7 +78,9 @@ class Condensation:
             area_mm2=face.area_mm2[points],
         )
         kept = (3 * nodes[:, None] + np.arange(3)).ravel()
-        solver = PardisoCondenser(problem.pattern.indptr, problem.pattern.indices, kept)
+        solver = PardisoCondenser(
+            problem.pattern.indptr, problem.pattern.indices, kept, is_single=problem.is_well_conditioned
+        )
         return cls(facets=facets, points=points, nodes=nodes, face=part, solver=solver)
 
 

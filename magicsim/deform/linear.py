@@ -5,11 +5,12 @@ conditional numerical reproducibility mode and plans for a thread count that is 
 same bits, so that a process that was told to use one does not take a core from its neighbour.
 """
 
+import ctypes
 import importlib
 import logging
 import os
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache, wraps
 from typing import Any, ParamSpec, Protocol, TypeVar
 
@@ -23,12 +24,15 @@ P = ParamSpec("P")
 T = TypeVar("T")
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
+Index = npt.NDArray[np.int64]
 THREADS = 2
 """MKL threads that PARDISO plans for, fixed so that results do not depend on how many run it; never more run it."""
 CBWR_AUTO_STRICT = 2
 """MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""
 ANALYSE_TOO, FACTORISE, SOLVE, FORWARD, BACKWARD = 12, 22, 33, 331, 333
 """Phases of PARDISO: analysis and factorisation, factorisation, solution, and its halves beside a Schur complement."""
+RELEASE = -1
+"""Phase that frees what PARDISO holds."""
 POSITIVE_DEFINITE = 2
 """PARDISO's matrix type `real symmetric positive definite`."""
 HOLDING = 10.0
@@ -96,22 +100,40 @@ def has_pardiso() -> bool:
 
 
 class PardisoSolver:
-    """MKL PARDISO through pypardiso; the symbolic analysis is done once."""
+    """MKL PARDISO; the symbolic analysis is done once."""
 
-    def __init__(self, indptr: Indices, indices: Indices) -> None:
-        """Takes the pattern; see `symmetric_solver`."""
-        self._module: Any = importlib.import_module("pypardiso")
-        self._solver = self._module.PyPardisoSolver(mtype=POSITIVE_DEFINITE)
+    def __init__(
+        self, indptr: Indices, indices: Indices, *, kept: Index | None = None, is_single: bool = False
+    ) -> None:
+        """Takes the pattern, see `symmetric_solver`.
+
+        Args:
+            indptr: Row starts of the upper triangle, shape (size + 1,).
+            indices: Ascending columns, shape (entries,).
+            kept: Unknowns that are left out of the elimination, ascending: `call` then hands out their Schur complement.
+            is_single: Whether the factor is one of single precision, in half of the time and memory.
+        """
+        module = importlib.import_module("pypardiso")
+        self._library = module.PyPardisoSolver().libmkl
         self.size = len(indptr) - 1
-        self._matrix = sp.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(self.size,) * 2)
+        self._type = np.float32 if is_single else np.float64
+        self._indptr, self._indices = (np.array(part, np.int32) for part in (indptr, indices))
+        self._values = np.zeros(len(indices), self._type)
+        self._kept = np.zeros(self.size, np.int32)
+        self._handle = np.zeros(64, np.int64)
+        self._options = np.zeros(64, np.int32)
+        # Numbered as in MKL's manual: own values, METIS, no refinement, pivots, one-level, precision, reproducible
+        # threads, counted from zero, Schur complement.
+        options = ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0), (28, int(is_single)), (34, THREADS), (35, 1))
+        for number, value in options:
+            self._options[number - 1] = value
+        if kept is not None:
+            self._options[35], self._kept[kept] = 2, 1
         self._is_analysed = False
+        self._threads = min(THREADS, self._library.MKL_Get_Max_Threads())
         # Python does not see the factor's memory.
-        self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
+        self._release = weakref.finalize(self, _release, self._library, self._handle, self._options, self.size)
         self._release.atexit = False
-        self._threads = min(THREADS, self._solver.libmkl.MKL_Get_Max_Threads())
-        # Numbered as in MKL's manual: own values, METIS, no refinement, pivots, one-level, reproducible threads.
-        for number, value in ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0), (34, THREADS)):
-            self._solver.iparm[number - 1] = value
 
     def factorise(self, values: Array) -> bool:
         """See `SymmetricSolver.factorise`."""
@@ -119,16 +141,10 @@ class PardisoSolver:
 
     def solve(self, right: Array) -> Array:
         """See `SymmetricSolver.solve`."""
-        found = self.call(SOLVE, np.array(right, dtype=np.float64))
+        found = self.call(SOLVE, right)
         if found is None:
             raise RuntimeError("PARDISO has no factor to solve with")
         return found
-
-    def keep(self, kept: npt.NDArray[np.int64]) -> None:
-        """Leaves some unknowns out of the elimination; `factorise` then hands out their Schur complement."""
-        self._solver.iparm[35] = 2
-        self._solver.perm = np.zeros(self.size, np.int32)
-        self._solver.perm[kept] = 1
 
     def call(self, phase: int, right: Array, values: Array | None = None) -> Array | None:
         """One call of PARDISO; what it wrote, or None where it failed.
@@ -139,16 +155,52 @@ class PardisoSolver:
             values: Entries of a new matrix.
         """
         if values is not None:
-            self._matrix.data = np.ascontiguousarray(values, dtype=np.float64)
-        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(self._threads)
+            self._values = np.ascontiguousarray(values, dtype=self._type)
+        given = np.ascontiguousarray(right, dtype=self._type)
+        found = np.zeros_like(given)
+        previous = self._library.MKL_Set_Num_Threads_Local(self._threads)
         try:
-            self._solver.set_phase(ANALYSE_TOO if phase == FACTORISE and not self._is_analysed else phase)
-            return np.asarray(self._solver._call_pardiso(self._matrix, right), dtype=np.float64)
-        except self._module.pardiso_wrapper.PyPardisoError:
-            return None
+            whole = ANALYSE_TOO if phase == FACTORISE and not self._is_analysed else phase
+            matrix = (self._values, self._indptr, self._indices, self._kept)
+            error = _pardiso(self._library, self._handle, self._options, whole, self.size, matrix, (given, found))
         finally:
-            self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)
+            self._library.MKL_Set_Num_Threads_Local(previous)
             self._is_analysed = True
+        return np.asarray(found, np.float64) if error == 0 else None
+
+
+def _pardiso(
+    library: Any,  # noqa: ANN401
+    handle: npt.NDArray[np.int64],
+    options: Indices,
+    phase: int,
+    size: int,
+    matrix: Sequence[npt.NDArray[Any]],
+    sides: Sequence[npt.NDArray[Any]],
+) -> int:
+    """PARDISO's error; arguments as in MKL's manual, one matrix and one right-hand side."""
+    error = ctypes.c_int32(0)
+
+    def number(value: int) -> Any:  # noqa: ANN401
+        return ctypes.byref(ctypes.c_int32(value))
+
+    def place(array: npt.NDArray[Any]) -> Any:  # noqa: ANN401
+        return array.ctypes.data_as(ctypes.c_void_p)
+
+    values, indptr, indices, kept = (place(part) for part in matrix)
+    function = library["pardiso"]  # another object than pypardiso's, which takes doubles only
+    function.restype = None
+    function(
+        place(handle), number(1), number(1), number(POSITIVE_DEFINITE), number(phase), number(size), values, indptr,
+        indices, kept, number(1), place(options), number(0), *(place(side) for side in sides), ctypes.byref(error),
+    )  # fmt: skip
+    return error.value
+
+
+def _release(library: Any, handle: npt.NDArray[np.int64], options: Indices, size: int) -> None:  # noqa: ANN401
+    nothing = np.zeros(1)
+    none = np.zeros(1, np.int32)
+    _pardiso(library, handle, options, RELEASE, size, (nothing, none, none, none), (nothing, nothing))
 
 
 class PardisoCondenser:
@@ -159,12 +211,11 @@ class PardisoCondenser:
     while it works, by a stiffness that is taken off the complement again.
     """
 
-    def __init__(self, indptr: Indices, indices: Indices, kept: npt.NDArray[np.int64]) -> None:
-        """Takes the pattern, see `symmetric_solver`, and the unknowns that are kept, ascending."""
+    def __init__(self, indptr: Indices, indices: Indices, kept: Index, *, is_single: bool = False) -> None:
+        """Takes the pattern and precision, see `PardisoSolver`, and the unknowns that are kept, ascending."""
         self.kept = kept
         self._diagonal = indptr[kept]
-        self._plain = PardisoSolver(indptr, indices)
-        self._plain.keep(kept)
+        self._plain = PardisoSolver(indptr, indices, kept=kept, is_single=is_single)
 
     def factorise(self, values: Array) -> Array | None:
         """Schur complement of the kept unknowns, shape (kept, kept); None where the others' block is not definite."""
@@ -179,15 +230,24 @@ class PardisoCondenser:
         return schur
 
     def reduce(self, right: Array) -> Array:
-        """Forward half: the load of the kept unknowns at their places, what `expand` needs at the others'."""
-        return self._half(FORWARD, right)
+        """Forward half: the load of the kept unknowns at their places, what `expand` needs at the others'.
+
+        The kept ones' own load is added here, in double precision: near equilibrium it alone is large.
+        """
+        interior = right.copy()
+        interior[self.kept] = 0.0
+        found = self._half(FORWARD, interior)
+        found[self.kept] += right[self.kept]
+        return found
 
     def expand(self, reduced: Array) -> Array:
         """Backward half: the solution from the kept unknowns at their places in what `reduce` gave."""
-        return self._half(BACKWARD, reduced)
+        found = self._half(BACKWARD, reduced)
+        found[self.kept] = reduced[self.kept]
+        return found
 
     def _half(self, phase: int, right: Array) -> Array:
-        found = self._plain.call(phase, np.array(right, dtype=np.float64))
+        found = self._plain.call(phase, right)
         if found is None:
             raise RuntimeError("PARDISO refused half of a solution")
         return found

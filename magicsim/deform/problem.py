@@ -18,6 +18,8 @@ ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative error of a cell's forces before they cancel."""
 CAREFUL_ITERATIONS, PATIENT_ITERATIONS = 2, 3
 """Iterations of a step that has failed once, and more than once, in units of `NewtonOptions.max_iterations`."""
+MOST_CONTRAST = 3e3
+"""Largest over smallest modulus up to which factors are of single precision."""
 FORCE_FLOOR = 1e-2
 """Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual."""
 
@@ -139,6 +141,12 @@ class Problem:
     def free_forces(self, forces_n: Array) -> Array:
         """Forces that can move the nodes: those along held displacements are zero, shape (free nodes, 3) [N]."""
         return np.asarray(forces_n[: len(self.pattern.held) // 3] * ~self.pattern.held.reshape(-1, 3))
+
+    @property
+    def is_well_conditioned(self) -> bool:
+        """Whether a factor of single precision is good enough to iterate with."""
+        lattice = self.elasticity.lattice
+        return bool(lattice.lame_mpa.max() < MOST_CONTRAST * lattice.shear_modulus_mpa.min())
 
     @property
     def smallest_edge_mm(self) -> float:
