@@ -145,7 +145,7 @@ class Body:
         size = float(np.linalg.norm(error))
         step = (after.positions - before.positions).ravel()[: len(load)]
         curvature = float(error @ step)
-        if not abs(curvature) > LEAST_SECANT * size * float(np.linalg.norm(step)):
+        if not curvature > LEAST_SECANT * size * float(np.linalg.norm(step)):
             return
         half = (1 - share) * proposal.reduced - reduced
         half[kept] -= share * proposal.contact

@@ -30,7 +30,7 @@ from magicsim.deform.search import Direction, search
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
-NEEDED_MM, NEAR_MM = 0.05, 0.4
+NEEDED_MM, NEAR_MM = 0.05, 0.8
 """Facets with a point nearer to the object than the first may come into contact in this step, and nearer than the
 second before long [mm]."""
 SLOW = 0.4
@@ -121,6 +121,7 @@ class Condenser:
         if self._body is not None:
             self._body.forget()
         self._wanted, self._residual = linearisation, np.inf
+        self._facets = np.empty(0, np.int64) if linearisation is None else linearisation.facets
 
     @property
     def linearisation(self) -> Linearisation | None:
@@ -165,7 +166,7 @@ class Condenser:
                 self._residual = np.inf if first is not None else iterate.residual
                 shift = self._wanted.shift if self._wanted is not None else 0.0
                 return replace(found, shift=shift)
-            facets = np.union1d(facets, near_facets(problem.face, found, NEAR_MM))
+            facets = np.union1d(np.union1d(facets, self._facets), near_facets(problem.face, found, NEAR_MM))
 
     def _is_fresh(self, body: Body, iterate: Iterate) -> bool:
         wanted = self._wanted
@@ -182,9 +183,10 @@ class Condenser:
                     return None
                 self._body = Body(problem, self._part.solver, self._schur)
             return self._body
-        facets = np.union1d(facets, near_facets(problem.face, iterate, NEAR_MM))
-        if wanted is not None:
-            facets = np.union1d(facets, wanted.facets)
+        if len(np.setdiff1d(facets, self._facets)) == 0:
+            facets = self._facets
+        else:
+            facets = np.union1d(facets, near_facets(problem.face, iterate, NEAR_MM))
         shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
         self._body = None
         while shift < problem.options.last_shift:
@@ -199,7 +201,7 @@ class Condenser:
             shift = max(FIRST_SHIFT, 4 * shift)
         else:
             return None
-        self._wanted = wanted
+        self._wanted, self._facets = wanted, facets
         if self._part is None:
             return None
         self._body = Body(problem, self._part.solver, self._schur)
