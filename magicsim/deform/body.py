@@ -38,6 +38,8 @@ MOST_SECANTS = 24
 """Steps that are learned from between two factorisations."""
 LEAST_SECANT = 1e-8
 """Cosine between a step and its correction below which nothing is learned from it."""
+MOST_SOFTER = 0.5
+"""Part of the stiffness along a correction that it may take away."""
 LEAST_PIVOT = 1e-10
 """Smallest over largest eigenvalue of M^-1 from which on the last correction is forgotten."""
 
@@ -145,10 +147,12 @@ class Body:
         size = float(np.linalg.norm(error))
         step = (after.positions - before.positions).ravel()[: len(load)]
         curvature = float(error @ step)
-        if not curvature > LEAST_SECANT * size * float(np.linalg.norm(step)):
+        if not abs(curvature) > LEAST_SECANT * size * float(np.linalg.norm(step)):
             return
         half = (1 - share) * proposal.reduced - reduced
         half[kept] -= share * proposal.contact
+        if curvature < 0 and not 0 < self._compliance(half) < MOST_SOFTER * -curvature:
+            return
         self._secants.append(_Secant(reduced=half / size, curvature=curvature / size**2))
         halves = np.stack([secant.reduced[self._interior] for secant in self._secants], axis=1)
         matrix = np.diag([secant.curvature for secant in self._secants]) + halves.T @ halves
@@ -158,6 +162,14 @@ class Body:
             self._secants.pop()
             return
         self._set(np.linalg.inv(matrix))
+
+    def _compliance(self, half: Array) -> float:
+        """e^T K^-1 e of forces whose forward half is given [N mm]."""
+        own = half[self._interior]
+        beside = self._halves.T @ own
+        condensed = half[self._solver.kept] - self._condensed @ (self._inverse @ beside)
+        inner = float(own @ own - beside @ self._inverse @ beside)
+        return inner + float(condensed @ np.linalg.solve(self._stiffness, condensed))
 
     def _set(self, inverse: Array) -> None:
         kept, count = self._solver.kept, len(self._secants)

@@ -33,8 +33,10 @@ Index = npt.NDArray[np.int64]
 NEEDED_MM, NEAR_MM = 0.05, 0.8
 """Facets with a point nearer to the object than the first may come into contact in this step, and nearer than the
 second before long [mm]."""
-SLOW = 0.4
+SLOW = 0.2
 """A step that leaves more than this part of the residual asks for a new factor."""
+FAR = 0.03
+"""So does a residual above this after the first step with the factor of an earlier load step."""
 MAX_UNKNOWNS = 1500
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
 GIVEN_UP_SHARE = 1 / 3
@@ -120,7 +122,7 @@ class Condenser:
             self._body = None
         if self._body is not None:
             self._body.forget()
-        self._wanted, self._residual = linearisation, np.inf
+        self._wanted, self._residual, self._is_old = linearisation, np.inf, True
         self._facets = np.empty(0, np.int64) if linearisation is None else linearisation.facets
 
     @property
@@ -146,7 +148,8 @@ class Condenser:
         facets = near_facets(problem.face, iterate, NEEDED_MM)
         if first is not None:
             facets = np.union1d(facets, problem.face.facet[first.pressed])
-        if first is None and (iterate.shortened or iterate.residual > SLOW * self._residual):
+        is_slow = iterate.shortened or iterate.residual > SLOW * self._residual
+        if first is None and (is_slow or (self._is_old and iterate.residual > FAR)):
             self._wanted = None
         while True:
             body = self._model(problem, iterate, facets)
@@ -201,7 +204,7 @@ class Condenser:
             shift = max(FIRST_SHIFT, 4 * shift)
         else:
             return None
-        self._wanted, self._facets = wanted, facets
+        self._wanted, self._facets, self._is_old = wanted, facets, False
         if self._part is None:
             return None
         self._body = Body(problem, self._part.solver, self._schur)
