@@ -38,7 +38,7 @@ MOST_SECANTS = 24
 """Steps that are learned from between two factorisations."""
 LEAST_SECANT = 1e-8
 """Cosine between a step and its correction below which nothing is learned from it."""
-MOST_SOFTER = 0.5
+MOST_SOFTER = 0.75
 """Part of the stiffness along a correction that it may take away."""
 LEAST_PIVOT = 1e-10
 """Smallest over largest eigenvalue of M^-1 from which on the last correction is forgotten."""
@@ -58,6 +58,17 @@ class Linearisation:
     """Multiple of the spring Laplacian that was added."""
     facets: Index
     """Of the face, ascending."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Carried:
+    """What a path hands from state to state to save factorisations."""
+
+    linearisation: Linearisation
+    moved_mm: float
+    """Way of the object since then [mm]."""
+    serves_mm: float
+    """Way after which it is expected to serve no longer [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

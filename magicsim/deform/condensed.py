@@ -18,7 +18,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.body import FIRST_SHIFT, Body, Linearisation
+from magicsim.deform.body import FIRST_SHIFT, Body, Carried, Linearisation
 from magicsim.deform.contact import Surface, evaluate_contact
 from magicsim.deform.face import ContactFace
 from magicsim.deform.face_problem import FaceProblem, solve_face
@@ -33,8 +33,11 @@ Index = npt.NDArray[np.int64]
 NEEDED_MM, NEAR_MM = 0.05, 0.8
 """Facets with a point nearer to the object than the first may come into contact in this step, and nearer than the
 second before long [mm]."""
-SLOW = 0.2
-"""A step that leaves more than this part of the residual asks for a new factor."""
+MOST_REMAINING = 7.0
+"""Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
+SHORTER, LONGER = 0.99, 1.2
+"""Factors of the way after which a factor is expected to serve no longer: of the way on which one has failed, and each
+time that one is made for that reason, so that it is tried again now and then."""
 FAR = 0.03
 """So does a residual above this after the first step with the factor of an earlier load step."""
 MAX_UNKNOWNS = 1500
@@ -112,23 +115,31 @@ class Condenser:
         self._residual = np.inf
         self.factorisations = 0
 
-    def begin(self, linearisation: Linearisation | None) -> None:
+    def begin(self, carried: Carried | None, way_mm: float) -> None:
         """Begins a load step.
 
         Args:
-            linearisation: Of the state that it starts from; None is to make one.
+            carried: By the state that it starts from; None where there is nothing.
+            way_mm: How far the object moves [mm].
         """
+        linearisation = carried.linearisation if carried is not None else None
         if linearisation is not self._wanted or linearisation is not self._known:
             self._body = None
         if self._body is not None:
             self._body.forget()
         self._wanted, self._residual, self._is_old = linearisation, np.inf, True
         self._facets = np.empty(0, np.int64) if linearisation is None else linearisation.facets
+        self._serves_mm, self._moved_mm = (np.inf, 0.0) if carried is None else (carried.serves_mm, carried.moved_mm)
+        self._moved_mm += way_mm
+        if self._moved_mm > self._serves_mm:
+            self._wanted, self._moved_mm, self._serves_mm = None, 0.0, LONGER * self._serves_mm
 
     @property
-    def linearisation(self) -> Linearisation | None:
-        """Where the next load step may begin from."""
-        return self._wanted
+    def carried(self) -> Carried | None:
+        """For the next load step."""
+        if self._wanted is None:
+            return None
+        return Carried(linearisation=self._wanted, moved_mm=self._moved_mm, serves_mm=self._serves_mm)
 
     def step(
         self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
@@ -148,9 +159,9 @@ class Condenser:
         facets = near_facets(problem.face, iterate, NEEDED_MM)
         if first is not None:
             facets = np.union1d(facets, problem.face.facet[first.pressed])
-        is_slow = iterate.shortened or iterate.residual > SLOW * self._residual
+        is_slow = iterate.shortened or remaining_steps(problem, self._residual, iterate.residual) > MOST_REMAINING
         if first is None and (is_slow or (self._is_old and iterate.residual > FAR)):
-            self._wanted = None
+            self._drop()
         while True:
             body = self._model(problem, iterate, facets)
             if body is None or self._part is None:
@@ -162,7 +173,7 @@ class Condenser:
             missing = np.setdiff1d(reached, self._part.facets)
             is_poor = found.stuck or found.shortened or (first is None and found.residual > iterate.residual)
             if is_poor and not self._is_fresh(body, iterate):
-                self._wanted = None
+                self._drop()
                 continue
             if len(missing) == 0 or found.shortened:
                 body.took(iterate, found)
@@ -170,6 +181,12 @@ class Condenser:
                 shift = self._wanted.shift if self._wanted is not None else 0.0
                 return replace(found, shift=shift)
             facets = np.union1d(np.union1d(facets, self._facets), near_facets(problem.face, found, NEAR_MM))
+
+    def _drop(self) -> None:
+        """Gives the model up; where it came from an earlier load step that was too far away."""
+        if self._is_old and self._wanted is not None and self._moved_mm > 0:
+            self._serves_mm = SHORTER * self._moved_mm
+        self._wanted, self._moved_mm = None, 0.0
 
     def _is_fresh(self, body: Body, iterate: Iterate) -> bool:
         wanted = self._wanted
@@ -229,6 +246,19 @@ class Condenser:
         self._known = None if schur is None else wanted
         self._schur = self._schur if schur is None else schur
         return schur is not None
+
+
+def remaining_steps(problem: Problem, before: float, residual: float) -> float:
+    """How many iterations convergence will take if they go on as the last one did; infinite where they do not.
+
+    Args:
+        problem: With the residual that is asked for.
+        before: Residual before the last step, infinite where there was none.
+        residual: After it.
+    """
+    if residual >= before:
+        return np.inf
+    return max(0.0, float(np.log(residual / problem.options.residual) / np.log(before / residual)))
 
 
 def near_facets(face: ContactFace, iterate: Iterate, near_mm: float) -> Index:

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.body import Linearisation
+from magicsim.deform.body import Carried
 from magicsim.deform.face import ContactFace, contact_face
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.relaxation import RelaxationState
@@ -53,8 +53,8 @@ class Deformation:
     """What a rate-dependent body remembers; None in the long term."""
     before: "Before | None"
     """The state of the path before this one."""
-    linearisation: Linearisation | None
-    """Where the body was last linearised, for the next step of the path."""
+    carried: Carried | None
+    """What saves the next step of the path a factorisation."""
     pose: Pose | None
     """The object's pose; None when it cannot touch."""
     force_n: Array
@@ -102,7 +102,7 @@ class Deformation:
             contact_gap_mm=np.full(len(points), np.inf),
             relaxation=None,
             before=None,
-            linearisation=None,
+            carried=None,
             pose=None,
             force_n=np.zeros(3),
             torque_nmm=np.zeros(3),

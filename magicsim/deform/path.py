@@ -37,7 +37,7 @@ from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
 from magicsim.deform.strides import Care, Strides
-from magicsim.deform.way import first_contact, pose_between, repeated_share, way_length_mm
+from magicsim.deform.way import first_contact, pose_between, reach_mm, repeated_share, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
@@ -182,8 +182,7 @@ class ContactSolver:
         self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, fineness: float
     ) -> Deformation | None:
         first = start.pose or first_contact(indenter)
-        touching = start.contact_points_mm[start.contact_pressure_mpa > 0] - first.position_mm
-        reach = float(np.linalg.norm(touching[:, :2], axis=1).max(initial=0.0))
+        reach = reach_mm(start, first)
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose = start, first
@@ -231,7 +230,7 @@ class ContactSolver:
             memory = replace(memory, anchors_mm=start.contact_points_mm)
         positions, surface = self.lattice.nodes_mm + start.displacements_mm, moved_surface(indenter, before)
         iterate = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
-        self._condenser.begin(start.linearisation)
+        self._condenser.begin(start.carried, way_length_mm(before.pose, indenter.pose, reach_mm(start, before.pose)))
         first = FirstStep(predictor=surface, pressed=np.flatnonzero(start.contact_pressure_mpa > 0))
         share = repeated_share(start, indenter.pose)
         if share > 0 and start.before is not None:
@@ -287,7 +286,7 @@ class ContactSolver:
             relaxation=None,
             before=None if start.pose is None else Before(
                 displacements_mm=start.displacements_mm, pressure_mpa=start.pressure_mpa, pose=start.pose),
-            linearisation=self._condenser.linearisation,
+            carried=self._condenser.carried,
             pose=pose,
             force_n=forces.sum(0),
             torque_nmm=np.cross(contact.points_mm, forces).sum(0),

@@ -25,6 +25,12 @@ def way_length_mm(first: Pose, last: Pose, reach_mm: float) -> float:
     return float(np.linalg.norm(last.position_mm - first.position_mm) + turn * reach_mm)
 
 
+def reach_mm(state: Deformation, pose: Pose) -> float:
+    """Largest distance of a pressed point of a state from the vertical through an object's origin [mm]."""
+    touching = state.contact_points_mm[state.contact_pressure_mpa > 0] - pose.position_mm
+    return float(np.linalg.norm(touching[:, :2], axis=1).max(initial=0.0))
+
+
 def pose_between(first: Pose, last: Pose, share: float) -> Pose:
     """Pose on the straight way, turning about one axis."""
     turn = Rotation.from_matrix(last.rotation @ first.rotation.T).as_rotvec()
