@@ -130,8 +130,14 @@ class Body:
         kept = reduced[self._solver.kept]
         return self._stiffness, kept - self._condensed @ (self._inverse @ self._half_load)
 
-    def expand(self, motion: Array) -> Array:
-        """Motion of all unknowns that belongs to that of the kept ones, shape (unknowns,) [mm]."""
+    def expand(self, motion: Array, held: Array) -> Array:
+        """Motion of all unknowns that belongs to that of the kept ones, shape (unknowns,) [mm].
+
+        Args:
+            motion: Of the kept unknowns, shape (kept,) [mm].
+            held: Stiffness of what holds them there, shape (kept, kept) [N/mm].
+        """
+        self._held = held
         amounts = self._inverse @ (self._condensed.T @ motion + self._half_load)
         contact = self._stiffness @ motion - self._reduced[self._solver.kept] + self._condensed @ (
             self._inverse @ self._half_load)
@@ -180,7 +186,7 @@ class Body:
         beside = self._halves.T @ own
         condensed = half[self._solver.kept] - self._condensed @ (self._inverse @ beside)
         inner = float(own @ own - beside @ self._inverse @ beside)
-        return inner + float(condensed @ np.linalg.solve(self._stiffness, condensed))
+        return inner + float(condensed @ np.linalg.solve(self._stiffness + self._held, condensed))
 
     def _set(self, inverse: Array) -> None:
         kept, count = self._solver.kept, len(self._secants)

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from magicsim.deform.body import FIRST_SHIFT, Body, Carried, Linearisation
 from magicsim.deform.contact import Surface, evaluate_contact
 from magicsim.deform.face import ContactFace
-from magicsim.deform.face_problem import FaceProblem, solve_face
+from magicsim.deform.face_problem import FaceProblem, held_stiffness, solve_face
 from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate
 from magicsim.deform.linear import PardisoCondenser, has_pardiso
@@ -35,7 +35,7 @@ NEEDED_MM, NEAR_MM = 0.05, 0.8
 second before long [mm]."""
 MOST_REMAINING = 7.0
 """Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
-SHORTER, LONGER = 0.99, 1.2
+SHORTER, LONGER = 0.8, 1.1
 """Factors of the way after which a factor is expected to serve no longer: of the way on which one has failed, and each
 time that one is made for that reason, so that it is tried again now and then."""
 FAR = 0.03
@@ -291,7 +291,7 @@ def _step(
         return None
     motion, memory = solved
     nodes = np.zeros_like(iterate.positions)
-    nodes[: problem.pattern.size // 3] = body.expand(motion).reshape(-1, 3)
+    nodes[: problem.pattern.size // 3] = body.expand(motion, held_stiffness(face_problem, motion, memory)).reshape(-1, 3)
     memory = _whole(memory, iterate.memory, part.points)
     contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
     start = replace(iterate, memory=memory, contact=contact)

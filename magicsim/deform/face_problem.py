@@ -41,7 +41,7 @@ MISMATCH_SHARES, MISMATCH_PACE = (0.5, 1.0), 100.0
 """The same for friction limits."""
 GROWTH_SHARE = 0.95
 """Part of the tolerance below which a misfit does not raise the penalty."""
-RESIDUALS, RESIDUAL_PACE = (1e-10, 1e-3), 1e-2
+RESIDUALS, RESIDUAL_PACE = (1e-10, 1e-3), 1e-3
 """Residuals that are asked for: the square of the body's own times the pace, within these."""
 ROUGH, ROUGH_ITERATIONS = 1e-2, 10
 """Residual of a predicted motion, and most Newton steps towards it."""
@@ -97,7 +97,7 @@ def solve_face(
         predictor: A surface that the face follows roughly, memory as it is, before the object's own decides.
     """
     options = problem.options
-    target = float(np.clip(RESIDUAL_PACE * accuracy**2, *RESIDUALS))
+    target = float(np.clip(RESIDUAL_PACE * accuracy, *RESIDUALS))
     patience = Patience(
         misfit_mm=options.tolerance_mm * float(np.clip(MISFIT_PACE * accuracy, *MISFIT_SHARES)),
         mismatch=options.slip_mismatch * float(np.clip(MISMATCH_PACE * accuracy, *MISMATCH_SHARES)),
@@ -131,6 +131,25 @@ def solve_face(
             break
         point, shortened = found, alpha < 1
     return (point.motion, memory) if np.isfinite(point.motion).all() else None
+
+
+def held_stiffness(problem: FaceProblem, motion: Array, memory: ContactMemory) -> Array:
+    """Stiffness of the contact after a motion of the nodes without the object's curvature, positive semidefinite.
+
+    Args:
+        problem: Body, face and object.
+        motion: Of the nodes, shape (3 nodes,) [mm].
+        memory: Multipliers, anchors and limits of the face's points.
+
+    Returns:
+        Shape (3 nodes, 3 nodes) [N/mm].
+    """
+    nodes = problem.positions + motion.reshape(-1, 3)
+    contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.law)
+    local = contact_stiffness(contact, problem.face, problem.surface, memory, problem.law, curvature_limit=0.0)
+    matrix = np.zeros_like(problem.stiffness)
+    add_dense_stiffness(matrix, problem.face, contact.acting, local)
+    return matrix
 
 
 def _predicted(problem: FaceProblem, memory: ContactMemory) -> Array:
