@@ -33,12 +33,14 @@ Index = npt.NDArray[np.int64]
 NEEDED_MM, NEAR_MM = 0.05, 0.8
 """Facets with a point nearer to the object than the first may come into contact in this step, and nearer than the
 second before long [mm]."""
-MOST_REMAINING = 7.0
+MOST_REMAINING = 15.0
 """Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
-SHORTER, LONGER = 0.8, 1.1
+SHORTER, LONGER = 1.0, 1.3
 """Factors of the way after which a factor is expected to serve no longer: of the way on which one has failed, and each
 time that one is made for that reason, so that it is tried again now and then."""
-FAR = 0.03
+LONGEST_MM = 1e3
+"""A longer motion of the face is none."""
+FAR = 0.3
 """So does a residual above this after the first step with the factor of an earlier load step."""
 MAX_UNKNOWNS = 1500
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
@@ -154,8 +156,6 @@ class Condenser:
         """
         if not (problem.options.is_condensed and has_pardiso()):
             return None
-        if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
-            return replace(iterate, stuck=True)
         facets = near_facets(problem.face, iterate, NEEDED_MM)
         if first is not None:
             facets = np.union1d(facets, problem.face.facet[first.pressed])
@@ -166,9 +166,14 @@ class Condenser:
             body = self._model(problem, iterate, facets)
             if body is None or self._part is None:
                 return None
+            if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
+                return replace(iterate, stuck=True)
             found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
             if found is None:
-                return None
+                if self._is_fresh(body, iterate):
+                    return None
+                self._drop()
+                continue
             reached = np.unique(problem.face.facet[found.contact.acting])
             missing = np.setdiff1d(reached, self._part.facets)
             is_poor = found.stuck or found.shortened or (first is None and found.residual > iterate.residual)
@@ -287,7 +292,7 @@ def _step(
     solved = solve_face(
         face_problem, _part_of(iterate.memory, part.points), accuracy=iterate.residual, predictor=predictor
     )
-    if solved is None:
+    if solved is None or np.abs(solved[0]).max() > LONGEST_MM:
         return None
     motion, memory = solved
     nodes = np.zeros_like(iterate.positions)

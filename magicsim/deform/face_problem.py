@@ -34,7 +34,7 @@ UPDATES, REPRIEVE = 24, 6
 """Of the multipliers in a load step, cheap here, before the penalty is raised; and before it is raised again."""
 ARMIJO = 1e-4
 """Least decrease of the energy in units of the one that the slope promises."""
-MISFIT_SHARES, MISFIT_PACE = (0.5, 0.5), 10.0
+MISFIT_SHARES, MISFIT_PACE = (0.1, 0.1), 10.0
 """Misfits are brought below the body's residual times the pace, within these parts of the tolerance: at the end below
 it, so that the whole problem stays within it, and not so far while the body is not there yet."""
 MISMATCH_SHARES, MISMATCH_PACE = (0.5, 1.0), 100.0

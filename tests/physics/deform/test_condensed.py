@@ -88,12 +88,12 @@ def test_a_tall_block_that_the_object_alone_holds_needs_no_shift() -> None:
 def test_a_step_that_condensed_iterations_cannot_take_is_taken_patiently(
     lattice: Lattice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    expected = solved(ContactSolver(lattice), poses()[:2])[-1]
+    expected = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM), poses()[:2])[-1]
     monkeypatch.setattr(
         Condenser, "step",
         lambda _, problem, __, iterate, **___: replace(iterate, stuck=True) if problem.options.is_condensed else None,
     )  # fmt: skip
-    found = solved(ContactSolver(lattice), poses()[:2])[-1]
+    found = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM), poses()[:2])[-1]
     assert found.cutbacks > 0
     assert found.restarts == 0
     np.testing.assert_allclose(found.force_n, expected.force_n, atol=2e-3 * np.linalg.norm(expected.force_n))
