@@ -24,6 +24,7 @@ from magicsim.deform.face import ContactFace
 from magicsim.deform.face_problem import FaceProblem, held_stiffness, solve_face
 from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate
+from magicsim.deform.ladder import Rung
 from magicsim.deform.linear import PardisoCondenser, has_pardiso
 from magicsim.deform.problem import Problem
 from magicsim.deform.search import Direction, search
@@ -160,7 +161,8 @@ class Condenser:
         if first is not None:
             facets = np.union1d(facets, problem.face.facet[first.pressed])
         is_slow = iterate.shortened or remaining_steps(problem, self._residual, iterate.residual) > MOST_REMAINING
-        if first is None and (is_slow or (self._is_old and iterate.residual > FAR)):
+        is_far = self._is_old and iterate.residual > FAR
+        if first is None and (is_slow or is_far or not problem.options.keeps_factors):
             self._drop()
         while True:
             body = self._model(problem, iterate, facets)
@@ -184,7 +186,8 @@ class Condenser:
                 body.took(iterate, found)
                 self._residual = np.inf if first is not None else iterate.residual
                 shift = self._wanted.shift if self._wanted is not None else 0.0
-                return replace(found, shift=shift)
+                found = replace(found, shift=shift)
+                return found.on(Rung.SHIFTED) if shift > 0 else found
             facets = np.union1d(np.union1d(facets, self._facets), near_facets(problem.face, found, NEAR_MM))
 
     def _drop(self) -> None:

@@ -77,6 +77,8 @@ class Deformation:
     """Whether this solve was begun again from rest with shorter steps (1) or not (0)."""
     shifted: int
     """Iterations whose matrix needed a shift to be positive definite."""
+    rungs: tuple[str, ...]
+    """What it took beyond the ordinary way, see `ladder`."""
     unknowns: int
     """Displacement unknowns."""
     converged: bool
@@ -114,6 +116,7 @@ class Deformation:
             cutbacks=0,
             restarts=0,
             shifted=0,
+            rungs=(),
             unknowns=3 * lattice.free_nodes,
             converged=True,
         )

@@ -17,6 +17,7 @@ import numpy as np
 
 from magicsim.deform.contact import Surface, add_sparse_stiffness, contact_stiffness, evaluate_contact
 from magicsim.deform.iterate import Iterate
+from magicsim.deform.ladder import Rung
 from magicsim.deform.memory import Patience, updated_memory
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.search import Direction, search
@@ -51,7 +52,8 @@ def step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
     if direction is None:
         return replace(iterate, stuck=True, iteration=iterate.iteration + 1)
     found = search(problem, surface, iterate, direction)
-    return replace(found, iteration=iterate.iteration + 1, shift=direction.shift)
+    rungs = (Rung.PLAIN, Rung.SHIFTED) if direction.shift > 0 else (Rung.PLAIN,)
+    return replace(found, iteration=iterate.iteration + 1, shift=direction.shift).on(*rungs)
 
 
 def _patience(options: NewtonOptions, iteration: int) -> Patience:

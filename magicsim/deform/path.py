@@ -30,6 +30,7 @@ from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate, evaluated
+from magicsim.deform.ladder import Rung, named
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
 from magicsim.deform.overlap import burial_fault, overlap_fault
@@ -137,6 +138,7 @@ class ContactSolver:
             if state is not None or (fineness > 1 and self._has_passed_through(effort.last)):
                 break
             effort.restarts += 1
+            effort.rungs = frozenset((Rung.FEWER if fineness < 1 else Rung.MORE,))
             state = self._follow_path(problem, indenter, self._rest, effort, fineness=fineness)
         if state is None:
             complain = report_passage if self._has_passed_through(effort.last) else report
@@ -194,8 +196,12 @@ class ContactSolver:
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
             stuck = effort.last
-            iterate = self._solve_pose(problems[strides.care], moved, before, state, effort)
+            is_ordinary = strides.care is Care.ORDINARY
+            iterate = self._solve_pose(
+                problems[strides.care], moved, before, state, effort, may_use_path=is_ordinary
+            )
             if self._is_valid(problem, iterate, moved):
+                effort.rungs |= iterate.rungs | strides.rungs
                 state, pose = self._result(problem, iterate, next_pose, effort, state), next_pose
                 strides.succeed()
             else:
@@ -216,9 +222,19 @@ class ContactSolver:
         return self._relaxation is None and iterate is not None and lift(self._problem, iterate) <= LEAST_LIFT
 
     def _solve_pose(
-        self, problem: Problem, indenter: Indenter, before: Indenter, start: Deformation, effort: Effort
+        self,
+        problem: Problem,
+        indenter: Indenter,
+        before: Indenter,
+        start: Deformation,
+        effort: Effort,
+        *,
+        may_use_path: bool,
     ) -> Iterate:
-        """Iterates on one pose: first on the surface carried along from the pose before, then on the true one."""
+        """Iterates on one pose: first on the surface carried along from the pose before, then on the true one.
+
+        What the path has taught, a factor and where it is going, is used or not.
+        """
         memory = ContactMemory(
             multipliers_mpa=np.zeros(len(start.contact_points_mm)),
             penalty=problem.first_penalty,
@@ -230,9 +246,10 @@ class ContactSolver:
             memory = replace(memory, anchors_mm=start.contact_points_mm)
         positions, surface = self.lattice.nodes_mm + start.displacements_mm, moved_surface(indenter, before)
         iterate = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
-        self._condenser.begin(start.carried, way_length_mm(before.pose, indenter.pose, reach_mm(start, before.pose)))
+        carried = start.carried if may_use_path else None
+        self._condenser.begin(carried, way_length_mm(before.pose, indenter.pose, reach_mm(start, before.pose)))
         first = FirstStep(predictor=surface, pressed=np.flatnonzero(start.contact_pressure_mpa > 0))
-        share = repeated_share(start, indenter.pose)
+        share = repeated_share(start, indenter.pose) if may_use_path else 0.0
         if share > 0 and start.before is not None:
             ahead = evaluated(
                 problem, indenter.distance, positions + share * (start.displacements_mm - start.before.displacements_mm),
@@ -246,7 +263,7 @@ class ContactSolver:
             found = newton.step(problem, surface, iterate)
             if not found.stuck:
                 guess = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
-                found = replace(guess, iteration=found.iteration, shift=found.shift)
+                found = replace(guess, iteration=found.iteration, shift=found.shift, rungs=found.rungs)
         iterate = self._noted(found, effort)
         while not newton.terminate(problem, iterate):
             iterate = self._noted(self._step(problem, indenter.distance, iterate), effort)
@@ -297,6 +314,7 @@ class ContactSolver:
             iterations=len(effort.iterations),
             cutbacks=effort.cutbacks,
             restarts=effort.restarts,
+            rungs=named(effort.rungs),
             shifted=sum(figures.shift > 0 for figures in effort.iterations),
             unknowns=problem.pattern.size,
             converged=True,

@@ -62,6 +62,8 @@ class NewtonOptions:
     """Iterations before the load step is given up."""
     max_halvings: int = 10
     """Shortenings of one Newton step."""
+    keeps_factors: bool = True
+    """Whether a factor serves as long as it does well; otherwise every iteration has its own."""
     is_condensed: bool = True
     """Whether contact is solved on the face for every step of the body, see `condensed`."""
 
@@ -124,12 +126,13 @@ class Problem:
         )
 
     def careful(self) -> Self:
-        """The same problem for a step that has failed before: friction limits wait for balance from the start."""
+        """This problem for a step that has failed before: friction limits wait for balance, factors are never kept."""
         iterations = CAREFUL_ITERATIONS * self.options.max_iterations
-        return replace(self, options=replace(self.options, patience=0, max_iterations=iterations))
+        options = replace(self.options, patience=0, max_iterations=iterations, keeps_factors=False)
+        return replace(self, options=options)
 
     def patient(self) -> Self:
-        """The same problem for a step that has failed twice: plain Newton iterations, and many of them.
+        """This problem for a step that has failed twice: plain Newton iterations, and many of them.
 
         Where the face snaps from one shape to another the body has to go a long way for little: steps that solve the
         contact in full go back and forth there, and plain ones follow the energy down.

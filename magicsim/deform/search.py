@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from magicsim.deform.contact import Surface
 from magicsim.deform.iterate import Iterate, evaluated
+from magicsim.deform.ladder import Rung
 from magicsim.deform.problem import Problem
 
 Array = npt.NDArray[np.float64]
@@ -98,7 +99,7 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Direct
         pressure = start.pressure + min(1.0, alpha) * (merit.target - start.pressure)
         positions = start.positions + alpha * direction.nodes
         found = evaluated(problem, surface, positions, pressure, start.memory)
-        return replace(found, taken=alpha) if found.elastic.min_jacobian > floor else None
+        return replace(found, taken=alpha, rungs=start.rungs) if found.elastic.min_jacobian > floor else None
 
     alpha, best = min(1.0, longest), None
     for _ in range(options.max_halvings):
@@ -116,5 +117,5 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Direct
         found = trial(alpha)
         if found is None or merit.value(found) >= merit.value(best):
             break
-        best = found
+        best = found.on(Rung.STRETCHED)
     return best
