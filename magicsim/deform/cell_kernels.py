@@ -6,7 +6,7 @@ shape of the cell at rest enters by w alone. Each column of M is a mean of the f
 two points that lie behind each other; forces are handed back to the corners along the same edges.
 """
 
-# ruff: noqa: ANN001, ANN202 -- numba infers the types of the kernels.
+# ruff: noqa: ANN001, ANN201, ANN202, PLR0912 -- numba infers the types of the kernels.
 
 import numba as nb
 import numpy as np

@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.body import Carried
 from magicsim.deform.face import ContactFace, contact_face
+from magicsim.deform.factor import Carried
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.relaxation import RelaxationState
 from magicsim.geometry.pose import Pose

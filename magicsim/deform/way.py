@@ -9,7 +9,6 @@ from magicsim.deform.deformation import Deformation
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
-
 LEAST_COSINE, MOST_REPEATED = 0.95, 2.0
 """Between two motions, below which the second does not repeat the first; and the most of it that is repeated."""
 
