@@ -23,7 +23,7 @@ NOT_AVAILABLE, CRASHED, TIMED_OUT = "not available", "crashed", "timed out"
 OUTCOMES = (VALID, DECLARED, SILENT, CRASHED, TIMED_OUT, NOT_AVAILABLE)
 """Only the first two are what a solver may do."""
 FIGURES = (
-    "force_n", "iterations", "cutbacks", "restarts", "min_jacobian", "penetration_mm", "force_balance",
+    "force_n", "iterations", "cutbacks", "restarts", "rungs", "min_jacobian", "penetration_mm", "force_balance",
     "interior_residual",
 )  # fmt: skip
 """What a row holds of a state."""
@@ -52,6 +52,8 @@ class StressRow:
     iterations: int | None
     cutbacks: int | None
     restarts: int | None
+    rungs: tuple[str, ...] | None
+    """What the solve took beyond the ordinary way, see `magicsim.deform.ladder`."""
     min_jacobian: float | None
     """Recomputed from the displacements, as are the following."""
     penetration_mm: float | None
@@ -151,7 +153,7 @@ def _verified(
     return _row(
         path, stage, depth, SILENT if faults else VALID, ", ".join(faults), seconds=seconds,
         force_n=float(state.force_n[2]), iterations=state.iterations, cutbacks=state.cutbacks,
-        restarts=state.restarts, **found_again,
+        restarts=state.restarts, rungs=state.rungs, **found_again,
     )  # fmt: skip
 
 

@@ -65,9 +65,9 @@ def remove_parts(folder: Path) -> None:
 
 def _use_threads(threads: int) -> None:
     """As many processes as cores share the machine best when each has one thread."""
-    from magicsim.deform import linear
+    from magicsim.deform import pardiso
 
-    linear.THREADS = threads
+    pardiso.THREADS = threads
 
 
 def _solve(task: tuple[int, str]) -> int:

@@ -7,78 +7,43 @@ the contact problem of that linearised body
 
     S u = y + f(u)
 
-is solved with small dense matrices (`face_problem`), and the body then takes the whole step. A step costs one
-factorisation, as a plain Newton step does, but a load step needs one for each iteration of the body's own nonlinearity
-and not one for each change of the contact.
+is solved with small dense matrices (`face_problem`), and the body then takes the whole step. The factor is kept over
+iterations and load steps as long as it does well (`factor`), with what the steps teach added to it (`body`).
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.deform.body import Body, Linearisation
 from magicsim.deform.contact import Surface, evaluate_contact
-from magicsim.deform.face import ContactFace
-from magicsim.deform.face_problem import FaceProblem, solve_face
-from magicsim.deform.friction import ContactMemory
+from magicsim.deform.face_part import FacePart, near_facets
+from magicsim.deform.face_problem import FaceProblem, held_stiffness, solve_face
+from magicsim.deform.factor import Carried, FactorStore
 from magicsim.deform.iterate import Iterate
-from magicsim.deform.linear import PardisoCondenser, has_pardiso
+from magicsim.deform.ladder import Rung
 from magicsim.deform.problem import Problem
 from magicsim.deform.search import Direction, search
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
-NEAR_MM = 0.15
-"""Facets with a point nearer to the object than this may come into contact [mm]."""
-MAX_UNKNOWNS = 1500
-"""Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
+NEEDED_MM, NEAR_MM = 0.05, 0.8
+"""Facets with a point nearer to the object than the first may come into contact in this step, and nearer than the
+second before long [mm]."""
+MOST_REMAINING = 15.0
+"""Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
+FAR = 0.3
+"""Residual above which one is made after the first step with the factor of an earlier load step."""
 GIVEN_UP_SHARE = 1 / 3
 """A load step is given up after this part of `NewtonOptions.max_iterations`: condensed ones need few."""
 ON_ITS_WAY = 1e-3
 """Residual below which it is not: where the body is close to folding, the last digits come slowly."""
 FIRST_SHIFT = 1 / 64
-"""Least multiple of the spring Laplacian added where the condensed part is not positive definite: as little as will do,
-since convergence is linear with it."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Condensation:
-    """The part of the face that may touch, and the solver that condenses the body onto it."""
-
-    facets: Index
-    """Of the whole face, ascending."""
-    points: Index
-    """Contact points on them, ascending."""
-    nodes: Index
-    """That move those points, ascending, shape (nodes,)."""
-    face: ContactFace
-    """Those facets alone, patches in terms of `nodes`."""
-    solver: PardisoCondenser
-
-    @classmethod
-    def of(cls, problem: Problem, facets: Index) -> Self | None:
-        """Prepares some facets; None where there are none, or too many to gain anything.
-
-        Args:
-            problem: The lattice.
-            facets: Ascending.
-        """
-        face = problem.face
-        nodes = np.unique(face.patches[facets])
-        if len(facets) == 0 or 3 * len(nodes) > MAX_UNKNOWNS:
-            return None
-        points = np.flatnonzero(np.isin(face.facet, facets))
-        part = ContactFace(
-            patches=np.searchsorted(nodes, face.patches[facets]),
-            facet=np.searchsorted(facets, face.facet[points]),
-            shape=face.shape[points],
-            slopes=face.slopes[points],
-            area_mm2=face.area_mm2[points],
-        )
-        kept = (3 * nodes[:, None] + np.arange(3)).ravel()
-        solver = PardisoCondenser(problem.pattern.indptr, problem.pattern.indices, kept)
-        return cls(facets=facets, points=points, nodes=nodes, face=part, solver=solver)
+"""Least multiple of the spring Laplacian added where the interior is not definite: as little as will do, since
+convergence is linear with it."""
+LONGEST_MM = 1e3
+"""A longer motion of the face is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,14 +57,30 @@ class FirstStep:
 
 
 class Condenser:
-    """Keeps the condensation of the last step: within a load step the facets that may touch only grow.
-
-    Each load step begins with its own, so that it does not matter in the last bits what was solved before.
-    """
+    """Takes the steps of one load step after the other, with the body's model of the last ones while it does well."""
 
     def __init__(self) -> None:
-        """Starts without one."""
-        self._last: Condensation | None = None
+        """Starts without a model."""
+        self.store = FactorStore()
+        self.carried = Carried(linearisation=None)
+        """For the next load step."""
+        self._body: Body | None = None
+        self._part: FacePart | None = None
+        self._facets: Index = np.empty(0, np.int64)
+        self._residual = np.inf
+        self._is_inherited = False
+
+    def begin(self, carried: Carried | None, way_mm: float) -> None:
+        """Begins a load step.
+
+        Args:
+            carried: By the state that it starts from; None where there is nothing.
+            way_mm: How far the object moves [mm].
+        """
+        before = carried.linearisation if carried is not None else None
+        self.carried = (carried or Carried(linearisation=None)).moved(way_mm)
+        self._facets = np.empty(0, np.int64) if before is None else before.facets
+        self._body, self._residual, self._is_inherited = None, np.inf, True
 
     def step(
         self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
@@ -112,113 +93,126 @@ class Condenser:
             iterate: Where the step begins.
             first: What helps the first step of a load step.
         """
-        if not (problem.options.is_condensed and has_pardiso()):
+        if not problem.options.is_condensed:
             return None
-        facets = near_facets(problem.face, iterate)
+        needed = near_facets(problem.face, iterate, NEEDED_MM)
         if first is not None:
-            facets = np.union1d(facets, problem.face.facet[first.pressed])
-        elif self._last is not None:
-            facets = np.union1d(facets, self._last.facets)
+            needed = np.union1d(needed, problem.face.facet[first.pressed])
+        elif self._asks_for_factor(problem, iterate):
+            self._drop()
         while True:
-            condensation = self._condensation(problem, facets)
-            if condensation is None:
+            body = self._model(problem, iterate, needed)
+            if body is None or self._part is None:
                 return None
             if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
                 return replace(iterate, stuck=True)
-            found = _step(problem, condensation, surface, iterate, first.predictor if first else None)
+            found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
+            is_poor = found is None or found.stuck or found.shortened
+            is_poor = is_poor or (first is None and found is not None and found.residual > iterate.residual)
+            if is_poor and not self._is_fresh(body, iterate):
+                self._drop()
+                continue
             if found is None:
                 return None
-            reached = np.unique(problem.face.facet[found.contact.acting])
-            missing = np.setdiff1d(reached, condensation.facets)
+            missing = np.setdiff1d(problem.face.facet[found.contact.acting], self._part.facets)
             if len(missing) == 0 or found.shortened:
-                return found
-            facets = np.union1d(facets, near_facets(problem.face, found))
+                break
+            needed = np.union1d(np.union1d(needed, self._facets), near_facets(problem.face, found, NEAR_MM))
+        body.took(found)
+        self._residual = np.inf if first is not None else iterate.residual
+        return found.on(Rung.SHIFTED) if found.shift > 0 else found
 
-    def _condensation(self, problem: Problem, facets: Index) -> Condensation | None:
-        if self._last is None or not np.array_equal(self._last.facets, facets):
-            self._last = Condensation.of(problem, facets)
-        return self._last
+    def _asks_for_factor(self, problem: Problem, iterate: Iterate) -> bool:
+        """Whether a new factor is worth its cost."""
+        remaining = remaining_steps(self._residual, iterate.residual, problem.options.residual)
+        is_slow = iterate.shortened or iterate.shift > 0 or remaining > MOST_REMAINING
+        is_far = self._is_inherited and iterate.residual > FAR
+        return is_slow or is_far or not problem.options.keeps_factors
+
+    def _drop(self) -> None:
+        if self.carried.linearisation is not None:
+            self.carried = self.carried.failed()
+        self._body = None
+
+    def _is_fresh(self, body: Body, iterate: Iterate) -> bool:
+        """Whether a model is the best that there is at a state."""
+        last = self.carried.linearisation
+        return last is not None and last.positions is iterate.positions and body.is_plain
+
+    def _model(self, problem: Problem, iterate: Iterate, needed: Index) -> Body | None:
+        """The model to step with: a new one at this state where there is none, or none that has all facets needed."""
+        last = self.carried.linearisation
+        if last is not None and len(np.setdiff1d(needed, last.facets)) == 0:
+            if self._body is None:
+                self._body = self._body_of(problem, last)
+            return self._body
+        if len(np.setdiff1d(needed, self._facets)) > 0:
+            self._facets = np.union1d(needed, near_facets(problem.face, iterate, NEAR_MM))
+        if self.store.part(problem, self._facets) is None:
+            return None
+        shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
+        while shift < problem.options.last_shift:
+            last = Linearisation(
+                elasticity=problem.elasticity,
+                positions=iterate.positions,
+                pressure=iterate.pressure,
+                shift=shift,
+                facets=self._facets,
+            )
+            self._body = self._body_of(problem, last)
+            if self._body is not None:
+                self.carried, self._is_inherited = self.carried.made(last), False
+                return self._body
+            shift = max(FIRST_SHIFT, 4 * shift)
+        return None
+
+    def _body_of(self, problem: Problem, linearisation: Linearisation) -> Body | None:
+        found = self.store.factor(problem, linearisation)
+        if found is None:
+            return None
+        self._part, condenser, stiffness = found
+        return Body(problem, condenser, stiffness, shift=linearisation.shift)
 
 
-def near_facets(face: ContactFace, iterate: Iterate) -> Index:
-    """Facets with a point in contact, held by friction or near the object, ascending."""
-    is_near = iterate.contact.gap_mm < NEAR_MM
-    is_near[iterate.contact.acting] = True
-    return np.unique(face.facet[is_near])
+def remaining_steps(before: float, residual: float, wanted: float) -> float:
+    """How many iterations convergence will take if they go on as the last one did; infinite where they do not.
+
+    Args:
+        before: Residual before the last step; infinite where it is not known, and nothing is said against it.
+        residual: After it.
+        wanted: That ends the iterations.
+    """
+    if residual >= before:
+        return np.inf
+    return max(0.0, float(np.log(residual / wanted) / np.log(before / residual)))
 
 
 def _step(
-    problem: Problem, part: Condensation, surface: Surface, iterate: Iterate, predictor: Surface | None
+    problem: Problem, part: FacePart, body: Body, surface: Surface, iterate: Iterate, predictor: Surface | None
 ) -> Iterate | None:
-    options, pattern = problem.options, problem.pattern
-    shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
-    schur: Array | None = None
-    while schur is None:
-        if shift >= options.last_shift:
-            return None
-        values = problem.elasticity.hessian(
-            iterate.positions, iterate.pressure, iterate.elastic.volume_gradient, pattern, shift=shift
-        )
-        pattern.hold(values)
-        schur = part.solver.factorise(values)
-        if schur is None:
-            shift = max(FIRST_SHIFT, 4 * shift)
-    right = part.solver.reduce(problem.free_forces(-iterate.elastic.gradient).ravel())
-    held = pattern.held[part.solver.kept]
+    """The state after a step with a model; None where the face cannot be solved with it."""
+    stiffness, load = body.at(iterate)
     face_problem = FaceProblem(
         face=part.face,
         positions=iterate.positions[part.nodes],
-        stiffness=schur,
-        load=right[part.solver.kept],
-        held=held,
+        stiffness=stiffness,
+        load=load,
+        held=problem.pattern.held[part.unknowns],
         surface=surface,
         law=problem.law,
-        options=options,
+        options=problem.options,
         cautious=problem.stiffness / 4,
         least_force_n=problem.least_force_n,
     )
-    solved = solve_face(
-        face_problem, _part_of(iterate.memory, part.points), accuracy=iterate.residual, predictor=predictor
-    )
-    if solved is None:
+    solved = solve_face(face_problem, part.memory(iterate.memory), accuracy=iterate.residual, predictor=predictor)
+    if solved is None or not np.abs(solved[0]).max() < LONGEST_MM:
         return None
     motion, memory = solved
-    right[part.solver.kept] = motion
+    moved = body.step(iterate, motion, held_stiffness(face_problem, motion, memory))
     nodes = np.zeros_like(iterate.positions)
-    nodes[: pattern.size // 3] = part.solver.expand(right).reshape(-1, 3)
-    memory = _whole(memory, iterate.memory, part.points)
+    nodes[: problem.pattern.size // 3] = moved.reshape(-1, 3)
+    memory = part.put_back(memory, iterate.memory)
     contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
     start = replace(iterate, memory=memory, contact=contact)
-    found = search(problem, surface, start, Direction(nodes=nodes, shift=shift, is_stiffened=shift > 0))
-    return replace(found, iteration=iterate.iteration + 1, shift=shift)
-
-
-def _part_of(memory: ContactMemory, points: Index) -> ContactMemory:
-    excess = memory.limit_excess_mpa
-    return replace(
-        memory,
-        multipliers_mpa=memory.multipliers_mpa[points],
-        anchors_mm=memory.anchors_mm[points],
-        limit_mpa=memory.limit_mpa[points],
-        normal=memory.normal[points],
-        limit_excess_mpa=None if excess is None else excess[points],
-    )
-
-
-def _whole(part: ContactMemory, whole: ContactMemory, points: Index) -> ContactMemory:
-    """The memory of the whole face with that of some points put in."""
-
-    def put(values: Array, own: Array) -> Array:
-        result = values.copy()
-        result[points] = own
-        return result
-
-    excess = part.limit_excess_mpa
-    return replace(
-        part,
-        multipliers_mpa=put(whole.multipliers_mpa, part.multipliers_mpa),
-        anchors_mm=whole.anchors_mm,
-        limit_mpa=put(whole.limit_mpa, part.limit_mpa),
-        normal=put(whole.normal, part.normal),
-        limit_excess_mpa=None if excess is None else put(np.zeros_like(whole.limit_mpa), excess),
-    )
+    found = search(problem, surface, start, Direction(nodes=nodes, shift=body.shift, is_stiffened=body.shift > 0))
+    return replace(found, iteration=iterate.iteration + 1, shift=body.shift)

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.face import ContactFace, contact_face
+from magicsim.deform.factor import Carried
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.relaxation import RelaxationState
 from magicsim.geometry.pose import Pose
@@ -14,6 +15,18 @@ from magicsim.geometry.pose import Pose
 Array = npt.NDArray[np.float64]
 TOUCHING_GAP_MM = 0.01
 """Up to this distance from the object a point of the face is labelled and rendered as touching [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Before:
+    """Where a path stood one state earlier."""
+
+    displacements_mm: Array
+    """Of the nodes, shape (nodes, 3) [mm]."""
+    pressure_mpa: Array
+    """Of the cells, shape (cells,) [MPa]."""
+    pose: Pose
+    """Of the object."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +51,10 @@ class Deformation:
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
     relaxation: RelaxationState | None
     """What a rate-dependent body remembers; None in the long term."""
+    before: "Before | None"
+    """The state of the path before this one."""
+    carried: Carried | None
+    """What saves the next step of the path a factorisation."""
     pose: Pose | None
     """The object's pose; None when it cannot touch."""
     force_n: Array
@@ -60,6 +77,8 @@ class Deformation:
     """Whether this solve was begun again from rest with shorter steps (1) or not (0)."""
     shifted: int
     """Iterations whose matrix needed a shift to be positive definite."""
+    rungs: tuple[str, ...]
+    """What it took beyond the ordinary way, see `ladder`."""
     unknowns: int
     """Displacement unknowns."""
     converged: bool
@@ -84,6 +103,8 @@ class Deformation:
             is_slipping=np.zeros(len(points), bool),
             contact_gap_mm=np.full(len(points), np.inf),
             relaxation=None,
+            before=None,
+            carried=None,
             pose=None,
             force_n=np.zeros(3),
             torque_nmm=np.zeros(3),
@@ -95,6 +116,7 @@ class Deformation:
             cutbacks=0,
             restarts=0,
             shifted=0,
+            rungs=(),
             unknowns=3 * lattice.free_nodes,
             converged=True,
         )

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from magicsim.deform.iterate import Iterate, IterationFigures
+from magicsim.deform.ladder import Rung
 from magicsim.deform.problem import Problem
 
 MAX_BALANCE = 1e-6
@@ -28,6 +29,8 @@ class Effort:
     """Load steps that were halved."""
     restarts: int = 0
     """Paths begun again from rest."""
+    rungs: frozenset[Rung] = frozenset()
+    """Of the ladder, on which the load steps stand that were solved."""
     last: Iterate | None = None
     """Where the last load step ended."""
     share: float = 0.0

@@ -1,4 +1,4 @@
-"""Energy, gradient and Hessian of the lattice: numba kernels over its cells.
+"""Energy, gradient and Hessian of the lattice.
 
     W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2 + walls
 
@@ -11,23 +11,18 @@ J = 0.01 the logarithm goes on as a parabola with the same value, slope and curv
 states.
 """
 
-# ruff: noqa: ANN001, ANN202 -- numba infers the types of the kernels.
-
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.hexahedron import CORNERS, EDGES, GAUSS_GRADIENTS, gauss_geometry
+from magicsim.deform.cell_kernels import add_stiffness, evaluate_cells
+from magicsim.deform.hexahedron import CORNERS, EDGES, gauss_geometry
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.pattern import BlockPattern
 from magicsim.deform.springs import network_matrices, spring_matrices
-from magicsim.deform.walls import add_wall_stiffness, add_walls
 
 Array = npt.NDArray[np.float64]
-LOG_LIMIT = 0.01
-"""Jacobian below which -ln J is continued as a parabola."""
 TINY = 1e-300
 BOX_SLACK_MM = 1e-9
 """Largest deviation of a corner in a cell that counts as a box [mm]."""
@@ -105,10 +100,9 @@ class Elasticity:
         count = len(lattice.cells)
         energy, jacobian, volume_gradient = np.empty(count), np.empty(count), np.empty((count, 24))
         gradient = np.zeros_like(positions)
-        smallest = _evaluate(
-            positions, lattice.cells, GAUSS_GRADIENTS, EDGES, self.inverse, self.weights, self.log_modulus_mpa,
-            lattice.lame_mpa, self.springs, self.walls, self.wall_ratio, self.edges_mm,
-            energy, jacobian, volume_gradient, gradient,
+        smallest = evaluate_cells(
+            positions, lattice.cells, self.weights, self.log_modulus_mpa, lattice.lame_mpa, self.springs, self.walls,
+            self.wall_ratio, self.edges_mm, energy, jacobian, volume_gradient, gradient,
         )  # fmt: skip
         return ElasticState(
             energy_mj=float(energy.sum()),
@@ -135,10 +129,10 @@ class Elasticity:
         """
         lattice = self.lattice
         values = np.zeros(pattern.entries)
-        _fill_hessian(
-            positions, lattice.cells, GAUSS_GRADIENTS, EDGES, self.inverse, self.weights, self.log_modulus_mpa,
-            lattice.lame_mpa / self.volumes, pressure, self.springs * (1 + shift), self.walls, self.wall_ratio,
-            self.edges_mm, volume_gradient, pattern.indptr, pattern.blocks, values,
+        add_stiffness(
+            positions, lattice.cells, self.weights, self.log_modulus_mpa, lattice.lame_mpa / self.volumes, pressure,
+            self.springs * (1 + shift), self.walls, self.wall_ratio, self.edges_mm, volume_gradient, pattern.indptr,
+            pattern.blocks, values,
         )  # fmt: skip
         return values
 
@@ -148,130 +142,3 @@ def _have_spring_weights(corners_mm: Array, sizes_mm: Array) -> npt.NDArray[np.b
     offset = corners_mm - corners_mm[:, :1] - CORNERS * sizes_mm[:, None]
     is_box = (np.abs(offset) < BOX_SLACK_MM).all((1, 2))
     return np.asarray(is_box & (sizes_mm.max(1) < SLENDER * sizes_mm.min(1)))
-
-
-@nb.njit(cache=True, error_model="numpy")
-def negative_log(jacobian: float) -> tuple[float, float, float]:
-    """-ln J, twice continuously differentiable down to any J: value, first and second derivative."""
-    if jacobian > LOG_LIMIT:
-        return -np.log(jacobian), -1 / jacobian, 1 / (jacobian * jacobian)
-    if np.isnan(jacobian):
-        return np.nan, np.nan, np.nan
-    d = jacobian - LOG_LIMIT
-    slope, curvature = 1 / LOG_LIMIT, 1 / LOG_LIMIT**2
-    return -np.log(LOG_LIMIT) - slope * d + curvature / 2 * d * d, -slope + curvature * d, curvature
-
-
-@nb.njit(cache=True, error_model="numpy")
-def _deformation(x, nodes, gauss, inverse, dn, f, cof):  # type: ignore[no-untyped-def]
-    """Rest gradients, deformation gradient and its cofactor at one Gauss point, in place; returns the Jacobian."""
-    for p in range(8):
-        for k in range(3):
-            dn[p, k] = gauss[p, 0] * inverse[0, k] + gauss[p, 1] * inverse[1, k] + gauss[p, 2] * inverse[2, k]
-    for i in range(3):
-        for k in range(3):
-            total = 0.0
-            for p in range(8):
-                total += x[nodes[p], i] * dn[p, k]
-            f[i, k] = total
-    for i in range(3):
-        a, b = (i + 1) % 3, (i + 2) % 3
-        for k in range(3):
-            c, d = (k + 1) % 3, (k + 2) % 3
-            cof[i, k] = f[a, c] * f[b, d] - f[a, d] * f[b, c]
-    return f[0, 0] * cof[0, 0] + f[0, 1] * cof[0, 1] + f[0, 2] * cof[0, 2]
-
-
-@nb.njit(cache=True, error_model="numpy")
-def _evaluate(  # type: ignore[no-untyped-def]
-    x, cells, gauss, edges, inverse, weights, mu, lame, springs, walls, rho, lengths, energy, jacobian, volume_gradient,
-    gradient,
-):  # fmt: skip
-    smallest = np.inf
-    f, cof, own, dn = np.empty((3, 3)), np.empty((3, 3)), np.empty((8, 3)), np.empty((8, 3))
-    for c in range(cells.shape[0]):
-        nodes = cells[c]
-        volume_gradient[c] = 0.0
-        mean, total, volume = 0.0, 0.0, 0.0
-        for p in range(8):
-            for i in range(3):
-                force = 0.0
-                for r in range(8):
-                    force += springs[c, p, r] * x[nodes[r], i]
-                own[p, i] = force
-                total += 0.5 * force * x[nodes[p], i]
-        for q in range(8):
-            j = _deformation(x, nodes, gauss[q], inverse[c, q], dn, f, cof)
-            if not j >= smallest:
-                smallest = j
-            value, first, _ = negative_log(j)
-            weight = weights[c, q]
-            volume += weight
-            mean += j * weight
-            total += mu[c] * weight * (value - 1.5)
-            for p in range(8):
-                for i in range(3):
-                    g = cof[i, 0] * dn[p, 0] + cof[i, 1] * dn[p, 1] + cof[i, 2] * dn[p, 2]
-                    own[p, i] += mu[c] * weight * first * g
-                    volume_gradient[c, 3 * p + i] += weight * g
-        if walls[c] > 0:
-            total += add_walls(x, nodes, edges, lengths[c], walls[c], rho[c], own)
-        energy[c], jacobian[c] = total, mean / volume
-        pressure = lame[c] * (mean / volume - 1)
-        for p in range(8):
-            for i in range(3):
-                gradient[nodes[p], i] += own[p, i] + pressure * volume_gradient[c, 3 * p + i]
-    return smallest
-
-
-@nb.njit(cache=True, error_model="numpy")
-def _fill_hessian(  # type: ignore[no-untyped-def]  # noqa: PLR0912
-    x, cells, gauss, edges, inverse, weights, mu, stiffness, pressure, springs, walls, rho, lengths, volume_gradient,
-    indptr, blocks, values,
-):  # fmt: skip
-    f, cof, m = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    g, own, dn = np.empty(24), np.empty((24, 24)), np.empty((8, 3))
-    for c in range(cells.shape[0]):
-        nodes = cells[c]
-        for a in range(24):
-            for b in range(24):
-                own[a, b] = stiffness[c] * volume_gradient[c, a] * volume_gradient[c, b]
-        for p in range(8):
-            for r in range(8):
-                for i in range(3):
-                    own[3 * p + i, 3 * r + i] += springs[c, p, r]
-        if walls[c] > 0:
-            add_wall_stiffness(x, nodes, edges, lengths[c], walls[c], rho[c], own)
-        for q in range(8):
-            weight = weights[c, q]
-            j = _deformation(x, nodes, gauss[q], inverse[c, q], dn, f, cof)
-            _, first, second = negative_log(j)
-            for p in range(8):
-                for i in range(3):
-                    g[3 * p + i] = cof[i, 0] * dn[p, 0] + cof[i, 1] * dn[p, 1] + cof[i, 2] * dn[p, 2]
-            outer, geometric = mu[c] * second * weight, (mu[c] * first + pressure[c]) * weight
-            for p in range(8):
-                for r in range(p, 8):
-                    c0 = dn[p, 1] * dn[r, 2] - dn[p, 2] * dn[r, 1]
-                    c1 = dn[p, 2] * dn[r, 0] - dn[p, 0] * dn[r, 2]
-                    c2 = dn[p, 0] * dn[r, 1] - dn[p, 1] * dn[r, 0]
-                    for i in range(3):
-                        m[i] = geometric * (f[i, 0] * c0 + f[i, 1] * c1 + f[i, 2] * c2)
-                    for i in range(3):
-                        for k in range(3):
-                            own[3 * p + i, 3 * r + k] += outer * g[3 * p + i] * g[3 * r + k]
-                    own[3 * p, 3 * r + 1] += m[2]
-                    own[3 * p + 1, 3 * r] -= m[2]
-                    own[3 * p + 1, 3 * r + 2] += m[0]
-                    own[3 * p + 2, 3 * r + 1] -= m[0]
-                    own[3 * p + 2, 3 * r] += m[1]
-                    own[3 * p, 3 * r + 2] -= m[1]
-        for p in range(8):
-            for r in range(p, 8):
-                block = blocks[c, p, r]
-                if block < 0:
-                    continue
-                for i in range(3):
-                    start = indptr[3 * nodes[p] + i] + 3 * block - i
-                    for k in range(i if p == r else 0, 3):
-                        values[start + k] += own[3 * p + i, 3 * r + k]

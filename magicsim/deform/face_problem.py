@@ -20,6 +20,7 @@ from magicsim.deform.contact import (
     evaluate_contact,
     slip_mismatch,
 )
+from magicsim.deform.descent import Shifts, decreases, shortened, stiffenings
 from magicsim.deform.face import ContactFace
 from magicsim.deform.friction import ContactLaw, ContactMemory
 from magicsim.deform.memory import Patience, updated_memory
@@ -32,22 +33,18 @@ HALVINGS = 12
 """Most shortenings of one of them."""
 UPDATES, REPRIEVE = 24, 6
 """Of the multipliers in a load step, cheap here, before the penalty is raised; and before it is raised again."""
-ARMIJO = 1e-4
-"""Least decrease of the energy in units of the one that the slope promises."""
-MISFIT_SHARES, MISFIT_PACE = (0.5, 3.0), 10.0
-"""Misfits are brought below the body's residual times the pace, within these parts of the tolerance: at the end below
-it, so that the whole problem stays within it, and not so far while the body is not there yet."""
-MISMATCH_SHARES, MISMATCH_PACE = (0.5, 50.0), 100.0
-"""The same for friction limits."""
+MISFIT_SHARE, MISMATCH_SHARE = 0.1, 0.5
+"""Misfits and friction limits are brought below these parts of their tolerances: steps are cheap here, and forces are
+then smooth in the object's motion."""
 GROWTH_SHARE = 0.95
 """Part of the tolerance below which a misfit does not raise the penalty."""
-RESIDUALS, RESIDUAL_PACE = (1e-10, 1e-3), 1e-2
-"""Residuals that are asked for: the square of the body's own times the pace, within these."""
+RESIDUALS, RESIDUAL_PACE = (1e-10, 1e-3), 1e-3
+"""Residuals that are asked for: the body's own times the pace, within these."""
 ROUGH, ROUGH_ITERATIONS = 1e-2, 10
 """Residual of a predicted motion, and most Newton steps towards it."""
 NOISE = 1e-10
 """Relative rounding of the energy."""
-FIRST_SHIFT, LAST_SHIFT = 1e-3, 1e3
+SHIFTS = Shifts(first=1e-3, growth=10.0, last=1e3)
 """Multiples of the mean diagonal added to a matrix that is not positive definite."""
 
 
@@ -97,10 +94,10 @@ def solve_face(
         predictor: A surface that the face follows roughly, memory as it is, before the object's own decides.
     """
     options = problem.options
-    target = float(np.clip(RESIDUAL_PACE * accuracy**2, *RESIDUALS))
+    target = float(np.clip(RESIDUAL_PACE * accuracy, *RESIDUALS))
     patience = Patience(
-        misfit_mm=options.tolerance_mm * float(np.clip(MISFIT_PACE * accuracy, *MISFIT_SHARES)),
-        mismatch=options.slip_mismatch * float(np.clip(MISMATCH_PACE * accuracy, *MISMATCH_SHARES)),
+        misfit_mm=options.tolerance_mm * MISFIT_SHARE,
+        mismatch=options.slip_mismatch * MISMATCH_SHARE,
         multiplier_residual=options.update_residual,
         limit_residual=options.limit_residual[True],
         is_relaxed=True,
@@ -113,7 +110,7 @@ def solve_face(
     if predictor is not None:
         start = _predicted(replace(problem, surface=predictor), memory)
     point = _evaluated(problem, start, memory)
-    shortened = False
+    was_cut = False
     for iteration in range(ITERATIONS):
         updated = updated_memory(patience, problem.law, memory, point.contact, point.residual, point.mismatch)
         if updated is not memory:
@@ -121,7 +118,7 @@ def solve_face(
             point = _evaluated(problem, point.motion, memory)
         elif point.residual <= target:
             break
-        step = _newton_step(problem, point, memory, is_secant=shortened)
+        step = _newton_step(problem, point, memory, is_secant=was_cut)
         if step is None:
             return None
         found, alpha = _line_search(problem, point, step, memory)
@@ -129,21 +126,40 @@ def solve_face(
             if iteration == 0 and predictor is None:
                 return None
             break
-        point, shortened = found, alpha < 1
+        point, was_cut = found, alpha < 1
     return (point.motion, memory) if np.isfinite(point.motion).all() else None
+
+
+def held_stiffness(problem: FaceProblem, motion: Array, memory: ContactMemory) -> Array:
+    """Stiffness of the contact after a motion of the nodes without the object's curvature, positive semidefinite.
+
+    Args:
+        problem: Body, face and object.
+        motion: Of the nodes, shape (3 nodes,) [mm].
+        memory: Multipliers, anchors and limits of the face's points.
+
+    Returns:
+        Shape (3 nodes, 3 nodes) [N/mm].
+    """
+    nodes = problem.positions + motion.reshape(-1, 3)
+    contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.law)
+    local = contact_stiffness(contact, problem.face, problem.surface, memory, problem.law, curvature_limit=0.0)
+    matrix = np.zeros_like(problem.stiffness)
+    add_dense_stiffness(matrix, problem.face, contact.acting, local)
+    return matrix
 
 
 def _predicted(problem: FaceProblem, memory: ContactMemory) -> Array:
     """A rough motion, shape (3 nodes,) [mm]; none where the surface cannot be followed."""
-    point, shortened = _evaluated(problem, np.zeros(len(problem.load)), memory), False
+    point, was_cut = _evaluated(problem, np.zeros(len(problem.load)), memory), False
     for _ in range(ROUGH_ITERATIONS):
         if point.residual < ROUGH:
             break
-        step = _newton_step(problem, point, memory, is_secant=shortened)
+        step = _newton_step(problem, point, memory, is_secant=was_cut)
         found, alpha = (None, 0.0) if step is None else _line_search(problem, point, step, memory)
         if found is None:
             break
-        point, shortened = found, alpha < 1
+        point, was_cut = found, alpha < 1
     return point.motion
 
 
@@ -167,23 +183,19 @@ def _evaluated(problem: FaceProblem, motion: Array, memory: ContactMemory) -> _P
 def _newton_step(problem: FaceProblem, point: _Point, memory: ContactMemory, *, is_secant: bool) -> Array | None:
     is_near = point.residual < problem.options.update_residual
     diagonal = float(np.abs(np.diagonal(problem.stiffness)).mean())
-    limit, shift = (np.inf if is_near else problem.cautious), 0.0
-    while shift <= LAST_SHIFT:
+    for tried in stiffenings(SHIFTS, cautious=problem.cautious, is_near=is_near):
         matrix = problem.stiffness.copy()
         local = contact_stiffness(
-            point.contact, problem.face, problem.surface, memory, problem.law, curvature_limit=limit,
+            point.contact, problem.face, problem.surface, memory, problem.law, curvature_limit=tried.curvature_limit,
             is_secant=is_secant,
         )  # fmt: skip
         add_dense_stiffness(matrix, problem.face, point.contact.acting, local)
         matrix[problem.held], matrix[:, problem.held] = 0.0, 0.0
-        matrix[np.diag_indices_from(matrix)] += np.where(problem.held, 1.0, shift * diagonal)
+        matrix[np.diag_indices_from(matrix)] += np.where(problem.held, 1.0, tried.shift * diagonal)
         try:
             return np.asarray(cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), point.unbalanced))
         except LinAlgError:
-            if limit > problem.cautious:
-                limit = problem.cautious
-            else:
-                shift = max(FIRST_SHIFT, 10 * shift)
+            continue
     return None
 
 
@@ -192,10 +204,12 @@ def _line_search(
 ) -> tuple[_Point | None, float]:
     slope = -float(start.unbalanced @ step)
     noise = NOISE * (abs(start.energy_mj) + abs(start.contact.energy_mj))
-    alpha = 1.0
-    for _ in range(HALVINGS):
-        found = _evaluated(problem, start.motion + alpha * step, memory)
-        if found.energy_mj <= start.energy_mj + ARMIJO * alpha * slope + noise:
-            return found, alpha
-        alpha /= 2
-    return None, 0.0
+
+    def trial(alpha: float) -> _Point:
+        return _evaluated(problem, start.motion + alpha * step, memory)
+
+    def accepts(found: _Point, alpha: float) -> bool:
+        return decreases(found.energy_mj, start.energy_mj, alpha * slope, noise)
+
+    found, alpha, is_accepted = shortened(accepts, trial, longest=1.0, halvings=HALVINGS)
+    return (found, alpha) if is_accepted else (None, 0.0)

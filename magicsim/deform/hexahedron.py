@@ -51,6 +51,15 @@ GAUSS_GRADIENTS = shape_gradients(GAUSS_POINTS)
 """Shape function gradients at the Gauss points, shape (8 points, 8 corners, 3)."""
 EDGES = np.array([[p, r] for p in range(8) for r in range(p + 1, 8) if abs(CORNERS[p] - CORNERS[r]).sum() == 1])
 """Corners of the twelve edges, shape (12, 2)."""
+CORNERS_ALONG = np.array([[p for p in range(8) if CORNERS[p, axis] == 0] for axis in range(3)])
+"""Corners where the four edges along each axis begin, shape (3, 4)."""
+NEXT_CORNER = np.array([1, 2, 4])
+"""From there to where they end."""
+_SHARES = np.stack([1 - _ABSCISSAE, _ABSCISSAE])
+MEAN_OF_EDGES = np.array([[_SHARES[m % 2, s % 2] * _SHARES[m // 2, s // 2] for m in range(4)] for s in range(4)])
+"""Weights of four parallel edges, shape (4 rows of Gauss points along them, 4 edges)."""
+GAUSS_COLUMNS = np.array([[q // 2, q % 2 + 2 * (q // 4), q % 4] for q in range(8)])
+"""Row of each Gauss point along each axis, shape (8, 3)."""
 
 
 def gauss_geometry(corners_mm: Array) -> tuple[Array, Array]:

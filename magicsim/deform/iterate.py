@@ -1,6 +1,7 @@
 """The state of a Newton iteration."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -8,6 +9,7 @@ import numpy.typing as npt
 from magicsim.deform.contact import ContactState, Surface, evaluate_contact, slip_mismatch
 from magicsim.deform.energy import ElasticState
 from magicsim.deform.friction import ContactMemory
+from magicsim.deform.ladder import Rung
 from magicsim.deform.problem import Problem
 
 Array = npt.NDArray[np.float64]
@@ -45,10 +47,21 @@ class Iterate:
     iteration: int = 0
     shift: float = 0.0
     """Spring Laplacian that the last matrix needed."""
-    shortened: bool = False
-    """Whether the last step was shorter than Newton's."""
+    taken: float = 1.0
+    """Part of the last step's direction that was taken."""
+    rungs: frozenset[Rung] = frozenset()
+    """Of the ladder, on which this load step stands so far."""
     stuck: bool = False
     """Whether no acceptable step was found."""
+
+    def on(self, *rungs: Rung) -> Self:
+        """The state with rungs added."""
+        return replace(self, rungs=self.rungs.union(rungs))
+
+    @property
+    def shortened(self) -> bool:
+        """Whether the last step was shorter than Newton's."""
+        return self.taken < 1
 
     def figures(self) -> IterationFigures:
         """The numbers to keep of it."""

@@ -1,40 +1,24 @@
 """Factorise a symmetric positive definite matrix: MKL PARDISO where it exists, SciPy's SuperLU elsewhere.
 
-The same numbers must come out in every process, whatever the number of cores or `OMP_NUM_THREADS`: MKL runs in its
-conditional numerical reproducibility mode and plans for a thread count that is fixed here. Fewer threads then give the
-same bits, so that a process that was told to use one does not take a core from its neighbour.
+What is asked of either is the same, so the algorithm does not depend on which there is.
 """
 
-import importlib
-import logging
-import os
-import weakref
 from collections.abc import Callable
 from functools import lru_cache, wraps
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import ParamSpec, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 from threadpoolctl import ThreadpoolController
+
+from magicsim.deform.pardiso import PardisoCondenser, PardisoSolver, has_pardiso
+from magicsim.deform.superlu import SuperluCondenser, SuperluSolver
 
 P = ParamSpec("P")
 T = TypeVar("T")
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
-THREADS = 2
-"""MKL threads that PARDISO plans for, fixed so that results do not depend on how many run it; never more run it."""
-CBWR_AUTO_STRICT = 2
-"""MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""
-ANALYSE_TOO, FACTORISE, SOLVE, FORWARD, BACKWARD = 12, 22, 33, 331, 333
-"""Phases of PARDISO: analysis and factorisation, factorisation, solution, and its halves beside a Schur complement."""
-POSITIVE_DEFINITE = 2
-"""PARDISO's matrix type `real symmetric positive definite`."""
-HOLDING = 10.0
-"""Stiffness that holds the kept unknowns in units of their largest one."""
-LIBRARY_VARIABLE = "PYPARDISO_MKL_RT"
-LOGGER = logging.getLogger(__name__)
+Index = npt.NDArray[np.int64]
 
 
 def on_one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
@@ -66,6 +50,45 @@ class SymmetricSolver(Protocol):
         """Solution for one right-hand side, shape (size,), with the last factor."""
 
 
+class SymmetricCondenser(Protocol):
+    """Eliminates all unknowns but some, which are kept, from matrices of one sparsity pattern.
+
+    Forces on all unknowns are handed around in a reduced form of its own, a vector that is linear in them.
+    """
+
+    kept: Index
+    """Unknowns that are kept, ascending, shape (kept,)."""
+
+    def factorise(self, values: Array) -> Array | None:
+        """Schur complement of the kept unknowns, shape (kept, kept); None where the others' block is not definite."""
+
+    def reduce(self, forces: Array) -> Array:
+        """Reduced form of forces, shape (size,); `[kept]` of it are the condensed forces on the kept unknowns."""
+
+    def lifted(self, forces: Array) -> Array:
+        """Reduced form of forces on the kept unknowns alone, shape (kept,)."""
+
+    def inner(self, first: Array, second: Array) -> Array:
+        """f^T A^-1 g of the eliminated parts f, g of reduced forces, A their block; columns of either are forces."""
+
+    def expand(self, reduced: Array, motion: Array) -> Array:
+        """Motion of all unknowns under reduced forces where the kept ones move as given, shape (size,)."""
+
+
+def symmetric_condenser(indptr: Indices, indices: Indices, kept: Index, *, is_single: bool) -> SymmetricCondenser:
+    """The best condenser for this machine.
+
+    Args:
+        indptr: Row starts of the upper triangle, shape (size + 1,).
+        indices: Ascending columns, shape (entries,).
+        kept: Unknowns that are kept, ascending.
+        is_single: Whether single precision will do.
+    """
+    if has_pardiso():
+        return PardisoCondenser(indptr, indices, kept, is_single=is_single)
+    return SuperluCondenser(indptr, indices, kept)
+
+
 def symmetric_solver(indptr: Indices, indices: Indices) -> SymmetricSolver:
     """The best solver for this machine.
 
@@ -74,145 +97,3 @@ def symmetric_solver(indptr: Indices, indices: Indices) -> SymmetricSolver:
         indices: Ascending columns, shape (entries,).
     """
     return PardisoSolver(indptr, indices) if has_pardiso() else SuperluSolver(indptr, indices)
-
-
-@lru_cache(maxsize=1)
-def has_pardiso() -> bool:
-    """Whether MKL PARDISO can be loaded; sets its reproducibility mode before anything else calls it.
-
-    Remembers where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers
-    would search the whole environment's folders for it.
-    """
-    try:
-        solver = importlib.import_module("pypardiso").PyPardisoSolver()
-    except (ImportError, OSError):
-        LOGGER.info("pypardiso is not available: using SciPy's SuperLU, several times slower")
-        return False
-    if solver.libmkl.MKL_CBWR_Set(CBWR_AUTO_STRICT) != 0:
-        LOGGER.warning("MKL was in use before: displacements may differ in the last bits from run to run")
-    solver.libmkl.MKL_Set_Dynamic(0)
-    os.environ.setdefault(LIBRARY_VARIABLE, solver.libmkl._name)
-    return True
-
-
-class PardisoSolver:
-    """MKL PARDISO through pypardiso; the symbolic analysis is done once."""
-
-    def __init__(self, indptr: Indices, indices: Indices) -> None:
-        """Takes the pattern; see `symmetric_solver`."""
-        self._module: Any = importlib.import_module("pypardiso")
-        self._solver = self._module.PyPardisoSolver(mtype=POSITIVE_DEFINITE)
-        self.size = len(indptr) - 1
-        self._matrix = sp.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(self.size,) * 2)
-        self._is_analysed = False
-        # Python does not see the factor's memory.
-        self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
-        self._release.atexit = False
-        self._threads = min(THREADS, self._solver.libmkl.MKL_Get_Max_Threads())
-        # Numbered as in MKL's manual: own values, METIS, no refinement, pivots, one-level, reproducible threads.
-        for number, value in ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0), (34, THREADS)):
-            self._solver.iparm[number - 1] = value
-
-    def factorise(self, values: Array) -> bool:
-        """See `SymmetricSolver.factorise`."""
-        return self.call(FACTORISE, np.zeros(self.size), values) is not None
-
-    def solve(self, right: Array) -> Array:
-        """See `SymmetricSolver.solve`."""
-        found = self.call(SOLVE, np.array(right, dtype=np.float64))
-        if found is None:
-            raise RuntimeError("PARDISO has no factor to solve with")
-        return found
-
-    def keep(self, kept: npt.NDArray[np.int64]) -> None:
-        """Leaves some unknowns out of the elimination; `factorise` then hands out their Schur complement."""
-        self._solver.iparm[35] = 2
-        self._solver.perm = np.zeros(self.size, np.int32)
-        self._solver.perm[kept] = 1
-
-    def call(self, phase: int, right: Array, values: Array | None = None) -> Array | None:
-        """One call of PARDISO; what it wrote, or None where it failed.
-
-        Args:
-            phase: Of MKL's manual; a first factorisation is preceded by the analysis.
-            right: As long as what is written.
-            values: Entries of a new matrix.
-        """
-        if values is not None:
-            self._matrix.data = np.ascontiguousarray(values, dtype=np.float64)
-        previous = self._solver.libmkl.MKL_Set_Num_Threads_Local(self._threads)
-        try:
-            self._solver.set_phase(ANALYSE_TOO if phase == FACTORISE and not self._is_analysed else phase)
-            return np.asarray(self._solver._call_pardiso(self._matrix, right), dtype=np.float64)
-        except self._module.pardiso_wrapper.PyPardisoError:
-            return None
-        finally:
-            self._solver.libmkl.MKL_Set_Num_Threads_Local(previous)
-            self._is_analysed = True
-
-
-class PardisoCondenser:
-    """MKL PARDISO that eliminates all unknowns but some: their Schur complement, and the two halves of a solution.
-
-    PARDISO refuses a matrix whose Schur complement is indefinite, which says nothing against eliminating the others: a
-    pressed body is often stable only because something holds it where it is pressed. So the kept unknowns are held
-    while it works, by a stiffness that is taken off the complement again.
-    """
-
-    def __init__(self, indptr: Indices, indices: Indices, kept: npt.NDArray[np.int64]) -> None:
-        """Takes the pattern, see `symmetric_solver`, and the unknowns that are kept, ascending."""
-        self.kept = kept
-        self._diagonal = indptr[kept]
-        self._plain = PardisoSolver(indptr, indices)
-        self._plain.keep(kept)
-
-    def factorise(self, values: Array) -> Array | None:
-        """Schur complement of the kept unknowns, shape (kept, kept); None where the others' block is not definite."""
-        count, held = len(self.kept), values.copy()
-        stiffness = HOLDING * float(np.abs(values[self._diagonal]).max())
-        held[self._diagonal] += stiffness
-        found = self._plain.call(FACTORISE, np.zeros(max(count * count, self._plain.size)), held)
-        if found is None:
-            return None
-        schur = found[: count * count].reshape(count, count)
-        schur[np.diag_indices(count)] -= stiffness
-        return schur
-
-    def reduce(self, right: Array) -> Array:
-        """Forward half: the load of the kept unknowns at their places, what `expand` needs at the others'."""
-        return self._half(FORWARD, right)
-
-    def expand(self, reduced: Array) -> Array:
-        """Backward half: the solution from the kept unknowns at their places in what `reduce` gave."""
-        return self._half(BACKWARD, reduced)
-
-    def _half(self, phase: int, right: Array) -> Array:
-        found = self._plain.call(phase, np.array(right, dtype=np.float64))
-        if found is None:
-            raise RuntimeError("PARDISO refused half of a solution")
-        return found
-
-
-class SuperluSolver:
-    """SciPy's SuperLU without pivoting, so that the signs of the pivots tell definiteness."""
-
-    def __init__(self, indptr: Indices, indices: Indices) -> None:
-        """Takes the pattern; see `symmetric_solver`."""
-        self._pattern = (indices, indptr)
-        self._size = len(indptr) - 1
-        self._factor: Any = None
-
-    def factorise(self, values: Array) -> bool:
-        """See `SymmetricSolver.factorise`."""
-        upper = sp.csr_matrix((values, *self._pattern), shape=(self._size,) * 2)
-        full = (upper + sp.triu(upper, 1).T).tocsc()
-        options = {"SymmetricMode": True}
-        try:
-            self._factor = splu(full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-        except RuntimeError:  # exactly singular
-            return False
-        return bool((self._factor.U.diagonal() > 0).all())
-
-    def solve(self, right: Array) -> Array:
-        """See `SymmetricSolver.solve`."""
-        return np.asarray(self._factor.solve(right), dtype=np.float64)

@@ -16,7 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from magicsim.deform.contact import Surface, add_sparse_stiffness, contact_stiffness, evaluate_contact
+from magicsim.deform.descent import Shifts, stiffenings
 from magicsim.deform.iterate import Iterate
+from magicsim.deform.ladder import Rung
 from magicsim.deform.memory import Patience, updated_memory
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.search import Direction, search
@@ -51,7 +53,8 @@ def step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
     if direction is None:
         return replace(iterate, stuck=True, iteration=iterate.iteration + 1)
     found = search(problem, surface, iterate, direction)
-    return replace(found, iteration=iterate.iteration + 1, shift=direction.shift)
+    rungs = (Rung.PLAIN, Rung.SHIFTED) if direction.shift > 0 else (Rung.PLAIN,)
+    return replace(found, iteration=iterate.iteration + 1, shift=direction.shift).on(*rungs)
 
 
 def _patience(options: NewtonOptions, iteration: int) -> Patience:
@@ -72,14 +75,15 @@ def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Directio
     options, free = problem.options, problem.elasticity.lattice.free_nodes
     right = problem.free_forces(iterate.contact.node_force_n - iterate.elastic.gradient).ravel()
     cautious = problem.stiffness / 4
-    curvature_limit = np.inf if iterate.residual < options.update_residual else cautious
-    shift = iterate.shift / 4 if iterate.shift > options.first_shift / 4 else 0.0
-    while shift < options.last_shift:
+    shifts = Shifts(first=options.first_shift, growth=4.0, last=options.last_shift)
+    before = iterate.shift / 4 if iterate.shift > options.first_shift / 4 else 0.0
+    is_near = iterate.residual < options.update_residual
+    for tried in stiffenings(shifts, cautious=cautious, is_near=is_near, shift=before):
         values = problem.elasticity.hessian(
-            iterate.positions, iterate.pressure, iterate.elastic.volume_gradient, problem.pattern, shift=shift
+            iterate.positions, iterate.pressure, iterate.elastic.volume_gradient, problem.pattern, shift=tried.shift
         )
         local = contact_stiffness(
-            iterate.contact, problem.face, surface, iterate.memory, problem.law, curvature_limit=curvature_limit,
+            iterate.contact, problem.face, surface, iterate.memory, problem.law, curvature_limit=tried.curvature_limit,
             is_secant=iterate.shortened,
         )  # fmt: skip
         add_sparse_stiffness(values, problem.face, iterate.contact.acting, local, problem.pattern)
@@ -87,10 +91,8 @@ def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Directio
         if problem.solver.factorise(values):
             nodes = np.zeros_like(iterate.positions)
             nodes[:free] = problem.solver.solve(right).reshape(-1, 3)
-            is_stiffened = shift > 0 or curvature_limit == cautious or iterate.shortened
-            return Direction(nodes=nodes, shift=shift, is_stiffened=is_stiffened) if np.isfinite(nodes).all() else None
-        if curvature_limit > cautious:
-            curvature_limit = cautious
-        else:
-            shift = max(options.first_shift, 4 * shift)
+            if not np.isfinite(nodes).all():
+                return None
+            is_stiffened = tried.shift > 0 or tried.curvature_limit == cautious or iterate.shortened
+            return Direction(nodes=nodes, shift=tried.shift, is_stiffened=is_stiffened)
     return None

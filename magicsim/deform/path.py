@@ -1,21 +1,21 @@
 """Poses in sequence: warm starts, sub-steps, the fallbacks of a step that fails, and the check of what comes out.
 
-A load step starts on the object's surface carried along from its last pose (see `contact.moved_surface`), so that the
-face follows the object before the true surface decides. What is tried where a step fails is in `strides`; when all of
+What is tried where a step fails is in `strides`; when all of
 that fails the path is begun again from rest, with longer and with shorter steps.
 """
 
 import logging
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform import newton
-from magicsim.deform.condensed import Condenser, FirstStep
-from magicsim.deform.contact import Surface, dragged_anchors, moved_surface
-from magicsim.deform.deformation import Deformation
+from magicsim.deform.condensed import Condenser
+from magicsim.deform.contact import dragged_anchors
+from magicsim.deform.deformation import Before, Deformation
 from magicsim.deform.effort import (
     LEAST_LIFT,
     MAX_BALANCE,
@@ -28,16 +28,17 @@ from magicsim.deform.effort import (
 )
 from magicsim.deform.energy import Elasticity
 from magicsim.deform.face import POINT_SPACING_MM, contact_face
-from magicsim.deform.friction import ContactMemory
-from magicsim.deform.iterate import Iterate, evaluated
+from magicsim.deform.iterate import Iterate
+from magicsim.deform.ladder import Rung, named
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import on_one_blas_thread, symmetric_solver
+from magicsim.deform.load_step import iterate_pose
 from magicsim.deform.overlap import burial_fault, overlap_fault
 from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
 from magicsim.deform.strides import Care, Strides
-from magicsim.deform.way import first_contact, pose_between, way_length_mm
+from magicsim.deform.way import first_contact, pose_between, reach_mm, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
@@ -137,6 +138,7 @@ class ContactSolver:
             if state is not None or (fineness > 1 and self._has_passed_through(effort.last)):
                 break
             effort.restarts += 1
+            effort.rungs = frozenset((Rung.FEWER if fineness < 1 else Rung.MORE,))
             state = self._follow_path(problem, indenter, self._rest, effort, fineness=fineness)
         if state is None:
             complain = report_passage if self._has_passed_through(effort.last) else report
@@ -172,6 +174,11 @@ class ContactSolver:
             (indenter.distance(points + np.array([0.0, 0.0, level]))[0] < 0).any() for level in indenter.levels_mm()
         )
 
+    @property
+    def factorisations(self) -> int:
+        """How many matrices this solver has factorised with the contact condensed."""
+        return self._condenser.store.made
+
     def force_within_n(self, state: Deformation, centre_mm: tuple[float, float], radius_mm: float) -> Array:
         """Force on the points of the face that lie, deformed, within a distance of a vertical axis, shape (3,) [N]."""
         offset = state.contact_points_mm[:, :2] - np.array(centre_mm)
@@ -182,8 +189,7 @@ class ContactSolver:
         self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, fineness: float
     ) -> Deformation | None:
         first = start.pose or first_contact(indenter)
-        touching = start.contact_points_mm[start.contact_pressure_mpa > 0] - first.position_mm
-        reach = float(np.linalg.norm(touching[:, :2], axis=1).max(initial=0.0))
+        reach = reach_mm(start, first)
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose = start, first
@@ -195,9 +201,18 @@ class ContactSolver:
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
             stuck = effort.last
-            iterate = self._solve_pose(problems[strides.care], moved, before, state, effort)
+            iterate = iterate_pose(
+                problems[strides.care],
+                self._condenser,
+                moved,
+                before,
+                state,
+                may_use_path=strides.care is Care.ORDINARY,
+                note=partial(self._note, effort),
+            )
             if self._is_valid(problem, iterate, moved):
-                state, pose = self._result(problem, iterate, next_pose, effort), next_pose
+                effort.rungs |= iterate.rungs | strides.rungs
+                state, pose = self._result(problem, iterate, next_pose, effort, state), next_pose
                 strides.succeed()
             else:
                 effort.last = stuck if strides.is_leap else iterate  # a leap may end far from what went wrong
@@ -216,46 +231,16 @@ class ContactSolver:
         """
         return self._relaxation is None and iterate is not None and lift(self._problem, iterate) <= LEAST_LIFT
 
-    def _solve_pose(
-        self, problem: Problem, indenter: Indenter, before: Indenter, start: Deformation, effort: Effort
-    ) -> Iterate:
-        """Iterates on one pose: first on the surface carried along from the pose before, then on the true one."""
-        memory = ContactMemory(
-            multipliers_mpa=np.zeros(len(start.contact_points_mm)),
-            penalty=problem.first_penalty,
-            anchors_mm=indenter.pose.to_sensor(start.anchors_mm),
-            limit_mpa=problem.law.friction * start.contact_pressure_mpa,
-            normal=indenter.distance(start.contact_points_mm)[1],
-        )
-        if start.is_rest:
-            memory = replace(memory, anchors_mm=start.contact_points_mm)
-        positions, surface = self.lattice.nodes_mm + start.displacements_mm, moved_surface(indenter, before)
-        iterate = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
-        first = FirstStep(predictor=surface, pressed=np.flatnonzero(start.contact_pressure_mpa > 0))
-        found = self._condenser.step(problem, indenter.distance, iterate, first=first)
-        if found is None:
-            iterate = evaluated(problem, surface, positions, start.pressure_mpa, memory)
-            found = newton.step(problem, surface, iterate)
-            if not found.stuck:
-                guess = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
-                found = replace(guess, iteration=found.iteration, shift=found.shift)
-        iterate = self._noted(found, effort)
-        while not newton.terminate(problem, iterate):
-            iterate = self._noted(self._step(problem, indenter.distance, iterate), effort)
-        return iterate
-
-    def _step(self, problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
-        return self._condenser.step(problem, surface, iterate) or newton.step(problem, surface, iterate)
-
-    def _noted(self, iterate: Iterate, effort: Effort) -> Iterate:
+    def _note(self, effort: Effort, iterate: Iterate) -> None:
         figures = iterate.figures()
         effort.iterations.append(figures)
         effort.last = iterate
         effort.tell()
         LOGGER.debug("iteration %d: %s", iterate.iteration, figures)
-        return iterate
 
-    def _result(self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort) -> Deformation:
+    def _result(
+        self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort, start: Deformation
+    ) -> Deformation:
         contact, face = iterate.contact, problem.face
         traction = contact.traction_mpa()
         forces = face.area_mm2[:, None] * traction
@@ -274,6 +259,10 @@ class ContactSolver:
             & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
             relaxation=None,
+            before=None
+            if start.pose is None
+            else Before(displacements_mm=start.displacements_mm, pressure_mpa=start.pressure_mpa, pose=start.pose),
+            carried=self._condenser.carried,
             pose=pose,
             force_n=forces.sum(0),
             torque_nmm=np.cross(contact.points_mm, forces).sum(0),
@@ -284,6 +273,7 @@ class ContactSolver:
             iterations=len(effort.iterations),
             cutbacks=effort.cutbacks,
             restarts=effort.restarts,
+            rungs=named(effort.rungs),
             shifted=sum(figures.shift > 0 for figures in effort.iterations),
             unknowns=problem.pattern.size,
             converged=True,

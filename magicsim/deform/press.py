@@ -11,6 +11,7 @@ import numpy as np
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.effort import Progress, part_of
 from magicsim.deform.face import point_spacing_mm
+from magicsim.deform.ladder import Rung, named
 from magicsim.deform.lattice import box_lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.timed import TimedForce, body_branches, timed_poses
@@ -51,6 +52,8 @@ class PressResult:
     """Parts of the path that were begun again from rest with shorter steps."""
     shifted: int
     """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""
+    rungs: tuple[str, ...]
+    """What the path took beyond the ordinary way, see `magicsim.deform.ladder`."""
     unknowns: int
     """Displacement unknowns."""
     seconds: float
@@ -187,6 +190,7 @@ def _summarise(states: list[Deformation], seconds: float) -> PressResult:
         cutbacks=sum(each.cutbacks for each in states),
         restarts=sum(each.restarts for each in states),
         shifted=sum(each.shifted for each in states),
+        rungs=named(frozenset(Rung(name) for each in states for name in each.rungs)),
         unknowns=state.unknowns,
         seconds=seconds,
         converged=state.converged,

@@ -18,6 +18,8 @@ ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative error of a cell's forces before they cancel."""
 CAREFUL_ITERATIONS, PATIENT_ITERATIONS = 2, 3
 """Iterations of a step that has failed once, and more than once, in units of `NewtonOptions.max_iterations`."""
+MOST_CONTRAST = 3e3
+"""Largest over smallest modulus up to which factors are of single precision."""
 FORCE_FLOOR = 1e-2
 """Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual."""
 
@@ -60,6 +62,8 @@ class NewtonOptions:
     """Iterations before the load step is given up."""
     max_halvings: int = 10
     """Shortenings of one Newton step."""
+    keeps_factors: bool = True
+    """Whether a factor serves as long as it does well; otherwise every iteration has its own."""
     is_condensed: bool = True
     """Whether contact is solved on the face for every step of the body, see `condensed`."""
 
@@ -122,12 +126,13 @@ class Problem:
         )
 
     def careful(self) -> Self:
-        """The same problem for a step that has failed before: friction limits wait for balance from the start."""
+        """This problem for a step that has failed before: friction limits wait for balance, factors are never kept."""
         iterations = CAREFUL_ITERATIONS * self.options.max_iterations
-        return replace(self, options=replace(self.options, patience=0, max_iterations=iterations))
+        options = replace(self.options, patience=0, max_iterations=iterations, keeps_factors=False)
+        return replace(self, options=options)
 
     def patient(self) -> Self:
-        """The same problem for a step that has failed twice: plain Newton iterations, and many of them.
+        """This problem for a step that has failed twice: plain Newton iterations, and many of them.
 
         Where the face snaps from one shape to another the body has to go a long way for little: steps that solve the
         contact in full go back and forth there, and plain ones follow the energy down.
@@ -139,6 +144,12 @@ class Problem:
     def free_forces(self, forces_n: Array) -> Array:
         """Forces that can move the nodes: those along held displacements are zero, shape (free nodes, 3) [N]."""
         return np.asarray(forces_n[: len(self.pattern.held) // 3] * ~self.pattern.held.reshape(-1, 3))
+
+    @property
+    def is_well_conditioned(self) -> bool:
+        """Whether a factor of single precision is good enough to iterate with."""
+        lattice = self.elasticity.lattice
+        return bool(lattice.lame_mpa.max() < MOST_CONTRAST * lattice.shear_modulus_mpa.min())
 
     @property
     def smallest_edge_mm(self) -> float:

@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.contact import Surface
+from magicsim.deform.descent import decreases, shortened
 from magicsim.deform.iterate import Iterate, evaluated
+from magicsim.deform.ladder import Rung
 from magicsim.deform.problem import Problem
 
 Array = npt.NDArray[np.float64]
 BOUND = 20.0
 """Largest bulk stiffness that a step has to respect, in units of the shear modulus."""
-ARMIJO = 1e-4
-"""Least decrease in units of the one that the slope promises."""
 NOISE = 1e-9
 """Relative rounding of the energy."""
 
@@ -78,7 +78,7 @@ class _Merit:
 
     def accepts(self, iterate: Iterate, alpha: float) -> bool:
         """Whether the energy decreased enough; any step will do where the direction promises no decrease."""
-        return self.slope >= 0 or self.value(iterate) <= self.reference + ARMIJO * alpha * self.slope + self.noise
+        return self.slope >= 0 or decreases(self.value(iterate), self.reference, alpha * self.slope, self.noise)
 
 
 def search(problem: Problem, surface: Surface, start: Iterate, direction: Direction) -> Iterate:
@@ -98,24 +98,17 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Direct
         pressure = start.pressure + min(1.0, alpha) * (merit.target - start.pressure)
         positions = start.positions + alpha * direction.nodes
         found = evaluated(problem, surface, positions, pressure, start.memory)
-        return found if found.elastic.min_jacobian > floor else None
+        return replace(found, taken=alpha, rungs=start.rungs) if found.elastic.min_jacobian > floor else None
 
-    alpha, best = min(1.0, longest), None
-    for _ in range(options.max_halvings):
-        found = trial(alpha)
-        best = found or best
-        if found is not None and merit.accepts(found, alpha):
-            break
-        alpha /= 2
+    best, alpha, is_accepted = shortened(merit.accepts, trial, longest=min(1.0, longest), halvings=options.max_halvings)
     if best is None:
         return replace(start, stuck=True)
-    best = replace(best, shortened=alpha < 1)
-    if not direction.is_stiffened or alpha < 1 or merit.slope >= 0:
+    if not (is_accepted and direction.is_stiffened) or alpha < 1 or merit.slope >= 0:
         return best
     while 2 * alpha <= longest:
         alpha *= 2
         found = trial(alpha)
         if found is None or merit.value(found) >= merit.value(best):
             break
-        best = found
+        best = found.on(Rung.STRETCHED)
     return best

@@ -9,6 +9,8 @@ nearly folded is spared the costlier of these: shorter steps bring it to its fol
 from dataclasses import dataclass
 from enum import Enum
 
+from magicsim.deform.ladder import Rung
+
 SHORTEST, SHORTEST_BEFORE_LEAP = 1 / 32, 1 / 8
 """Shortest load steps in units of the usual one, of all and of those before leaps."""
 LEAPS = (1.5, 2.0, 3.0, 4.0)
@@ -52,6 +54,15 @@ class Strides:
     def __post_init__(self) -> None:
         """Begins with the usual step."""
         self._stride = self.usual
+
+    @property
+    def rungs(self) -> frozenset[Rung]:
+        """Of the ladder, on which the next step would stand."""
+        cared = {Care.ORDINARY: (), Care.CAREFUL: (Rung.CAREFUL,), Care.PATIENT: (Rung.PATIENT,)}[self.care]
+        if self.is_leap:
+            return frozenset((*cared, Rung.LEAP))
+        is_halved = self._stride < (1 - ROUNDING) * self.usual
+        return frozenset((*cared, Rung.HALVED) if is_halved else cared)
 
     @property
     def target(self) -> float:

@@ -7,17 +7,17 @@ import pytest
 
 from magicsim.config import load_preset
 from magicsim.deform import condensed as condensed_steps
+from magicsim.deform import factor as factors
+from magicsim.deform import linear
 from magicsim.deform.condensed import Condenser
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice import Lattice, build_lattice
-from magicsim.deform.linear import has_pardiso
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.zone import contact_zone
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects import parse_object
 
-pytestmark = pytest.mark.skipif(not has_pardiso(), reason="condensing needs MKL PARDISO")
 BALL = parse_object("sphere:radius_mm=4")
 PLACES = ((-0.3, 0.0, 0.0), (-0.8, 0.0, 0.0), (-0.8, 0.4, 0.0), (-0.8, 0.4, 20.0))
 """Gap [mm], place along x [mm], turn [degrees]: pressed, pressed deeper, moved along, twisted."""
@@ -66,7 +66,7 @@ def test_what_was_solved_before_changes_no_bit(lattice: Lattice) -> None:
 def test_contacts_too_large_to_condense_are_plain_steps_with_all_their_iterations(
     lattice: Lattice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(condensed_steps, "MAX_UNKNOWNS", 0)
+    monkeypatch.setattr(factors, "MAX_UNKNOWNS", 0)
     monkeypatch.setattr(condensed_steps, "GIVEN_UP_SHARE", 0.0)
     large = solved(ContactSolver(lattice), poses()[:2])
     monkeypatch.setattr(Condenser, "step", lambda *_, **__: None)
@@ -88,12 +88,47 @@ def test_a_tall_block_that_the_object_alone_holds_needs_no_shift() -> None:
 def test_a_step_that_condensed_iterations_cannot_take_is_taken_patiently(
     lattice: Lattice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    expected = solved(ContactSolver(lattice), poses()[:2])[-1]
+    expected = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM), poses()[:2])[-1]
     monkeypatch.setattr(
         Condenser, "step",
         lambda _, problem, __, iterate, **___: replace(iterate, stuck=True) if problem.options.is_condensed else None,
     )  # fmt: skip
-    found = solved(ContactSolver(lattice), poses()[:2])[-1]
+    found = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM), poses()[:2])[-1]
     assert found.cutbacks > 0
     assert found.restarts == 0
     np.testing.assert_allclose(found.force_n, expected.force_n, atol=2e-3 * np.linalg.norm(expected.force_n))
+
+
+def test_without_pardiso_the_same_iterations_find_the_same_equilibria(
+    lattice: Lattice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=0.6), poses()[:3])
+    monkeypatch.setattr(linear, "has_pardiso", lambda: False)
+    found = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=0.6), poses()[:3])
+    for one, other in zip(found, expected, strict=True):
+        assert abs(one.iterations - other.iterations) <= 2
+        np.testing.assert_allclose(one.force_n, other.force_n, atol=2e-3 * np.linalg.norm(other.force_n))
+
+
+def test_small_steps_of_a_path_need_no_factor_of_their_own(lattice: Lattice) -> None:
+    solver = ContactSolver(lattice, friction=0.6)
+    state = solver.solve(place_object(BALL, gap_mm=-0.6))
+    made = solver.factorisations
+    forces = [state.force_n]
+    for number in range(1, 6):
+        state = solver.solve(place_object(BALL, gap_mm=-0.6, x_mm=1e-4 * number), state)
+        forces.append(state.force_n)
+    assert solver.factorisations <= made + 1
+    along = np.diff([force[0] for force in forces])
+    np.testing.assert_allclose(along, along.mean(), rtol=0.2)
+
+
+def test_a_path_begun_again_in_another_solver_gives_the_same_bits(lattice: Lattice) -> None:
+    """A state carries all that its successors depend on: not the solver that found it."""
+    whole = solved(ContactSolver(lattice, friction=0.6), poses())
+    for start in (1, 2):
+        other = ContactSolver(lattice, friction=0.6)
+        state = whole[start]
+        for pose, expected in zip(poses()[start + 1 :], whole[start + 1 :], strict=True):
+            state = other.solve(pose, state)
+            np.testing.assert_array_equal(state.displacements_mm, expected.displacements_mm)

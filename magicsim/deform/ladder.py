@@ -1,0 +1,46 @@
+"""What is tried where an equilibrium is not found in the ordinary way: every rung of the ladder, and where it stands.
+
+| level | what fails | what is tried, in this order | where |
+| --- | --- | --- | --- |
+| iteration | the model of the body is a poor one | a factor at the present state | `condensed` |
+| iteration | the matrix is not definite | `SHIFTED` | `condensed`, `newton` |
+| iteration | the face cannot be solved by itself, or is too large | `PLAIN` | `newton` |
+| iteration | the step folds a cell, or the energy rises | a shorter one; `STRETCHED` after a shift | `search` |
+| load step | no equilibrium | `HALVED` and `CAREFUL`, then `PATIENT` | `strides`, `Problem` |
+| load step | no short one leads on | `LEAP` | `strides` |
+| path | no load step leads on | `FEWER`, then `MORE` | `path` |
+
+A result names the rungs on which it stands (`Deformation.rungs`), so that `magicsim bench stress` counts what each one
+of them is good for.
+"""
+
+from enum import StrEnum
+
+
+class Rung(StrEnum):
+    """A way other than the ordinary one."""
+
+    SHIFTED = "shifted"
+    """A multiple of the spring Laplacian was added to the matrix."""
+    PLAIN = "plain"
+    """A Newton step of body and contact together, the contact not solved in full."""
+    STRETCHED = "stretched"
+    """A step of a matrix that is stiffer than the Hessian, doubled while the energy decreased."""
+    HALVED = "halved"
+    """A shorter load step."""
+    CAREFUL = "careful"
+    """More iterations, each of them with a new factor, from the last state and not from one that is extrapolated;
+    friction limits wait for balance."""
+    PATIENT = "patient"
+    """Plain steps only, and many of them."""
+    LEAP = "leap"
+    """A longer load step, over the snap of a face that no short one can follow."""
+    FEWER = "fewer"
+    """The path begun again from rest with longer load steps."""
+    MORE = "more"
+    """The path begun again from rest with shorter load steps."""
+
+
+def named(rungs: frozenset[Rung]) -> tuple[str, ...]:
+    """Their names in the order of the ladder."""
+    return tuple(rung.value for rung in Rung if rung in rungs)

@@ -1,0 +1,221 @@
+"""MKL PARDISO: factors of symmetric positive definite matrices, whole or without some unknowns.
+
+The same numbers must come out in every process, whatever the number of cores or `OMP_NUM_THREADS`: MKL runs in its
+conditional numerical reproducibility mode and plans for a thread count that is fixed here. Fewer threads then give the
+same bits, so that a process that was told to use one does not take a core from its neighbour.
+"""
+
+import ctypes
+import importlib
+import logging
+import os
+import weakref
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int32]
+Index = npt.NDArray[np.int64]
+THREADS = 2
+"""MKL threads that PARDISO plans for, fixed so that results do not depend on how many run it; never more run it."""
+CBWR_AUTO_STRICT = 2
+"""MKL_CBWR_AUTO of mkl_service.h: one code path, the best for this processor."""
+ANALYSE_TOO, FACTORISE, SOLVE, FORWARD, BACKWARD, RELEASE = 12, 22, 33, 331, 333, -1
+"""Phases of PARDISO: analysis and factorisation, factorisation, solution, its halves beside a Schur complement, and the
+end."""
+POSITIVE_DEFINITE = 2
+"""PARDISO's matrix type `real symmetric positive definite`."""
+HOLDING = 10.0
+"""Stiffness that holds the kept unknowns in units of their largest one."""
+LIBRARY_VARIABLE = "PYPARDISO_MKL_RT"
+LOGGER = logging.getLogger(__name__)
+
+
+@lru_cache(maxsize=1)
+def has_pardiso() -> bool:
+    """Whether MKL PARDISO can be loaded; sets its reproducibility mode before anything else calls it.
+
+    Remembers where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers
+    would search the whole environment's folders for it.
+    """
+    try:
+        solver = importlib.import_module("pypardiso").PyPardisoSolver()
+    except (ImportError, OSError):
+        LOGGER.info("pypardiso is not available: using SciPy's SuperLU, several times slower")
+        return False
+    if solver.libmkl.MKL_CBWR_Set(CBWR_AUTO_STRICT) != 0:
+        LOGGER.warning("MKL was in use before: displacements may differ in the last bits from run to run")
+    solver.libmkl.MKL_Set_Dynamic(0)
+    os.environ.setdefault(LIBRARY_VARIABLE, solver.libmkl._name)
+    return True
+
+
+class PardisoSolver:
+    """MKL PARDISO; the symbolic analysis is done once."""
+
+    def __init__(
+        self, indptr: Indices, indices: Indices, *, kept: Index | None = None, is_single: bool = False
+    ) -> None:
+        """Takes the pattern, see `linear.symmetric_solver`.
+
+        Args:
+            indptr: Row starts of the upper triangle, shape (size + 1,).
+            indices: Ascending columns, shape (entries,).
+            kept: Unknowns that are not eliminated, ascending: `call` then hands out their Schur complement.
+            is_single: Whether the factor is one of single precision, in half of the time and memory.
+        """
+        module = importlib.import_module("pypardiso")
+        self._library = module.PyPardisoSolver().libmkl
+        self.size = len(indptr) - 1
+        self._type = np.float32 if is_single else np.float64
+        self._indptr, self._indices = (np.array(part, np.int32) for part in (indptr, indices))
+        self._values = np.zeros(len(indices), self._type)
+        self._kept = np.zeros(self.size, np.int32)
+        self._handle = np.zeros(64, np.int64)
+        self._options = np.zeros(64, np.int32)
+        # Numbered as in MKL's manual: own values, METIS, no refinement, pivots, one-level, precision, reproducible
+        # threads, counted from zero, Schur complement.
+        options = ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0), (28, int(is_single)), (34, THREADS), (35, 1))
+        for number, value in options:
+            self._options[number - 1] = value
+        if kept is not None:
+            self._options[35], self._kept[kept] = 2, 1
+        self._is_analysed = False
+        self._threads = min(THREADS, self._library.MKL_Get_Max_Threads())
+        # Python does not see the factor's memory.
+        self._release = weakref.finalize(self, _release, self._library, self._handle, self._options, self.size)
+        self._release.atexit = False
+
+    def factorise(self, values: Array) -> bool:
+        """See `linear.SymmetricSolver.factorise`."""
+        return self.call(FACTORISE, np.zeros(self.size), values) is not None
+
+    def solve(self, right: Array) -> Array:
+        """See `linear.SymmetricSolver.solve`."""
+        found = self.call(SOLVE, right)
+        if found is None:
+            raise RuntimeError("PARDISO has no factor to solve with")
+        return found
+
+    def call(self, phase: int, right: Array, values: Array | None = None) -> Array | None:
+        """One call of PARDISO; what it wrote, or None where it failed.
+
+        Args:
+            phase: Of MKL's manual; a first factorisation is preceded by the analysis.
+            right: As long as what is written.
+            values: Entries of a new matrix.
+        """
+        if values is not None:
+            self._values = np.ascontiguousarray(values, dtype=self._type)
+        given = np.ascontiguousarray(right, dtype=self._type)
+        found = np.zeros_like(given)
+        previous = self._library.MKL_Set_Num_Threads_Local(self._threads)
+        try:
+            whole = ANALYSE_TOO if phase == FACTORISE and not self._is_analysed else phase
+            matrix = (self._values, self._indptr, self._indices, self._kept)
+            error = _pardiso(self._library, self._handle, self._options, whole, self.size, matrix, (given, found))
+        finally:
+            self._library.MKL_Set_Num_Threads_Local(previous)
+            self._is_analysed = True
+        return np.asarray(found, np.float64) if error == 0 else None
+
+
+def _pardiso(
+    library: Any,  # noqa: ANN401
+    handle: npt.NDArray[np.int64],
+    options: Indices,
+    phase: int,
+    size: int,
+    matrix: Sequence[npt.NDArray[Any]],
+    sides: Sequence[npt.NDArray[Any]],
+) -> int:
+    """PARDISO's error; arguments as in MKL's manual, one matrix and one right-hand side."""
+    error = ctypes.c_int32(0)
+
+    def number(value: int) -> Any:  # noqa: ANN401
+        return ctypes.byref(ctypes.c_int32(value))
+
+    def place(array: npt.NDArray[Any]) -> Any:  # noqa: ANN401
+        return array.ctypes.data_as(ctypes.c_void_p)
+
+    values, indptr, indices, kept = (place(part) for part in matrix)
+    function = library["pardiso"]  # another object than pypardiso's, which takes doubles only
+    function.restype = None
+    function(
+        place(handle), number(1), number(1), number(POSITIVE_DEFINITE), number(phase), number(size), values, indptr,
+        indices, kept, number(1), place(options), number(0), *(place(side) for side in sides), ctypes.byref(error),
+    )  # fmt: skip
+    return error.value
+
+
+def _release(library: Any, handle: npt.NDArray[np.int64], options: Indices, size: int) -> None:  # noqa: ANN401
+    nothing = np.zeros(1)
+    none = np.zeros(1, np.int32)
+    _pardiso(library, handle, options, RELEASE, size, (nothing, none, none, none), (nothing, nothing))
+
+
+class PardisoCondenser:
+    """MKL PARDISO that eliminates all unknowns but some: their Schur complement, and the two halves of a solution.
+
+    PARDISO refuses a matrix whose Schur complement is indefinite, which says nothing against eliminating the others: a
+    pressed body is often stable only because something holds it where it is pressed. So the kept unknowns are held
+    while it works, by a stiffness that is taken off the complement again.
+    """
+
+    def __init__(self, indptr: Indices, indices: Indices, kept: Index, *, is_single: bool = False) -> None:
+        """Takes the pattern and precision, see `PardisoSolver`, and the unknowns that are kept, ascending."""
+        self.kept = kept
+        self._diagonal = indptr[kept]
+        self._plain = PardisoSolver(indptr, indices, kept=kept, is_single=is_single)
+        self._interior = np.setdiff1d(np.arange(self._plain.size), kept)
+
+    def factorise(self, values: Array) -> Array | None:
+        """See `linear.SymmetricCondenser.factorise`."""
+        count, held = len(self.kept), values.copy()
+        stiffness = HOLDING * float(np.abs(values[self._diagonal]).max())
+        held[self._diagonal] += stiffness
+        found = self._plain.call(FACTORISE, np.zeros(max(count * count, self._plain.size)), held)
+        if found is None:
+            return None
+        schur = found[: count * count].reshape(count, count)
+        schur[np.diag_indices(count)] -= stiffness
+        return schur
+
+    def reduce(self, forces: Array) -> Array:
+        """See `linear.SymmetricCondenser.reduce`.
+
+        The kept unknowns' own forces are added in double precision: near equilibrium they alone are large.
+        """
+        interior = forces.copy()
+        interior[self.kept] = 0.0
+        found = self._half(FORWARD, interior)
+        found[self.kept] += forces[self.kept]
+        return found
+
+    def lifted(self, forces: Array) -> Array:
+        """See `linear.SymmetricCondenser.lifted`."""
+        found = np.zeros(self._plain.size)
+        found[self.kept] = forces
+        return found
+
+    def inner(self, first: Array, second: Array) -> Array:
+        """See `linear.SymmetricCondenser.inner`."""
+        return np.asarray(first[self._interior].T @ second[self._interior])
+
+    def expand(self, reduced: Array, motion: Array) -> Array:
+        """See `linear.SymmetricCondenser.expand`."""
+        right = reduced.copy()
+        right[self.kept] = motion
+        found = self._half(BACKWARD, right)
+        found[self.kept] = motion
+        return found
+
+    def _half(self, phase: int, right: Array) -> Array:
+        found = self._plain.call(phase, right)
+        if found is None:
+            raise RuntimeError("PARDISO refused half of a solution")
+        return found
