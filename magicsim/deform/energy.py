@@ -23,6 +23,7 @@ from magicsim.deform.hexahedron import CORNERS, EDGES, GAUSS_GRADIENTS, gauss_ge
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.pattern import BlockPattern
 from magicsim.deform.springs import network_matrices, spring_matrices
+from magicsim.deform.table import Table, TableState
 from magicsim.deform.walls import add_wall_stiffness, add_walls
 
 Array = npt.NDArray[np.float64]
@@ -41,7 +42,7 @@ class ElasticState:
     """What the lattice's energy is at given positions."""
 
     energy_mj: float
-    """Springs, logarithm and walls, without the volume term, zero at rest [N mm]."""
+    """Springs, logarithm, walls and table, without the volume term, zero at rest [N mm]."""
     gradient: Array
     """Of the whole energy, the volume term included, shape (nodes, 3) [N]."""
     jacobian: Array
@@ -50,6 +51,8 @@ class ElasticState:
     """Of each cell's volume, shape (cells, 24) [mm2]."""
     min_jacobian: float
     """Smallest Jacobian at any Gauss point."""
+    table: TableState | None
+    """What the table does to the base; None where it is bonded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +76,8 @@ class Elasticity:
     """mu / 2 beta of each cell, see `walls`, shape (cells,)."""
     edges_mm: Array
     """Rest length of the edges, shape (cells, 12) [mm]."""
+    table: Table | None = None
+    """What the base lies on; None where it is bonded."""
 
     @classmethod
     def of(cls, lattice: Lattice) -> "Elasticity":
@@ -93,6 +98,7 @@ class Elasticity:
             walls=lattice.wall_modulus_mpa * volumes / 4,
             wall_ratio=lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY),
             edges_mm=np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2),
+            table=Table.below(lattice),
         )
 
     def evaluate(self, positions: Array) -> ElasticState:
@@ -110,12 +116,17 @@ class Elasticity:
             lattice.lame_mpa, self.springs, self.walls, self.wall_ratio, self.edges_mm,
             energy, jacobian, volume_gradient, gradient,
         )  # fmt: skip
+        below = None
+        if self.table is not None:
+            below = self.table.evaluate(positions)
+            gradient[self.table.first :] -= below.node_force_n
         return ElasticState(
-            energy_mj=float(energy.sum()),
+            energy_mj=float(energy.sum()) + (below.energy_mj if below is not None else 0.0),
             gradient=gradient,
             jacobian=jacobian,
             volume_gradient=volume_gradient,
             min_jacobian=float(smallest),
+            table=below,
         )
 
     def hessian(
@@ -140,6 +151,8 @@ class Elasticity:
             lattice.lame_mpa / self.volumes, pressure, self.springs * (1 + shift), self.walls, self.wall_ratio,
             self.edges_mm, volume_gradient, pattern.indptr, pattern.blocks, values,
         )  # fmt: skip
+        if self.table is not None:
+            self.table.add_stiffness(positions, pattern.indptr, values)
         return values
 
 

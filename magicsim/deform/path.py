@@ -37,6 +37,7 @@ from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
 from magicsim.deform.strides import Care, Strides
+from magicsim.deform.table import has_settled
 from magicsim.deform.way import first_contact, pose_between, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -49,6 +50,11 @@ TOUCHING_SHARE = 0.01
 ROUNDING = 1e-9
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
+TABLE_UPDATES, TABLE_PATIENCE = 30, 6
+"""Most updates of the limits of friction below a block on a table in one load step, and how many of them are early."""
+TABLE_RESIDUALS = (0.3, 1e-2)
+"""Residuals below which they are updated, early and late; updated in balance only, a base that was held too little has
+slid out and has to be pulled back."""
 RESTARTS = (1 / 4, 4)
 """Numbers of load steps of a path begun again, in units of the first attempt's: long steps do not meet the snaps of a
 face between the bumps of a texture at all, and short ones follow what long ones miss. Short ones, the costlier, are not
@@ -156,7 +162,7 @@ class ContactSolver:
     @property
     def _forgets_its_path(self) -> bool:
         """Whether the equilibrium does not depend on how it was reached, so that it may be sought from rest."""
-        return self._problem.law.friction == 0 and self._relaxation is None
+        return self._problem.law.friction == 0 and self._relaxation is None and self.lattice.table is None
 
     def _timed(self, start: Deformation, dt_s: float) -> Problem:
         """The problem of one time step: the branches make it another elastic one."""
@@ -207,7 +213,11 @@ class ContactSolver:
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
         has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= MAX_BALANCE
-        return has_converged and not (self._has_passed_through(iterate) and self.can_touch(indenter))
+        return (
+            has_converged
+            and has_settled(iterate.elastic.table)
+            and not (self._has_passed_through(iterate) and self.can_touch(indenter))
+        )
 
     def _has_passed_through(self, iterate: Iterate | None) -> bool:
         """Whether nothing presses back, as around an object that has pierced the face: not an answer below an object.
@@ -220,6 +230,7 @@ class ContactSolver:
         self, problem: Problem, indenter: Indenter, before: Indenter, start: Deformation, effort: Effort
     ) -> Iterate:
         """Iterates on one pose: first on the surface carried along from the pose before, then on the true one."""
+        problem = problem.on_table(start.table)
         memory = ContactMemory(
             multipliers_mpa=np.zeros(len(start.contact_points_mm)),
             penalty=problem.first_penalty,
@@ -240,9 +251,15 @@ class ContactSolver:
                 guess = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
                 found = replace(guess, iteration=found.iteration, shift=found.shift)
         iterate = self._noted(found, effort)
-        while not newton.terminate(problem, iterate):
+        updates = 0
+        while True:
+            near = TABLE_RESIDUALS[updates >= TABLE_PATIENCE]
+            if iterate.residual <= near and updates < TABLE_UPDATES and not has_settled(iterate.elastic.table):
+                problem, updates = problem.with_table_at(iterate.positions), updates + 1
+                iterate = evaluated(problem, indenter.distance, iterate.positions, iterate.pressure, iterate.memory)
+            if newton.terminate(problem, iterate):
+                return iterate
             iterate = self._noted(self._step(problem, indenter.distance, iterate), effort)
-        return iterate
 
     def _step(self, problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
         return self._condenser.step(problem, surface, iterate) or newton.step(problem, surface, iterate)
@@ -287,4 +304,5 @@ class ContactSolver:
             shifted=sum(figures.shift > 0 for figures in effort.iterations),
             unknowns=problem.pattern.size,
             converged=True,
+            table=iterate.elastic.table.memory if iterate.elastic.table is not None else None,
         )
