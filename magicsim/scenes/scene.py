@@ -147,7 +147,7 @@ class SceneConfig(Config):
     def _check_mounting(self) -> Self:
         if self.design.mounting.base != "bonded":
             msg = (
-                "design.mounting.base = 'table' is not allowed in a scene: must be 'bonded', since the image is that of a "
+                "design.mounting.base = 'table' is not allowed in a scene: must be 'bonded', since an image is of a "
                 "block in contact with its lens; `press` and `durometer` take both"
             )
             raise ValueError(msg)
