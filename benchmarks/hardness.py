@@ -26,6 +26,8 @@ class Setting:
     """Long-term Young's modulus of skin and walls [MPa]."""
     infill_mpa: float
     """Shear modulus of the infill [MPa]."""
+    infill_bulk_mpa: float = 1000.0
+    """Bulk modulus of the infill [MPa]; the design's own, a liquid, unless it has voids."""
     wall_mm: float
     spacing_mm: float = SPACING_MM
     friction: float = FRICTION
@@ -46,7 +48,8 @@ def sample(total_mm: float, skin_mm: float, setting: Setting) -> ElastomerDesign
         ElastomerDesign, "design", "mini-magictac",
         [f"skin_mm={skin_mm}", f"core_mm={total_mm - 2 * skin_mm}", f"wall_mm={setting.wall_mm}",
          f"materials.body.youngs_modulus_mpa={setting.body_mpa}",
-         f"materials.infill.shear_modulus_mpa={setting.infill_mpa}"],
+         f"materials.infill.shear_modulus_mpa={setting.infill_mpa}",
+         f"materials.infill.bulk_modulus_mpa={setting.infill_bulk_mpa}"],
     )  # fmt: skip
 
 

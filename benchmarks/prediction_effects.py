@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from hardness import Setting, sample
-from predictions import CORE_MM, DEPTHS_MM, DOMES_MM, NOMINAL, RESULT, SKINS_MM
+from predictions import CORE_MM, DOMES_MM, NOMINAL, RESULT, SKINS_MM
 
 from magicsim.deform.central import central_lattice
 from magicsim.deform.energy import Elasticity
@@ -25,6 +25,7 @@ from magicsim.deform.lattice import Lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.zone import contact_zone
 from magicsim.errors import MagicsimError
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import parse_object
 
@@ -35,8 +36,8 @@ VARIANTS = {
     "on a table": replace(NOMINAL, base="table"),
     "walls 0.2 mm": replace(NOMINAL, wall_mm=0.2, body_mpa=1.4, infill_mpa=0.002),
 }
-DEPTHS = DEPTHS_MM[4::5]
-"""1, 2, 3 and 4 mm."""
+DEPTHS = tuple(np.arange(0.5, 4.6, 0.5).tolist())
+"""[mm]."""
 
 
 def path(diameter_mm: float, skin_mm: float, setting: Setting) -> list[dict[str, Any]]:
@@ -53,25 +54,33 @@ def path(diameter_mm: float, skin_mm: float, setting: Setting) -> list[dict[str,
             state = solver.solve(place_object(dome, gap_mm=-depth), state)
         except MagicsimError as error:
             return [*rows, {"depth_mm": depth, "refused": str(error)}]
-        rows.append(
-            {
-                "depth_mm": depth,
-                "force_n": 4 * float(state.force_n[2]),
-                **skin(lattice, state.displacements_mm, skin_mm),
-            }
-        )
+        row = {"depth_mm": depth, "force_n": 4 * float(state.force_n[2])}
+        rows.append(row | strains(lattice, state.displacements_mm, block))
     return rows
 
 
-def skin(lattice: Lattice, displacements_mm: Array, skin_mm: float) -> dict[str, float]:
-    """Largest stretch and largest difference of principal stresses at the middle of the skin's cells."""
-    elasticity = Elasticity.of(lattice)
-    chosen = lattice.nodes_mm[lattice.cells].mean(1)[:, 2] < skin_mm
-    corners = (lattice.nodes_mm + displacements_mm)[lattice.cells[chosen]].transpose(0, 2, 1)
-    f = (corners[:, None] @ GAUSS_GRADIENTS @ elasticity.inverse[chosen]).mean(1)
+def strains(lattice: Lattice, displacements_mm: Array, block: ElastomerDesign) -> dict[str, float]:
+    """Of the skin's cells, at their middles, and of the uppermost printed cell below the axis.
+
+    Returns:
+        Largest stretch and difference of principal stresses in the skin; least shear strain sqrt(I1 J^(-2/3) - 3) over
+        the height of the printed cell, taken as that of the infill.
+    """
+    elasticity, middle = Elasticity.of(lattice), lattice.nodes_mm[lattice.cells].mean(1)
+    corners = (lattice.nodes_mm + displacements_mm)[lattice.cells].transpose(0, 2, 1)
+    f = (corners[:, None] @ GAUSS_GRADIENTS @ elasticity.inverse).mean(1)
     stretch = np.linalg.svd(f, compute_uv=False)
-    stress = lattice.shear_modulus_mpa[chosen] * (stretch[:, 0] ** 2 - stretch[:, 2] ** 2) / stretch.prod(1)
-    return {"skin_stretch": float(stretch.max()), "skin_stress_mpa": float(stress.max())}
+    volume = stretch.prod(1)
+    stress = lattice.shear_modulus_mpa * (stretch[:, 0] ** 2 - stretch[:, 2] ** 2) / volume
+    shear = np.sqrt(np.maximum((stretch**2).sum(1) * volume ** (-2 / 3) - 3, 0))
+    below = (middle[:, :2] < SPACING_MM).all(1) & lattice.is_core
+    below &= middle[:, 2] < block.skin_mm + block.cell_mm
+    is_skin = middle[:, 2] < block.skin_mm
+    return {
+        "skin_stretch": float(stretch[is_skin, 0].max()),
+        "skin_stress_mpa": float(stress[is_skin].max()),
+        "cell_shear": float(shear[below].min()),
+    }
 
 
 def main() -> None:

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from relaxation_curve import READING_S, SPEEDS_MM_S, ramp_ratio
 
+YIELD_STRAINS = (0.3, 1.0)
+"""Of the infill."""
 Rows = list[dict[str, Any]]
 HEAD = """# Predictions
 
@@ -84,23 +86,50 @@ def _effects(effects: dict[str, Rows]) -> list[str]:
         "principal stresses [MPa] of the skin in the nominal case.", "",
     ]  # fmt: skip
     names = ["walls 0.2 mm", "on a table"]
-    lines += _head(["indenter", "depth [mm]", "force [N]", *names, "stretch", "stress [MPa]"])
+    lines += _head(["indenter", "depth [mm]", "force [N]", *names, "stretch", "stress [MPa]", "cell's shear"])
     for key, rows in effects.items():
         case, variant = key.rsplit(", ", 1)
         if variant != "nominal":
             continue
         for place, row in enumerate(rows):
             if "force_n" not in row:
-                lines.append(_line([case, row["depth_mm"], "refused", "", "", "", ""]))
+                lines.append(_line([case, row["depth_mm"], "refused", "", "", "", "", ""]))
                 continue
             changes = []
             for name in names:
                 other = effects.get(f"{case}, {name}", [])
                 force = other[place].get("force_n") if place < len(other) else None
                 changes.append("-" if force is None else f"{100 * (force / row['force_n'] - 1):+.0f} %")
-            lines.append(
-                _line([case, row["depth_mm"], row["force_n"], *changes, row["skin_stretch"], row["skin_stress_mpa"]])
-            )
+            kept = [row[key] for key in ("skin_stretch", "skin_stress_mpa", "cell_shear")]
+            lines.append(_line([case, row["depth_mm"], row["force_n"], *changes, *kept]))
+    lines += ["", *_flow(effects)]
+    return lines
+
+
+def _flow(effects: dict[str, Rows]) -> list[str]:
+    """Where a whole printed cell below the axis has reached a yield strain."""
+    lines = [
+        "The infill of the uppermost cell flows over the height of the cell where its least shear strain passes the "
+        "yield strain, yield stress over modulus, which nobody has published; two that gels have (assumed):", "",
+    ]  # fmt: skip
+    lines += _head(["indenter", *(f"depth, force at a yield strain of {strain:g}" for strain in YIELD_STRAINS)])
+    for key, rows in effects.items():
+        case, variant = key.rsplit(", ", 1)
+        if variant != "nominal":
+            continue
+        known = [row for row in rows if "force_n" in row]
+        shear, depth, force = (
+            np.array([0.0, *(row[name] for row in known)]) for name in ("cell_shear", "depth_mm", "force_n")
+        )
+        cells = []
+        for strain in YIELD_STRAINS:
+            if shear.max() < strain:
+                cells.append(f"not down to {depth[-1]:g} mm")
+                continue
+            last = int(np.argmax(shear >= strain))
+            at = np.interp(strain, shear[last - 1 : last + 1], depth[last - 1 : last + 1])
+            cells.append(f"{at:.2f} mm, {np.interp(at, depth, force):.2f} N")
+        lines.append(_line([case, *cells]))
     return lines
 
 

@@ -43,6 +43,7 @@ SETTINGS = {
     "base friction 0": replace(NOMINAL, base_friction=0.0),
     "both frictions 0.3": replace(NOMINAL, base_friction=0.3, friction=0.3),
     "infill / 8": replace(NOMINAL, infill_mpa=NOMINAL.infill_mpa / 8),
+    "infill bulk 1 MPa": replace(NOMINAL, infill_bulk_mpa=1.0),
 }
 LAWS = {
     "law usual": secant_laws.usual,
