@@ -39,9 +39,13 @@ def press(
 @app.command
 def durometer(
     design: str, *, place: Literal["cell", "wall"] = "cell",
+    base: Annotated[Literal["table", "bonded"], Parameter(help="What the sample does below.")] = "table",
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Press a virtual Shore A durometer into a block, on the centre of a cell or where walls cross."""
+    """Press a virtual Shore A durometer into a block, on the centre of a cell or where walls cross.
+
+    The block lies on a table, with `mounting.friction`, whatever its own mounting is, or is bonded to it.
+    """
     from magicsim.config import load_preset
     from magicsim.geometry.design import ElastomerDesign
 
@@ -51,7 +55,8 @@ def durometer(
     from magicsim.progress import show_progress
 
     with show_progress(f"{design}: cone") as progress:
-        result = test(block, place=place, progress=progress)
+        mounting = block.mounting.model_copy(update={"base": base})
+        result = test(block, place=place, mounting=mounting, progress=progress)
     print_result(fields_of(result), as_json=json)
 
 

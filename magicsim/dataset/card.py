@@ -2,6 +2,7 @@
 
 from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.features import Column
+from magicsim.dataset.force_error import as_sentence
 from magicsim.dataset.layout import Layout
 from magicsim.dataset.recipe import Recipe
 
@@ -41,6 +42,8 @@ Units are mm, N, N mm, s and degrees. The sensor's frame is right-handed with it
 face, x along the short and y along the long side, +z from the contact face towards the camera; objects come from -z.
 Force is what the object exerts on the sensor, so that a press is +z. Row 0 of an image is at +y, column 0 at -x. The
 camera's frame has x to the right, y down and z ahead: `camera_rotation` turns it into the sensor's.
+
+{as_sentence(recipe)}
 
 ```python
 from datasets import load_dataset

@@ -1,7 +1,10 @@
 """Which columns the rows of a recipe have."""
 
+from dataclasses import replace
+
 from magicsim.dataset.draw import drawn_names
 from magicsim.dataset.features import Column, array, image, value, vector
+from magicsim.dataset.force_error import as_metadata
 from magicsim.dataset.recipe import Recipe
 
 DRAWN = "drawn."
@@ -26,7 +29,7 @@ def columns_of(recipe: Recipe) -> list[Column]:
         ),
         value("contact", "bool", "whether a contact force acts"),
         value("depth_mm", "float64", "indentation depth [mm]"),
-        vector("force_n", 3, "force of the object on the sensor [N]"),
+        replace(vector("force_n", 3, "force of the object on the sensor [N]"), metadata=as_metadata(recipe)),
         vector("torque_nmm", 3, "its torque about the origin [N mm]"),
         value("contact_area_mm2", "float64", "area that touches [mm2]"),
         *_large(recipe, size),

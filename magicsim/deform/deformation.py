@@ -10,6 +10,7 @@ from magicsim.deform.face import ContactFace, contact_face
 from magicsim.deform.factor import Carried
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.relaxation import RelaxationState
+from magicsim.deform.table import TableMemory
 from magicsim.geometry.pose import Pose
 
 Array = npt.NDArray[np.float64]
@@ -68,7 +69,7 @@ class Deformation:
     min_jacobian: float
     """Smallest Jacobian at any Gauss point."""
     force_balance: float
-    """|contact force + reaction of the bonded face| / |contact force|; 0 without contact."""
+    """|contact force + reaction of the base| / |contact force|; 0 without contact."""
     iterations: int
     """Newton iterations of this solve, cut-backs included."""
     cutbacks: int
@@ -83,6 +84,8 @@ class Deformation:
     """Displacement unknowns."""
     converged: bool
     """Always true: a solve that is not valid raises."""
+    table: TableMemory | None = None
+    """What friction below a block on a table remembers; None at rest and where the base is bonded."""
 
     @property
     def is_rest(self) -> bool:

@@ -2,9 +2,9 @@
 
 A truncated cone sticks out of a flat presser foot that lies on the sample. A spring pushes the cone with
 F = 0.55 + 0.075 S newtons when it sticks out by d = 2.5 (1 - S / 100) millimetres; the hardness S is where the sample
-pushes back with the same force. The sample lies bonded on a rigid table, and the foot keeps the face around the cone
-from rising above its plane. The cone presses on the centre of a cell or on a crossing of walls, which are places of
-symmetry: a quarter of the sample is solved.
+pushes back with the same force. The sample lies loose on a rigid table, as the standard asks for, whatever holds the
+sensor; the foot keeps the face around the cone from rising above its plane. The cone presses on the centre of a cell or
+on a crossing of walls, which are places of symmetry: a quarter of the sample is solved.
 """
 
 import logging
@@ -23,7 +23,7 @@ from magicsim.deform.press import compile_kernels
 from magicsim.deform.resolved import resolved_lattice
 from magicsim.deform.zone import Zone
 from magicsim.errors import ConvergenceError
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.design import ElastomerDesign, Mounting
 from magicsim.geometry.durometer_tool import SHAFT_RADIUS_MM, DurometerTool
 from magicsim.geometry.grid import Place, symmetric_place
 from magicsim.geometry.indenter import Indenter
@@ -61,6 +61,8 @@ COARSER = 1.5
 """Factor of the spacing where a block without walls folds on the finer one."""
 
 
+ON_A_TABLE = Mounting(base="table")
+"""How ASTM D2240 has the sample: on a flat, hard, horizontal surface."""
 Progress = Callable[[int, int, str], None]
 """Told how far the cone is out of the foot, how far it can be [both in micrometres], and the forces."""
 
@@ -82,7 +84,7 @@ class DurometerResult:
     min_jacobian: float
     """Smallest Jacobian at any Gauss point."""
     force_balance: float
-    """Relative difference between contact force and the bonded face's reaction."""
+    """Relative difference between contact force and the reaction of the base."""
     iterations: int
     """Newton iterations along the whole path."""
     unknowns: int
@@ -103,6 +105,7 @@ def durometer(
     hole_radius_mm: float | None = HOLE_RADIUS_MM,
     place: Place = "cell",
     walls: Literal["resolved", "homogenised"] = "resolved",
+    mounting: Mounting = ON_A_TABLE,
     step_mm: float = STEP_MM,
     force_tolerance_n: float = FORCE_TOLERANCE_N,
     progress: Progress | None = None,
@@ -122,6 +125,7 @@ def durometer(
         walls: Whether walls and infill below the cone are cells of their own, where that has an equilibrium, or one
             effective solid from the start, on planes that do not follow the walls and in the middle of the face, which
             is several times quicker.
+        mounting: What holds the sample from below.
         step_mm: Motion of the cone in one load step [mm].
         force_tolerance_n: Accuracy of the force at equilibrium [N].
         progress: Told after every load step, see `Progress`.
@@ -131,6 +135,7 @@ def durometer(
         ConvergenceError: No valid equilibrium was found; thin and soft samples are pressed almost through.
     """
     compile_kernels()
+    design = design.mounted(mounting)
     start = time.perf_counter()
     setting = _Setting(
         spacing_mm=min(spacing_mm, design.lattice.spacing_mm or spacing_mm),

@@ -57,7 +57,7 @@ def part_of(progress: Progress, number: int, count: int) -> Progress:
 
 
 def force_balance(problem: Problem, iterate: Iterate) -> float:
-    """|Contact force - reaction of the bonded face| over the contact force; 0 where nothing presses.
+    """|Contact force - reaction of the base| over the contact force; 0 where nothing presses.
 
     Args:
         problem: The lattice.
@@ -67,6 +67,8 @@ def force_balance(problem: Problem, iterate: Iterate) -> float:
     size = float(np.linalg.norm(applied.sum(0)))
     unbalanced = applied - iterate.elastic.gradient
     reaction = unbalanced.sum(0) - problem.free_forces(unbalanced).sum(0)
+    if iterate.elastic.table is not None:
+        reaction -= iterate.elastic.table.node_force_n.sum(0)
     return float(np.linalg.norm(applied.sum(0) - reaction)) / size if size > 0 else 0.0
 
 

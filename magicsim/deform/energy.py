@@ -21,6 +21,7 @@ from magicsim.deform.hexahedron import CORNERS, EDGES, gauss_geometry
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.pattern import BlockPattern
 from magicsim.deform.springs import network_matrices, spring_matrices
+from magicsim.deform.table import Table, TableState
 
 Array = npt.NDArray[np.float64]
 TINY = 1e-300
@@ -36,7 +37,7 @@ class ElasticState:
     """What the lattice's energy is at given positions."""
 
     energy_mj: float
-    """Springs, logarithm and walls, without the volume term, zero at rest [N mm]."""
+    """Springs, logarithm, walls and table, without the volume term, zero at rest [N mm]."""
     gradient: Array
     """Of the whole energy, the volume term included, shape (nodes, 3) [N]."""
     jacobian: Array
@@ -45,6 +46,8 @@ class ElasticState:
     """Of each cell's volume, shape (cells, 24) [mm2]."""
     min_jacobian: float
     """Smallest Jacobian at any Gauss point."""
+    table: TableState | None
+    """What the table does to the base; None where it is bonded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +71,8 @@ class Elasticity:
     """mu / 2 beta of each cell, see `walls`, shape (cells,)."""
     edges_mm: Array
     """Rest length of the edges, shape (cells, 12) [mm]."""
+    table: Table | None = None
+    """What the base lies on; None where it is bonded."""
 
     @classmethod
     def of(cls, lattice: Lattice) -> "Elasticity":
@@ -88,6 +93,7 @@ class Elasticity:
             walls=lattice.wall_modulus_mpa * volumes / 4,
             wall_ratio=lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY),
             edges_mm=np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2),
+            table=Table.below(lattice),
         )
 
     def evaluate(self, positions: Array) -> ElasticState:
@@ -104,12 +110,17 @@ class Elasticity:
             positions, lattice.cells, self.weights, self.log_modulus_mpa, lattice.lame_mpa, self.springs, self.walls,
             self.wall_ratio, self.edges_mm, energy, jacobian, volume_gradient, gradient,
         )  # fmt: skip
+        below = None
+        if self.table is not None:
+            below = self.table.evaluate(positions)
+            gradient[self.table.first :] -= below.node_force_n
         return ElasticState(
-            energy_mj=float(energy.sum()),
+            energy_mj=float(energy.sum()) + (below.energy_mj if below is not None else 0.0),
             gradient=gradient,
             jacobian=jacobian,
             volume_gradient=volume_gradient,
             min_jacobian=float(smallest),
+            table=below,
         )
 
     def hessian(
@@ -134,6 +145,8 @@ class Elasticity:
             self.springs * (1 + shift), self.walls, self.wall_ratio, self.edges_mm, volume_gradient, pattern.indptr,
             pattern.blocks, values,
         )  # fmt: skip
+        if self.table is not None:
+            self.table.add_stiffness(positions, pattern.indptr, values)
         return values
 
 

@@ -1,7 +1,7 @@
 """The deformation lattice: nodes on the printed grid planes, box cells between them, stiffness per cell.
 
-Nodes and cells are numbered with x fastest and z slowest: the contact face z = 0 comes first and the bonded plane
-z = height last.
+Nodes and cells are numbered with x fastest and z slowest: the contact face z = 0 comes first and the base, the plane
+z = height, last.
 """
 
 import math
@@ -23,6 +23,20 @@ FINEST_MM = 0.1
 """Smallest spacing that a small zone asks for."""
 MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
 """Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""
+
+
+WEIGHT_N_PER_MM3 = 1.12e-5
+"""Of a printed block: 1.145 g/cm3 times gravity, the density of Agilus30."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableTop:
+    """A rigid plane on which the block lies loose."""
+
+    friction: float
+    """Coulomb's coefficient between block and table."""
+    weight_mpa: float
+    """Weight of the block over its footprint [MPa]; it rests on the base and does not deform the block."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,10 +63,12 @@ class Lattice:
     """Where contact is expected and the planes are fine; None is everywhere."""
     is_mirrored: bool = False
     """Whether the planes of smallest x and y are planes of symmetry: the lattice is a quarter of the block."""
+    table: TableTop | None = None
+    """What the base lies on; None where it is bonded."""
 
     @property
     def height_mm(self) -> float:
-        """Height of the block; its plane z = height is bonded [mm]."""
+        """Height of the block; its plane z = height is the base [mm]."""
         return float(self.planes_mm[2][-1])
 
     @property
@@ -62,8 +78,8 @@ class Lattice:
 
     @property
     def free_nodes(self) -> int:
-        """Nodes that can move: all but the last plane, so the first so many."""
-        return len(self.nodes_mm) - self.layer_nodes
+        """Nodes that can move: all on a table, else all but the last plane; the first so many."""
+        return len(self.nodes_mm) - (self.layer_nodes if self.table is None else 0)
 
     @property
     def held(self) -> npt.NDArray[np.bool_]:
@@ -137,6 +153,9 @@ def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -
     """
     grid, body, infill = resolve_grid(design), design.materials.body, design.materials.infill
     lattice = box_lattice(planes_mm, shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa)
+    if design.mounting.base == "table":
+        weight = WEIGHT_N_PER_MM3 * design.height_mm
+        lattice = replace(lattice, table=TableTop(friction=design.mounting.friction, weight_mpa=weight))
     if grid is None or infill is None:
         return lattice
     core = effective_stiffness(

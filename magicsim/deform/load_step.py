@@ -17,12 +17,19 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.friction import ContactMemory
 from magicsim.deform.iterate import Iterate, evaluated
 from magicsim.deform.problem import Problem
+from magicsim.deform.table import has_settled
 from magicsim.deform.way import reach_mm, repeated_share, way_length_mm
 from magicsim.geometry.indenter import Indenter
 
 Array = npt.NDArray[np.float64]
 UNFOLDED_SHARE = 0.3
 """Least smallest Jacobian of an extrapolated state in units of the last one's."""
+
+TABLE_UPDATES, TABLE_PATIENCE = 30, 6
+"""Most updates of the limits of friction below a block on a table in one load step, and how many of them are early."""
+TABLE_RESIDUALS = (0.3, 1e-2)
+"""Residuals below which they are updated, early and late; updated in balance only, a base that was held too little has
+slid out and has to be pulled back."""
 
 
 def iterate_pose(
@@ -46,6 +53,7 @@ def iterate_pose(
         may_use_path: Whether what the path has taught is used: a factor, and where it is going.
         note: Told every iteration.
     """
+    problem = problem.on_table(start.table)
     nodes, pressed = problem.elasticity.lattice.nodes_mm, np.flatnonzero(start.contact_pressure_mpa > 0)
     positions, surface = nodes + start.displacements_mm, moved_surface(indenter, before)
     memory = _first_memory(problem, indenter, start)
@@ -66,11 +74,18 @@ def iterate_pose(
             guess = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
             found = replace(guess, iteration=found.iteration, shift=found.shift, rungs=found.rungs)
     note(found)
-    while not newton.terminate(problem, found):
+    updates = 0
+    while True:
+        near = TABLE_RESIDUALS[updates >= TABLE_PATIENCE]
+        if found.residual <= near and updates < TABLE_UPDATES and not has_settled(found.elastic.table):
+            problem, updates = problem.with_table_at(found.positions), updates + 1
+            again = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
+            found = replace(again, rungs=found.rungs)
+        if newton.terminate(problem, found):
+            return found
         following = condenser.step(problem, indenter.distance, found)
         found = following or newton.step(problem, indenter.distance, found)
         note(found)
-    return found
 
 
 def _first_memory(problem: Problem, indenter: Indenter, start: Deformation) -> ContactMemory:

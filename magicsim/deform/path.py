@@ -38,6 +38,7 @@ from magicsim.deform.pattern import block_pattern
 from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
 from magicsim.deform.strides import Care, Strides
+from magicsim.deform.table import has_settled
 from magicsim.deform.way import first_contact, pose_between, reach_mm, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -158,7 +159,7 @@ class ContactSolver:
     @property
     def _forgets_its_path(self) -> bool:
         """Whether the equilibrium does not depend on how it was reached, so that it may be sought from rest."""
-        return self._problem.law.friction == 0 and self._relaxation is None
+        return self._problem.law.friction == 0 and self._relaxation is None and self.lattice.table is None
 
     def _timed(self, start: Deformation, dt_s: float) -> Problem:
         """The problem of one time step: the branches make it another elastic one."""
@@ -222,7 +223,11 @@ class ContactSolver:
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
         has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= MAX_BALANCE
-        return has_converged and not (self._has_passed_through(iterate) and self.can_touch(indenter))
+        return (
+            has_converged
+            and has_settled(iterate.elastic.table)
+            and not (self._has_passed_through(iterate) and self.can_touch(indenter))
+        )
 
     def _has_passed_through(self, iterate: Iterate | None) -> bool:
         """Whether nothing presses back, as around an object that has pierced the face: not an answer below an object.
@@ -277,4 +282,5 @@ class ContactSolver:
             shifted=sum(figures.shift > 0 for figures in effort.iterations),
             unknowns=problem.pattern.size,
             converged=True,
+            table=iterate.elastic.table.memory if iterate.elastic.table is not None else None,
         )

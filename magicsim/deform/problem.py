@@ -12,6 +12,7 @@ from magicsim.deform.friction import ContactLaw
 from magicsim.deform.lattice import Lattice
 from magicsim.deform.linear import SymmetricSolver
 from magicsim.deform.pattern import BlockPattern
+from magicsim.deform.table import TableMemory
 
 Array = npt.NDArray[np.float64]
 ROUNDING = 4 * float(np.finfo(np.float64).eps)
@@ -140,6 +141,22 @@ class Problem:
         iterations = PATIENT_ITERATIONS * self.options.max_iterations
         options = replace(self.options, patience=0, max_iterations=iterations, is_condensed=False)
         return replace(self, options=options)
+
+    def on_table(self, memory: TableMemory | None) -> Self:
+        """The same problem with the base as an earlier load step has left it; itself where the base is bonded."""
+        table = self.elasticity.table
+        if table is None or memory is None:
+            return self
+        return replace(self, elasticity=replace(self.elasticity, table=replace(table, memory=memory)))
+
+    def with_table_at(self, positions: Array) -> Self:
+        """The same problem with the limits of friction below the block brought up to date.
+
+        Args:
+            positions: Of an equilibrium with the limits so far, shape (nodes, 3) [mm].
+        """
+        table = self.elasticity.table
+        return self if table is None else self.on_table(table.updated(positions))
 
     def free_forces(self, forces_n: Array) -> Array:
         """Forces that can move the nodes: those along held displacements are zero, shape (free nodes, 3) [N]."""

@@ -88,6 +88,20 @@ class Materials(Config):
     infill: InfillMaterial | None = None
 
 
+Base = Literal["bonded", "table"]
+"""What the face opposite the contact face does."""
+
+
+class Mounting(Config):
+    """What holds the block from below."""
+
+    base: Base = "bonded"
+    """`bonded` to what carries it, as a print glued or pressed onto its lens is, or loose on a rigid `table`: held by
+    friction, free to lift off. The sensor is assumed to be bonded: nobody says how the print is held."""
+    friction: Annotated[float, Field(ge=0.05, le=5)] = 0.7
+    """Coulomb's coefficient between block and table; assumed, rubber on smooth hard surfaces 0.3 to 1.5."""
+
+
 class LatticeOptions(Config):
     """Resolution of the lattice that carries the deformation."""
 
@@ -118,6 +132,7 @@ class ElastomerDesign(Config):
     wall_mm: Annotated[float, Field(ge=0, le=3)] = 0.0
     """Wall between neighbouring cells [mm]."""
     materials: Materials
+    mounting: Mounting = Mounting()
     lattice: LatticeOptions = LatticeOptions()
 
     @property
@@ -129,6 +144,10 @@ class ElastomerDesign(Config):
     def has_grid(self) -> bool:
         """Whether cells are printed inside."""
         return self.cell_mm > 0
+
+    def mounted(self, mounting: Mounting) -> Self:
+        """The same print held in another way."""
+        return self.model_copy(update={"mounting": mounting})
 
     @model_validator(mode="after")
     def _check_limits(self) -> Self:

@@ -148,6 +148,16 @@ class SceneConfig(Config):
         return self
 
     @model_validator(mode="after")
+    def _check_mounting(self) -> Self:
+        if self.design.mounting.base != "bonded":
+            msg = (
+                "design.mounting.base = 'table' is not allowed in a scene: must be 'bonded', since an image is of a "
+                "block in contact with its lens; `press` and `durometer` take both"
+            )
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
     def _check_view(self) -> Self:
         check_view(self.design, self.rig)
         return self

@@ -1,9 +1,11 @@
-"""Frictionless contact of a rigid body of revolution with a bonded elastic layer, by linear theory.
+"""Frictionless contact of a rigid body of revolution with an elastic layer, by linear theory.
 
 A pressure with the Hankel transform p(xi) = integral_0^a f(t) cos(xi t) dt vanishes outside the contact radius a.
 The layer of thickness h, bonded below, answers with the surface displacement (2/E*) int L(xi h) p(xi) J0(xi r) d xi,
 
     L(x) = (2 k sinh 2x - 4x) / (2 k cosh 2x + 4x^2 + 1 + k^2),  k = 3 - 4 nu
+
+and resting on a smooth plane that it does not leave with L(x) = (cosh 2x - 1) / (sinh 2x + 2x)
 
 (Hayes, Keer, Herrmann and Mockros, J. Biomech. 5, 1972; Vorovich, Aleksandrov and Babeshko 1974). Abel's inversion of
 "displacement = depth - shape" for r < a leaves a Fredholm equation of the second kind for f,
@@ -46,8 +48,9 @@ def cone(half_angle_deg: float) -> Callable[[Array], Array]:
 
 
 def layer_contact(
-    shape: Callable[[Array], Array] | None, contact_mm: float, *, height_mm: float, modulus_mpa: float, poisson: float
-) -> Contact:
+    shape: Callable[[Array], Array] | None, contact_mm: float, *, height_mm: float, modulus_mpa: float, poisson: float,
+    is_bonded: bool = True,
+) -> Contact:  # fmt: skip
     """Depth and force at a contact radius.
 
     Args:
@@ -56,11 +59,14 @@ def layer_contact(
         height_mm: Thickness h [mm].
         modulus_mpa: E* = E / (1 - nu^2) [MPa].
         poisson: nu.
+        is_bonded: Whether the layer is bonded to its base; smooth otherwise.
     """
     nodes, weights = (RADII[0] + 1) / 2, RADII[1] / 2
     u, du = (WAVENUMBERS[0] + 1) / 2 * LARGEST_WAVENUMBER, WAVENUMBERS[1] / 2 * LARGEST_WAVENUMBER
     k = 3 - 4 * poisson
     rest = 1 - (2 * k * np.sinh(2 * u) - 4 * u) / (2 * k * np.cosh(2 * u) + 4 * u**2 + 1 + k**2)
+    if not is_bonded:
+        rest = 1 - (np.cosh(2 * u) - 1) / (np.sinh(2 * u) + 2 * u)
     t, ds = contact_mm * np.append(nodes, 1.0), contact_mm * np.append(weights, 0.0)
     # cos u(t + s) + cos u(t - s) = 2 cos ut cos us
     wave = np.cos(np.outer(t, u) / height_mm)

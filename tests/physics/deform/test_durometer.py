@@ -57,7 +57,7 @@ def test_moduli_of_the_default_design_meet_the_readings_that_they_were_fitted_to
     """Half a unit of difference is that between the centre of a cell and a crossing of walls."""
     printed = load_preset(
         ElastomerDesign, "design", "mini-magictac",
-        [f"skin_mm={skin_mm}", f"core_mm={total_mm - 2 * skin_mm}", "wall_mm=0.1"],
+        [f"skin_mm={skin_mm}", f"core_mm={total_mm - 2 * skin_mm}"],
     )  # fmt: skip
     found = durometer(printed)
     assert found.walls == "resolved"

@@ -26,8 +26,9 @@ DIRECTIONS = {"compressed": np.array([0.0, 0.0, 1.0]), "sheared": np.array([1.0,
 def small_block(spacing_mm: float) -> tuple[ElastomerDesign, CellGrid]:
     """The default design with three cells each way."""
     settings = tomllib.loads(PRESET.read_text())
-    side = 3.0 + 2 * settings["skin_mm"]
-    settings |= {"footprint_mm": [side, side], "core_mm": 3.0, "lattice": {"spacing_mm": spacing_mm}}
+    core = 3 * (settings["cell_mm"] + settings["wall_mm"])
+    side = core + 2 * settings["skin_mm"]
+    settings |= {"footprint_mm": [side, side], "core_mm": core, "lattice": {"spacing_mm": spacing_mm}}
     design = ElastomerDesign(**settings)
     grid = resolve_grid(design)
     assert grid is not None

@@ -32,7 +32,7 @@ def test_infill_fills_its_share_of_the_box() -> None:
     soft = lattice.shear_modulus_mpa == infill.shear_modulus_mpa
     walls = lattice.is_core & (lattice.shear_modulus_mpa == block.materials.body.shear_modulus_mpa)
     assert volume[soft].sum() / volume[soft | walls].sum() == pytest.approx(np.prod(grid.cell_mm / pitch), rel=1e-9)
-    assert volume[soft | walls].sum() == pytest.approx(4 * 4 * 1 * np.prod(pitch))
+    assert volume[soft | walls].sum() == pytest.approx(3 * 4 * 2 * np.prod(pitch))
     assert not lattice.wall_modulus_mpa[soft | walls].any()
     np.testing.assert_array_equal(lattice.lame_mpa[soft], infill.lame_mpa)
 

@@ -26,11 +26,11 @@ def test_default_preset_has_whole_cells_of_its_specified_size():
     block = load_preset(ElastomerDesign, "design", "mini-magictac")
     grid = resolve_grid(block)
     assert grid is not None
-    # core 22.4 x 30.4 x 5.0 mm at a pitch of 1 mm
-    assert grid.counts == (22, 30, 5)
-    assert grid.pitch_mm == pytest.approx([22.4 / 22, 30.4 / 30, 1.0])
-    assert grid.cell_mm == pytest.approx([22.4 / 22 - 0.2, 30.4 / 30 - 0.2, 0.8])
-    assert grid.infill_volume_mm3 == pytest.approx(22 * 30 * 5 * np.prod(grid.cell_mm))
+    # core 22.4 x 30.4 x 5.0 mm at a pitch of 0.9 mm
+    assert grid.counts == (25, 34, 6)
+    assert grid.pitch_mm == pytest.approx([22.4 / 25, 30.4 / 34, 5.0 / 6])
+    assert grid.cell_mm == pytest.approx([22.4 / 25 - 0.1, 30.4 / 34 - 0.1, 5.0 / 6 - 0.1])
+    assert grid.infill_volume_mm3 == pytest.approx(25 * 34 * 6 * np.prod(grid.cell_mm))
 
 
 @given(x=SIZES, y=SIZES, core=st.floats(0.5, 15.0), cell=st.floats(0.3, 3.0), wall=st.floats(0.05, 0.5))

@@ -76,6 +76,11 @@ def test_unknown_design_or_rig_lists_the_choices(kind: str, key: str):
         load_scene("near", [f"{key}=none"])
 
 
+def test_a_loose_block_is_refused_since_its_image_needs_the_lens():
+    with pytest.raises(ConfigError, match=r"design\.mounting\.base = 'table' is not allowed in a scene"):
+        load_scene("rest", ["design.mounting.base=table"])
+
+
 def test_missing_design_file_is_named(tmp_path: Path):
     with pytest.raises(PresetError, match=r"design file 'gone\.toml' does not exist"):
         load_scene(write_scene(tmp_path, design="gone.toml"))

@@ -63,7 +63,7 @@ def test_broken_limits_are_named():
     found = printability(design("skin_mm=2.0", "cell_mm=1.6"))
     assert found.value == pytest.approx(4 / 6)
     assert "recommended skin 0.5 to 1 mm, here 2" in found.note
-    assert "printed cell 0.6 to 1 mm, here 1.4" in found.note
+    assert "printed cell 0.6 to 1 mm, here 1.57" in found.note
 
 
 def test_block_without_a_grid_has_no_cells_to_judge():

@@ -1,0 +1,128 @@
+"""Predicted against published hardness of nine printed samples, and what each mechanism would change.
+
+    python benchmarks/validation.py                        # everything that docs/validation.json lacks; an hour
+    python benchmarks/validation.py --only nominal --sample 2 0.5
+    python benchmarks/validation.py --table                # the tables of docs/validation.md, without computing
+
+Two of the samples fit the two moduli (`calibrate_moduli.py`); the other seven are predicted. Mechanisms are looked at
+one at a time at the same moduli: the base, friction, another infill, and by secant moduli (`secant_laws`) Gent's law
+of the body, an infill that yields, and walls that carry nothing below the cone. These run on a coarser lattice with
+longer steps, and only their differences to the usual law with the same lattice count.
+"""
+
+import argparse
+import json
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import secant_laws
+from hardness import READINGS, Setting, reading, sample
+
+from magicsim.config import load_preset
+from magicsim.errors import MagicsimError
+from magicsim.geometry.design import ElastomerDesign
+
+RESULT = Path(__file__).resolve().parent.parent / "docs" / "validation.json"
+MEASURED = {
+    **READINGS, (10.0, 2.0): 26.0, (10.0, 1.5): 22.25, (10.0, 1.0): 20.25, (2.0, 0.5): 30.5, (5.0, 0.5): 18.2,
+    (15.0, 0.5): 15.17, (20.0, 0.5): 14.2,
+}  # fmt: skip
+"""Shore A by total height and skin [mm] (Fan, Li, Zhang, arXiv 2505.24382, Table I)."""
+NOMINAL = Setting(body_mpa=1.557, infill_mpa=0.0157, wall_mm=0.1)
+"""Of the default design; from `calibrate_moduli.py`."""
+TRIED = ((2.0, 0.5), (10.0, 0.5), (10.0, 2.0))
+"""Samples at which mechanisms are looked at."""
+SETTINGS = {
+    "nominal": NOMINAL,
+    "bonded": replace(NOMINAL, base="bonded"),
+    "base friction 0.3": replace(NOMINAL, base_friction=0.3),
+    "base friction 0": replace(NOMINAL, base_friction=0.0),
+    "both frictions 0.3": replace(NOMINAL, base_friction=0.3, friction=0.3),
+    "infill / 8": replace(NOMINAL, infill_mpa=NOMINAL.infill_mpa / 8),
+    "infill bulk 1 MPa": replace(NOMINAL, infill_bulk_mpa=1.0),
+}
+LAWS = {
+    "law usual": secant_laws.usual,
+    "law Gent": secant_laws.gent,
+    "law yield 2 kPa": secant_laws.yielding(0.002),
+    "law no walls": secant_laws.without_walls,
+}
+COARSE = {"spacing_mm": 0.6, "step_mm": 0.25, "rounds": 1}
+
+
+def compute(name: str, case: tuple[float, float]) -> dict[str, Any]:
+    """One reading with one setting or law, on the centre of a cell; of the nominal one also where walls cross."""
+    if name in SETTINGS:
+        places = ("cell", "wall") if name == "nominal" else ("cell",)
+        return reading(*case, SETTINGS[name], places)
+    block = sample(*case, NOMINAL).mounted(NOMINAL.mounting)
+    try:
+        return secant_laws.reading(block, LAWS[name], "cell", **COARSE)  # type: ignore[arg-type]
+    except MagicsimError as error:
+        return {"shore_a": None, "refused": str(error)}
+
+
+def tables(kept: dict[str, Any]) -> str:
+    """The results as Markdown."""
+    lines = [
+        "| height, skin [mm] | published | predicted | on a cell | on a crossing | difference | |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for case, measured in MEASURED.items():
+        found = kept.get(f"nominal {case[0]:g} {case[1]:g}")
+        if found is None:
+            continue
+        use = "fitted" if case in READINGS else "predicted"
+        shown = [f"{found[place]:.2f}" if found.get(place) is not None else "-" for place in ("cell", "wall")]
+        lines.append(
+            f"| {case[0]:g}, {case[1]:g} | {measured:g} | {found['shore_a']:.1f} | {shown[0]} | {shown[1]} | "
+            f"{found['shore_a'] - measured:+.1f} | {use} |"
+        )
+    lines += ["", "| what is changed | " + " | ".join(f"{a:g}, {b:g}" for a, b in TRIED) + " |", "|---" * 4 + "|"]
+    for name in [*SETTINGS, *LAWS]:
+        cells = []
+        for case in TRIED:
+            found, usual = (kept.get(f"{each} {case[0]:g} {case[1]:g}") for each in (name, "law usual"))
+            if found is None or found["shore_a"] is None:
+                cells.append("-" if found is None else "refused")
+            elif name in SETTINGS:
+                cells.append(f"{found['cell']:.2f}")
+            else:
+                last, first = found["shore_a"][-1], (usual or found)["shore_a"][0]
+                cells.append(f"{last:.2f} ({last - first:+.2f})")
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Computes what is missing, or writes the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", choices=[*SETTINGS, *LAWS])
+    parser.add_argument("--sample", type=float, nargs=2, metavar=("TOTAL", "SKIN"))
+    parser.add_argument("--table", action="store_true")
+    options = parser.parse_args()
+    body = load_preset(ElastomerDesign, "design", "mini-magictac").materials.body
+    if body.youngs_modulus_mpa != NOMINAL.body_mpa:
+        sys.stderr.write(f"the default design has {body.youngs_modulus_mpa} MPa, these readings {NOMINAL.body_mpa}\n")
+    kept: dict[str, Any] = json.loads(RESULT.read_text()) if RESULT.is_file() else {}
+    if options.table:
+        sys.stdout.write(tables(kept) + "\n")
+        return
+    for name in [options.only] if options.only else [*SETTINGS, *LAWS]:
+        cases = [tuple(options.sample)] if options.sample else list(MEASURED) if name == "nominal" else list(TRIED)
+        for case in cases:
+            key = f"{name} {case[0]:g} {case[1]:g}"
+            if key in kept:
+                continue
+            start = time.perf_counter()
+            found = compute(name, case)  # type: ignore[arg-type]
+            kept = (json.loads(RESULT.read_text()) if RESULT.is_file() else {}) | {key: found}
+            RESULT.write_text(json.dumps(kept, indent=1) + "\n")
+            sys.stderr.write(f"{key}: {found['shore_a']}, {time.perf_counter() - start:.0f} s\n")
+
+
+if __name__ == "__main__":
+    main()
