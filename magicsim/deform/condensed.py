@@ -34,7 +34,7 @@ second before long [mm]."""
 MOST_REMAINING = 15.0
 """Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
 FAR = 0.3
-"""Residual above which one is made after the first step with the factor of an earlier load step."""
+"""Residual above which the first step with the factor of an earlier load step is taken again with a new one."""
 GIVEN_UP_SHARE = 1 / 3
 """A load step is given up after this part of `NewtonOptions.max_iterations`: condensed ones need few."""
 ON_ITS_WAY = 1e-3
@@ -68,7 +68,6 @@ class Condenser:
         self._part: FacePart | None = None
         self._facets: Index = np.empty(0, np.int64)
         self._residual = np.inf
-        self._is_inherited = False
 
     def begin(self, carried: Carried | None, way_mm: float) -> None:
         """Begins a load step.
@@ -80,7 +79,7 @@ class Condenser:
         before = carried.linearisation if carried is not None else None
         self.carried = (carried or Carried(linearisation=None)).moved(way_mm)
         self._facets = np.empty(0, np.int64) if before is None else before.facets
-        self._body, self._residual, self._is_inherited = None, np.inf, True
+        self._body, self._residual = None, np.inf
 
     def step(
         self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
@@ -108,7 +107,8 @@ class Condenser:
                 return replace(iterate, stuck=True)
             found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
             is_poor = found is None or found.stuck or found.shortened
-            is_poor = is_poor or (first is None and found is not None and found.residual > iterate.residual)
+            if found is not None and not is_poor:
+                is_poor = found.residual > (iterate.residual if first is None else FAR)
             if is_poor and not self._is_fresh(body, iterate):
                 self._drop()
                 continue
@@ -126,8 +126,7 @@ class Condenser:
         """Whether a new factor is worth its cost."""
         remaining = remaining_steps(self._residual, iterate.residual, problem.options.residual)
         is_slow = iterate.shortened or iterate.shift > 0 or remaining > MOST_REMAINING
-        is_far = self._is_inherited and iterate.residual > FAR
-        return is_slow or is_far or not problem.options.keeps_factors
+        return is_slow or not problem.options.keeps_factors
 
     def _drop(self) -> None:
         if self.carried.linearisation is not None:
@@ -161,7 +160,7 @@ class Condenser:
             )
             self._body = self._body_of(problem, last)
             if self._body is not None:
-                self.carried, self._is_inherited = self.carried.made(last), False
+                self.carried = self.carried.made(last)
                 return self._body
             shift = max(FIRST_SHIFT, 4 * shift)
         return None

@@ -5,7 +5,7 @@ Shared by the whole problem (`newton`, `search`) and by the small one of the fac
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -65,7 +65,7 @@ def decreases(value: float, reference: float, promised: float, noise: float) -> 
 
 
 def shortened(
-    accepts: Callable[[T, float], bool], trial: Callable[[float], T | None], *, longest: float, halvings: int
+    accepts: Callable[[Any, float], bool], trial: Callable[[float], T | None], *, longest: float, halvings: int
 ) -> tuple[T | None, float, bool]:
     """The longest acceptable step among halved ones.
 
