@@ -32,7 +32,8 @@ class LiveExposure(Config):
     time_constant_frames: Frames = 5.0
     """Frames in which the error of exposure falls to 1/e; assumed, 2 to 15: webcams settle within about a second."""
     white_balance_frames: Frames = 25.0
-    """Frames in which that of white balance does; assumed, 10 to 100: it is slower than exposure, so that the two do not swing."""
+    """Frames in which that of white balance does; assumed, 10 to 100: it is slower than exposure, so that the two do
+    not swing."""
     delay_frames: Annotated[int, Field(ge=0, le=8)] = 1
     """Frames that a new gain takes to arrive; assumed, 1 to 2: registers of image sensors work on the next frame."""
     gain_limits: tuple[Annotated[float, Field(ge=1e-3, le=1)], Annotated[float, Field(ge=1, le=1e3)]] = (0.25, 8.0)
