@@ -117,7 +117,11 @@ def searched(scene: Any, ray: Any, body: Any, infill: Any, active: Any) -> Any:
     grouped = found.instance != dr.zeros(mi.ShapePtr)
     found.shape = dr.select(grouped, dr.select(found.shape_index == 0, body, infill), found.shape)
     found.instance = dr.zeros(mi.ShapePtr)
-    si = found.compute_surface_interaction(ray, mi.RayFlags.Minimal, active)
+    return flat(found.compute_surface_interaction(ray, mi.RayFlags.Minimal, active), ray)
+
+
+def flat(si: Any, ray: Any) -> Any:
+    """A hit whose local frame follows from the normal alone, so that no search tells in which scene it was found."""
     si.sh_frame = mi.Frame3f(si.n)
     si.wi = si.to_local(-ray.d)
     return si

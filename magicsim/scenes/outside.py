@@ -12,6 +12,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.names import FLASHLIGHT, OBJECT
+from magicsim.scenes.next_hit import flat
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene_dict import flashlight_entry, flashlight_place, mesh_shape
 from magicsim.scenes.shapes import shape_named
@@ -96,5 +97,5 @@ def nearer_hit(outside: Any, ray: Any, si: Any, active: Any) -> Any:
         si: What they meet otherwise.
         active: Which of them run outside the block.
     """
-    other = outside.ray_intersect(ray, active)
+    other = flat(outside.ray_intersect(ray, active), ray)
     return dr.select(active & other.is_valid() & (other.t < si.t), other, si)

@@ -100,7 +100,7 @@ class Renderer(PlainRenderer):
     def metered(self) -> FloatImage:
         """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
         if self._is_anchored:
-            return self._whole_film.seen(self.careful().image)
+            return self._whole_film.seen(np.asarray(self._whole_film.window.of(self.careful().image)))
         world = self.world(View())
         return self._lit(world, lights_of(world), read=self._whole_film)
 

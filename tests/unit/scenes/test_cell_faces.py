@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
 
 @pytest.fixture(scope="module", params=[1.0, 0.4])
 def elastomer(request: pytest.FixtureRequest):
-    settings = ["footprint_mm=[4.6,5.6]", "core_mm=3", f"lattice.spacing_mm={request.param}"]
+    settings = ["footprint_mm=[4.6,5.6]", "core_mm=3", "wall_mm=0.2", f"lattice.spacing_mm={request.param}"]
     return build_elastomer(load_preset(ElastomerDesign, "design", "mini-magictac", settings))
 
 

@@ -39,7 +39,7 @@ def smooth_field(integrator, scene, outside):
     dark, places = integrator.darkness(scene, outside), integrator.inventory.centres_mm(scene)
     waves = np.stack([2 + np.sin(places @ [0.2, 0.1 * k, 0.3]) for k in range(3)], 1)
     lit = np.linspace(0.5, 1.5, dark.irradiance.size).reshape(dark.irradiance.shape)
-    return LightField(fluence=waves, body=dark.body + 0.3, irradiance=lit)
+    return LightField(fluence=waves, body=dark.body + 0.3 * integrator.held_mm3(scene), irradiance=lit)
 
 
 def recorded_light(scene, particles):
@@ -89,7 +89,7 @@ def test_recorded_paths_give_the_gathered_image(name, overrides):
 def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
     from magicsim.scenes.untouched_passes import follow_camera, recorded_paths
 
-    many, few, seeds = 32, 16, 8
+    many, few, seeds = 32, 16, 16
     renderer, view = small("near", "object.specular=0.6", "object.roughness=0.3", "object.color=[0,0,0]")
     seen, outside = renderer.world(view).scene, outside_of(renderer, view)
     scene, finish = renderer.world(View()).scene, renderer.object_finish

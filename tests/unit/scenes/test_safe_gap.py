@@ -11,7 +11,7 @@ from magicsim.scenes.scene import load_scene
 
 @pytest.fixture(scope="module")
 def block():
-    design = load_scene("rest", ["design.footprint_mm=[6,7]", "design.core_mm=4"]).design
+    design = load_scene("rest", ["design.footprint_mm=[6,7]", "design.core_mm=4", "design.wall_mm=0.2"]).design
     return build_elastomer(design)
 
 
