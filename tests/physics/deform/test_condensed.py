@@ -27,6 +27,7 @@ TIGHT_MM = 1e-5
 @pytest.fixture(scope="module")
 def lattice() -> Lattice:
     design = ["footprint_mm=[16.0, 16.0]", "core_mm=4.0", "wall_mm=0.2", "lattice.spacing_mm=1.0"]
+    design += ["materials.body.youngs_modulus_mpa=1.523"]
     return build_lattice(load_preset(ElastomerDesign, "design", "mini-magictac", design))
 
 

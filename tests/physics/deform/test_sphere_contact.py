@@ -155,7 +155,7 @@ def test_every_kind_of_object_presses_the_default_design(text: str) -> None:
 
 def test_core_cells_are_softer_than_the_skin() -> None:
     lattice = build_lattice(load_preset(ElastomerDesign, "design", "mini-magictac"))
-    assert lattice.is_core.sum() == 22 * 30 * 5
+    assert lattice.is_core.sum() == 25 * 34 * 6
     assert lattice.shear_modulus_mpa[lattice.is_core].max() < lattice.shear_modulus_mpa[~lattice.is_core].min() / 2
 
 

@@ -56,7 +56,7 @@ def test_clear_places_are_behind_all_planes_beside_them(elastomer, size_mm):
 
 def test_a_face_may_not_be_known_across_a_wall_where_its_neighbour_is_in_front_of_itself(elastomer):
     topology = CellTopology.of(elastomer)
-    vertices = rough(elastomer, 0.03)
+    vertices = rough(elastomer, 0.015)
     (points, normals), faces = planes(vertices, topology), cell_faces(vertices, topology)
     corners = vertices.reshape(np.prod(topology.counts), -1, 3)[:, topology.corners]
     known = np.array(faces.neighbours).reshape(-1, FACES)
