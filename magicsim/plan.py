@@ -115,6 +115,9 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     if solved and scene.render.still_mm > 0:
         bound = f"displacements below {scene.render.still_mm:g} mm are not rendered, and none is off by more"
         left_out.append(Decision(stage="light through what hardly moved", reason=bound))
+    if solved and scene.render.reuse_mm > 0:
+        bound = f"they are those of the untouched block where nothing near them moved by {scene.render.reuse_mm:g} mm"
+        left_out.append(Decision(stage="camera paths past what hardly moved", reason=bound))
     left_out += [
         Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}")
         for reason, count in reasons.items()

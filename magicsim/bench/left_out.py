@@ -180,16 +180,22 @@ def _still_meshes(settings: tuple[str, ...]) -> Rule:
     )  # fmt: skip
 
 
-def _hardly_moved(settings: tuple[str, ...]) -> Rule:
-    press = f"keyframes=[{{frame=0, gap_mm=-{LIGHT_TOUCH_MM}}}]"
-    lean, full = (load_scene("pressed", [*settings, press, *more]) for more in ((), ("render.still_mm=0",)))
-    other = load_scene(
-        "pressed", [*settings, press, "render.still_mm=0", f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED
-    )
-    return Rule(
-        name=f"displacements below {lean.render.still_mm:g} mm, pressed {LIGHT_TOUCH_MM} mm", result="bounded",
-        full=_image(full), lean=_image(lean), again=(_image(other), _image(other)),
-    )  # fmt: skip
+def _hardly_moved(field: str, what: str) -> Callable[[tuple[str, ...]], Rule]:
+    """What is left out of a light touch up to a bound, a field of the scene's render settings [mm]."""
+
+    def make(settings: tuple[str, ...]) -> Rule:
+        press = f"keyframes=[{{frame=0, gap_mm=-{LIGHT_TOUCH_MM}}}]"
+        lean, full = (load_scene("pressed", [*settings, press, *more]) for more in ((), (f"render.{field}=0",)))
+        other = load_scene(
+            "pressed", [*settings, press, f"render.{field}=0", f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED
+        )
+        bound = getattr(lean.render, field)
+        return Rule(
+            name=f"{what} {bound:g} mm, pressed {LIGHT_TOUCH_MM} mm", result="bounded",
+            full=_image(full), lean=_image(lean), again=(_image(other), _image(other)),
+        )  # fmt: skip
+
+    return make
 
 
 def _image(scene: SceneConfig, *, whole: bool = False, far: bool = False) -> Run:
@@ -255,5 +261,6 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
 
 RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (
     _repeated_states, _far_field, _nothing_scatters, _dark_flashlight, _recorded("near"),
-    _recorded("flashlight"), _out_of_reach, _hardly_moved, _still_meshes, _region, _outputs,
+    _recorded("flashlight"), _out_of_reach, _hardly_moved("still_mm", "displacements below"),
+    _hardly_moved("reuse_mm", "camera paths past what moved by less than"), _still_meshes, _region, _outputs,
 )  # fmt: skip
