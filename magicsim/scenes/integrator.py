@@ -13,7 +13,7 @@ from magicsim.scenes.cached_light import CachedLight, Elements, Piecewise, Voxel
 from magicsim.scenes.camera_pass import gather_radiance
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.integrator_settings import read_medium, read_triple
-from magicsim.scenes.inventory import Inventory, emitter_of, light_names
+from magicsim.scenes.inventory import Inventory, emitter_of, light_names, room_of
 from magicsim.scenes.light_field import LightField, total
 from magicsim.scenes.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
 from magicsim.scenes.light_starts import LightStarts, Sent, chunks
@@ -144,7 +144,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         sent = [
             Sent(
                 emitter_of(scene, name, outside), 0, count, self.stream(scene, name, seed, outside),
-                name in self.inside, place,
+                name in self.inside, place, room_of(scene, name, outside),
             )
             for place, (name, count) in enumerate(lit.items())
         ]  # fmt: skip
@@ -231,7 +231,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             particles: Number of particles, traced at once.
             seed: Random stream.
         """
-        starts = LightStarts.emitted([Sent(emitter_of(scene, name), 0, particles, seed, name in self.inside, 0)])
+        starts = LightStarts.emitted(
+            [Sent(emitter_of(scene, name), 0, particles, seed, name in self.inside, 0, room_of(scene, name))]
+        )
         tracks = deposit_tracks(
             scene, starts, self.inventory.shapes(scene), self.media, self.voxels, lights=1,
             max_depth=self.light_depth(self.media), balance=True, record=None,

@@ -11,6 +11,7 @@ from magicsim.scenes.grid_state import GridState, GridStates
 from magicsim.scenes.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.scenes.outside import Outside
+from magicsim.scenes.room_light import Room
 from magicsim.scenes.shapes import Shapes, lights, mesh_of, shape_named, wetted
 
 FloatArray = npt.NDArray[np.float64]
@@ -109,3 +110,11 @@ def emitter_of(scene: Any, name: str, outside: Outside | None = None) -> Any:
     if outside is not None and name == FLASHLIGHT:
         return outside.flashlight.emitter()
     return scene.environment() if name == ENVIRONMENT else shape_named(scene, name).emitter()
+
+
+def room_of(scene: Any, name: str, outside: Outside | None = None) -> Room | None:
+    """What the room shines on, for the room's light; None for others."""
+    if name != ENVIRONMENT:
+        return None
+    beyond = outside.scene.bbox() if outside is not None else None
+    return Room.around(scene.bbox(), beyond, from_below=shape_named(scene, HOUSING) is not None)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 from magicsim.scenes.backend import dr, mi
+from magicsim.scenes.room_light import Room, room_particles
 from magicsim.scenes.sequence import sequence
 
 CHUNK = 500_000
@@ -28,6 +29,8 @@ class Sent(NamedTuple):
     """Whether the light shines inside the body."""
     place: int
     """Number of the light among all that are traced."""
+    room: Room | None = None
+    """Where the light comes from all around, or None where it does not."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -108,8 +111,11 @@ def _begun(part: Sent) -> tuple[Any, ...]:
     # Opaque: the compiled kernel then serves any chunk.
     stream = number + dr.opaque(mi.UInt64, part.first)
     u = sequence(mi.UInt32(stream), shift)
-    places = mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3])
-    ray, weight = part.emitter.sample_ray(mi.Float(0), mi.Float(0.5), *places)
+    if part.room is not None:
+        ray, weight = room_particles(part.emitter, part.room, u=u)
+    else:
+        places = mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3])
+        ray, weight = part.emitter.sample_ray(mi.Float(0), mi.Float(0.5), *places)
     weight = mi.Color3f(weight)
     of_light = mi.UInt32(0) + dr.opaque(mi.UInt32, part.place, part.particles)
     inside = dr.opaque(mi.Bool, part.inside, part.particles)

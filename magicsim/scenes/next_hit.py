@@ -123,7 +123,7 @@ def searched(scene: Any, ray: Any, body: Any, infill: Any, active: Any) -> Any:
 def flat(si: Any, ray: Any) -> Any:
     """A hit whose local frame follows from the normal alone, so that no search tells in which scene it was found."""
     si.sh_frame = mi.Frame3f(si.n)
-    si.wi = si.to_local(-ray.d)
+    si.wi = dr.select(si.is_valid(), si.to_local(-ray.d), -ray.d)  # the room is looked up by it
     return si
 
 

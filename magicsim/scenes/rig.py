@@ -232,8 +232,22 @@ class Rig(Config):
     lens: Lens = Lens()
     flashlight: Flashlight = Flashlight()
     ambient: Rgb = (0.0, 0.0, 0.0)
-    """Radiance of the room, the same in all directions below the contact face, relative units."""
+    """Radiance of the room below the contact face, relative units: the same all around, or the mean of `room`."""
+    room: str | None = None
+    """Where that light comes from: `office`, `window`, `bench`, or an equirectangular image (PNG or JPEG, sRGB), whose
+    middle is what the sensor looks at; none is even light."""
     camera: Camera = Camera()
+
+    @model_validator(mode="after")
+    def _check_room(self) -> Self:
+        if self.room is not None:
+            from magicsim.scenes.room import room_radiance
+
+            room_radiance(self.room)
+            if not any(self.ambient):
+                msg = f"room = '{self.room}' is not allowed with ambient = 0: give the radiance of the room"
+                raise ValueError(msg)
+        return self
 
     @property
     def lit(self) -> tuple[bool, bool, bool]:

@@ -14,6 +14,7 @@ from magicsim.scenes.film import film
 from magicsim.scenes.finish import COLORS, Finish
 from magicsim.scenes.names import BLOCK, BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.scenes.rig import LedStrip, Rig
+from magicsim.scenes.room import room_radiance
 
 Array = npt.NDArray[np.float64]
 INSET_MM = 0.2
@@ -238,16 +239,25 @@ def _rectangle(
 
 
 def _room(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
-    """Equal radiance all around, and a black housing that leaves what is below the contact face."""
+    """Light from all around, and a black housing that leaves what is below the contact face."""
     radius = HOUSING_RADIUS * float(np.linalg.norm(elastomer.design.footprint_mm)) / 2
     top = elastomer.design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm + 1
     black = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}}
     lid = mi.ScalarTransform4f().translate([0, 0, top]).scale([radius, radius, 1])
     return {
-        ENVIRONMENT: {"type": "constant", "radiance": {"type": "rgb", "value": list(rig.ambient)}},
+        ENVIRONMENT: _environment(rig),
         HOUSING: {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, top], "radius": radius, "bsdf": black},
         "lid": {"type": "disk", "to_world": lid, "bsdf": black},
     }
+
+
+def _environment(rig: Rig) -> dict[str, Any]:
+    if rig.room is None:
+        return {"type": "constant", "radiance": {"type": "rgb", "value": list(rig.ambient)}}
+    radiance = (room_radiance(rig.room) * rig.ambient).astype(np.float32)
+    # The renderer's images have -z at their edges.
+    turned = mi.ScalarTransform4f().rotate([0, 1, 0], 180)
+    return {"type": "envmap", "bitmap": mi.Bitmap(radiance), "to_world": turned}
 
 
 def flashlight_place(rig: Rig, shift_x_mm: float) -> Any:

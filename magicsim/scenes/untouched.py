@@ -1,5 +1,6 @@
 """The untouched sensor, rendered and recorded, kept so that the episodes of one sensor do it once."""
 
+import hashlib
 import json
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -93,11 +94,21 @@ def shared_states() -> UntouchedStates:
     return UntouchedStates(default_store())
 
 
+def _digest(rig: Rig) -> str | None:
+    """Of the room's image: a file may be replaced by another of that name."""
+    if rig.room is None:
+        return None
+    from magicsim.scenes.room import room_file
+
+    return hashlib.sha256(room_file(rig.room).read_bytes()).hexdigest()
+
+
 def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -> str:
     """Everything that the untouched state depends on."""
     data = [
         design.model_dump(mode="json"),
-        rig.model_dump(mode="json", include={"strips", "lens", "ambient"}),
+        rig.model_dump(mode="json", include={"strips", "lens", "ambient", "room"}),
+        _digest(rig),
         rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
         settings.model_dump(mode="json", include=OPTICAL_SETTINGS),
     ]

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.scenes.backend import mi
-from magicsim.scenes.names import BODY, FLASHLIGHT, GROUPED, INFILL
+from magicsim.scenes.names import BODY, ENVIRONMENT, FLASHLIGHT, GROUPED, INFILL
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene_dict import WorldContent, block_shapes, flashlight_place, in_group, scene_dict, with_lens
 
@@ -33,9 +33,9 @@ class World:
             self.scene.integrator().inventory.hold(block[BODY], block.get(INFILL))
         self._parameters = mi.traverse(self.scene)
         self._radiance = {
-            key: mi.Color3f(self._parameters[key])
+            key: type(self._parameters[key])(self._parameters[key])
             for key in self._parameters.keys()  # noqa: SIM118 -- not a dict
-            if key.endswith(RADIANCE)
+            if key.endswith(RADIANCE) or key == f"{ENVIRONMENT}.scale"
         }
 
     def update(
@@ -71,7 +71,7 @@ class World:
             name: One of `shapes.lights(scene)`.
         """
         for key, radiance in self._radiance.items():
-            self._parameters[key] = radiance if name in {key.partition(".")[0], None} else mi.Color3f(0.0)
+            self._parameters[key] = radiance if name in {key.partition(".")[0], None} else type(radiance)(0.0)
         self._parameters.update()
 
     def _set(self, name: str, vertices: Array) -> None:

@@ -26,9 +26,10 @@ CASES = {
     "forward scattering": FORWARD,
     "strips behind air": (AIR,),
     "light of the room": ("rig.strips=[]", "rig.ambient=[0.5,1,0.7]"),
+    "a room with a window": ("rig.ambient=[0.5,0.6,0.7]", "rig.room='window'"),
     "absorbing body": ("design.materials.body.absorption_per_mm=0.1",),
 }  # fmt: skip
-QUICK = ("both scatter", "forward scattering")
+QUICK = ("both scatter", "forward scattering", "a room with a window")
 
 
 def means(scene, turns):

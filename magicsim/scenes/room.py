@@ -1,0 +1,88 @@
+"""What surrounds a sensor, from all directions: an equirectangular image in the place of even light.
+
+The middle of the image is where the sensor looks (-z), its upper edge +y, its right half +x. Its linear radiance is
+scaled so that the mean over all directions in each channel is `Rig.ambient`, whatever the image's own exposure.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.presets import expanded, is_file, preset_root
+
+Array = npt.NDArray[np.float64]
+FOLDER = "scenes/rooms"
+SUFFIXES = (".png", ".jpg", ".jpeg")
+MOST_COLUMNS = 4096
+
+
+def room_names() -> list[str]:
+    """Names of the rooms that come with the program, sorted."""
+    return sorted(path.stem for path in (preset_root() / FOLDER).glob("*.png"))
+
+
+def room_file(name: str) -> Path:
+    """The image of a room.
+
+    Args:
+        name: One of `room_names()`, or the path of an image.
+
+    Raises:
+        ConfigError: Neither.
+    """
+    if name in room_names():
+        return preset_root() / FOLDER / f"{name}.png"
+    path = expanded(name)
+    if path.suffix.lower() not in SUFFIXES:
+        raise ConfigError(unknown_choice("room (or a PNG or JPEG file)", name, room_names()))
+    if not is_file(path):
+        msg = f"rig.room = '{name}' does not exist; give a PNG or JPEG file or one of: {', '.join(room_names())}"
+        raise ConfigError(msg)
+    return path
+
+
+def room_radiance(name: str) -> Array:
+    """Radiance from all directions with a mean of 1 in each channel that is not dark, shape (rows, columns, 3).
+
+    Args:
+        name: See `room_file`.
+
+    Raises:
+        ConfigError: The file holds no equirectangular image, or a black one.
+    """
+    path = room_file(name)
+    return _read(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=4)
+def _read(path: Path, _changed_ns: int) -> Array:
+    try:
+        with Image.open(path) as picture:
+            columns, rows = picture.size
+            if columns != 2 * rows or columns > MOST_COLUMNS:
+                msg = (
+                    f"rig.room '{path.name}' has {columns} x {rows} pixels: must be twice as wide as high, at most "
+                    f"{MOST_COLUMNS} wide"
+                )
+                raise ConfigError(msg)
+            coded = np.asarray(picture.convert("RGB"), np.float64) / 255
+    except (OSError, ValueError, Image.DecompressionBombError) as error:
+        msg = f"rig.room '{path.name}' is no image that can be read"
+        raise ConfigError(msg) from error
+    # sRGB's tone curve, IEC 61966-2-1.
+    linear = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
+    mean = (linear * solid_angles(rows)[:, None, None]).sum(0).mean(0)
+    if not (mean > 0).all():
+        msg = f"rig.room '{path.name}' is black in a channel: there is nothing to scale to rig.ambient"
+        raise ConfigError(msg)
+    return np.asarray(linear / mean)
+
+
+def solid_angles(rows: int) -> Array:
+    """Share of all directions that each row of an equirectangular image stands for, shape (rows,)."""
+    edges = np.cos(np.linspace(0, np.pi, rows + 1))
+    return np.asarray((edges[:-1] - edges[1:]) / 2)
