@@ -60,19 +60,7 @@ def room_radiance(name: str) -> Array:
 
 @lru_cache(maxsize=4)
 def _read(path: Path, _changed_ns: int) -> Array:
-    try:
-        with Image.open(path) as picture:
-            columns, rows = picture.size
-            if columns != 2 * rows or columns > MOST_COLUMNS:
-                msg = (
-                    f"rig.room '{path.name}' has {columns} x {rows} pixels: must be twice as wide as high, at most "
-                    f"{MOST_COLUMNS} wide"
-                )
-                raise ConfigError(msg)
-            coded = np.asarray(picture.convert("RGB"), np.float64) / 255
-    except (OSError, ValueError, Image.DecompressionBombError) as error:
-        msg = f"rig.room '{path.name}' is no image that can be read"
-        raise ConfigError(msg) from error
+    coded = _pixels(path)
     # sRGB's tone curve, IEC 61966-2-1.
     linear = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
     mean = (linear * solid_angles(rows)[:, None, None]).sum(0).mean(0)
@@ -80,6 +68,27 @@ def _read(path: Path, _changed_ns: int) -> Array:
         msg = f"rig.room '{path.name}' is black in a channel: there is nothing to scale to rig.ambient"
         raise ConfigError(msg)
     return np.asarray(linear / mean)
+
+
+def _pixels(path: Path) -> Array:
+    """Coded values from 0 to 1, shape (rows, columns, 3)."""
+    unreadable = ConfigError(f"rig.room '{path.name}' is no image that can be read")
+    try:
+        picture = Image.open(path)
+    except (OSError, ValueError, Image.DecompressionBombError) as error:
+        raise unreadable from error
+    with picture:
+        columns, rows = picture.size
+        if columns != 2 * rows or columns > MOST_COLUMNS:
+            msg = (
+                f"rig.room '{path.name}' has {columns} x {rows} pixels: must be twice as wide as high, at most "
+                f"{MOST_COLUMNS} wide"
+            )
+            raise ConfigError(msg)
+        try:
+            return np.asarray(picture.convert("RGB"), np.float64) / 255
+        except (OSError, ValueError) as error:
+            raise unreadable from error
 
 
 def solid_angles(rows: int) -> Array:
