@@ -33,11 +33,9 @@ HALVINGS = 12
 """Most shortenings of one of them."""
 UPDATES, REPRIEVE = 24, 6
 """Of the multipliers in a load step, cheap here, before the penalty is raised; and before it is raised again."""
-MISFIT_SHARES, MISFIT_PACE = (0.1, 0.5), 10.0
-"""Misfits are brought below the body's residual times the pace, within these parts of the tolerance: at the end far
-below it, for steps are cheap here and forces are then smooth in the object's motion."""
-MISMATCH_SHARE = 0.5
-"""Friction limits are brought below this part of their tolerance."""
+MISFIT_SHARE, MISMATCH_SHARE = 0.2, 0.5
+"""Misfits and friction limits are brought below these parts of their tolerances: steps are cheap here, and forces are
+then smooth in the object's motion."""
 GROWTH_SHARE = 0.95
 """Part of the tolerance below which a misfit does not raise the penalty."""
 RESIDUALS, RESIDUAL_PACE = (1e-10, 1e-3), 1e-3
@@ -98,7 +96,7 @@ def solve_face(
     options = problem.options
     target = float(np.clip(RESIDUAL_PACE * accuracy, *RESIDUALS))
     patience = Patience(
-        misfit_mm=options.tolerance_mm * float(np.clip(MISFIT_PACE * accuracy, *MISFIT_SHARES)),
+        misfit_mm=options.tolerance_mm * MISFIT_SHARE,
         mismatch=options.slip_mismatch * MISMATCH_SHARE,
         multiplier_residual=options.update_residual,
         limit_residual=options.limit_residual[True],
