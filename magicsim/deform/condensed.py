@@ -108,7 +108,7 @@ class Condenser:
             found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
             is_poor = found is None or found.stuck or found.shortened
             if found is not None and not is_poor:
-                is_poor = found.residual > (iterate.residual if first is None else FAR)
+                is_poor = found.residual > (FAR if first is not None else self._expected(iterate, found))
             if is_poor and not self._is_fresh(body, iterate):
                 self._drop()
                 continue
@@ -119,8 +119,13 @@ class Condenser:
                 break
             needed = np.union1d(np.union1d(needed, self._facets), near_facets(problem.face, found, NEAR_MM))
         body.took(found)
-        self._residual = np.inf if first is not None else iterate.residual
+        self._residual = np.inf if first is not None else self._expected(iterate, found)
         return found.on(Rung.SHIFTED) if found.shift > 0 else found
+
+    @staticmethod
+    def _expected(iterate: Iterate, found: Iterate) -> float:
+        """Residual that a step has to beat; any will do where multipliers were updated, which makes another problem."""
+        return iterate.residual if found.memory.updates == iterate.memory.updates else np.inf
 
     def _asks_for_factor(self, problem: Problem, iterate: Iterate) -> bool:
         """Whether a new factor is worth its cost."""

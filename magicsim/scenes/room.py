@@ -63,7 +63,7 @@ def _read(path: Path, _changed_ns: int) -> Array:
     coded = _pixels(path)
     # sRGB's tone curve, IEC 61966-2-1.
     linear = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
-    mean = (linear * solid_angles(rows)[:, None, None]).sum(0).mean(0)
+    mean = (linear * solid_angles(len(linear))[:, None, None]).sum(0).mean(0)
     if not (mean > 0).all():
         msg = f"rig.room '{path.name}' is black in a channel: there is nothing to scale to rig.ambient"
         raise ConfigError(msg)

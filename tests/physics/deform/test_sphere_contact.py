@@ -17,6 +17,8 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import SphereObject, parse_object
 
+SYMMETRY = 1e-6
+"""Departure from symmetry that residuals of 1e-8 of the contact force leave [mm, N, N mm]."""
 BALL = SphereObject(kind="sphere", radius_mm=4.0)
 REFERENCE_N = {depth.depth_mm: depth.force_n for depth in load_reference(reference_path()).depths}
 """Finite elements on `uniform-block` under a sphere of 4 mm, magicsim/bench/reference_sphere_block.json."""
@@ -51,11 +53,11 @@ def test_force_is_the_reaction_and_points_into_the_sensor(pressed: Deformation) 
 def test_symmetric_press_gives_symmetric_answer(pressed: Deformation) -> None:
     side = 9
     grid = pressed.displacements_mm.reshape(5, side, side, 3)
-    np.testing.assert_allclose(grid, grid[:, :, ::-1] * [-1, 1, 1], atol=1e-8)
-    np.testing.assert_allclose(grid, grid[:, ::-1] * [1, -1, 1], atol=1e-8)
-    np.testing.assert_allclose(grid, grid.transpose(0, 2, 1, 3)[..., [1, 0, 2]], atol=1e-8)
-    np.testing.assert_allclose(pressed.force_n[:2], 0, atol=1e-8)
-    np.testing.assert_allclose(pressed.torque_nmm, 0, atol=1e-8)
+    np.testing.assert_allclose(grid, grid[:, :, ::-1] * [-1, 1, 1], atol=SYMMETRY)
+    np.testing.assert_allclose(grid, grid[:, ::-1] * [1, -1, 1], atol=SYMMETRY)
+    np.testing.assert_allclose(grid, grid.transpose(0, 2, 1, 3)[..., [1, 0, 2]], atol=SYMMETRY)
+    np.testing.assert_allclose(pressed.force_n[:2], 0, atol=SYMMETRY)
+    np.testing.assert_allclose(pressed.torque_nmm, 0, atol=SYMMETRY)
 
 
 def test_torque_follows_the_place_of_the_force() -> None:

@@ -8,7 +8,7 @@ def test_press_prints_the_contract_and_pushes_upwards(shell: Shell):
     found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.5)
     assert set(found) == {
         "force_n", "torque_nmm", "contact_area_mm2", "max_penetration_mm", "min_jacobian", "force_balance",
-        "iterations", "cutbacks", "restarts", "shifted", "unknowns", "seconds", "converged",
+        "iterations", "cutbacks", "restarts", "shifted", "rungs", "unknowns", "seconds", "converged",
     }  # fmt: skip
     assert len(found["force_n"]) == len(found["torque_nmm"]) == 3
     assert found["force_n"][2] > 0.5
