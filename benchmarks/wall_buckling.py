@@ -31,7 +31,7 @@ from magicsim.geometry.design import ElastomerDesign
 
 Array = npt.NDArray[np.float64]
 RESULT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks" / "wall-buckling.json"
-STRAINS = (0.1, 0.2, 0.25, 0.3, 0.4)
+STRAINS = (0.1, 0.15, 0.2, 0.225, 0.25, 0.3, 0.4)
 """Squeeze along z."""
 INFILL_PARTS, WALL_PARTS = 6, 2
 IMPERFECTION = 5e-3

@@ -133,6 +133,7 @@ def test_friction_keeps_to_coulombs_law_and_opposes_the_slip() -> None:
     np.testing.assert_allclose(shear[slips], friction * pressure[slips], rtol=0.05)
 
 
+@pytest.mark.slow
 def test_a_block_that_is_turned_over_lifts_off_against_its_weight_alone() -> None:
     block = lattice(replace(WEIGHT, friction=1.5), quarter=False)
     solver, thing, state = ContactSolver(block, friction=5.0), parse_object("sphere:radius_mm=3"), None
@@ -146,6 +147,7 @@ def test_a_block_that_is_turned_over_lifts_off_against_its_weight_alone() -> Non
     assert state.force_balance < 1e-6
 
 
+@pytest.mark.slow
 def test_a_quarter_is_a_quarter_of_the_whole() -> None:
     whole, quarter = (pressed(lattice(WEIGHT, quarter=each)) for each in (False, True))
     assert 4 * quarter.force_n[2] == pytest.approx(whole.force_n[2], rel=1e-2)
