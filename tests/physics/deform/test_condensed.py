@@ -111,7 +111,7 @@ def test_without_pardiso_the_same_iterations_find_the_same_equilibria(
         np.testing.assert_allclose(one.force_n, other.force_n, atol=2e-3 * np.linalg.norm(other.force_n))
 
 
-def test_small_steps_of_a_path_need_no_factor_of_their_own(lattice: Lattice) -> None:
+def test_small_steps_of_a_path_share_factors(lattice: Lattice) -> None:
     solver = ContactSolver(lattice, friction=0.6)
     state = solver.solve(place_object(BALL, gap_mm=-0.6))
     made = solver.factorisations
@@ -119,7 +119,7 @@ def test_small_steps_of_a_path_need_no_factor_of_their_own(lattice: Lattice) -> 
     for number in range(1, 6):
         state = solver.solve(place_object(BALL, gap_mm=-0.6, x_mm=1e-4 * number), state)
         forces.append(state.force_n)
-    assert solver.factorisations <= made + 2  # for five steps
+    assert solver.factorisations <= made + 2
     along = np.diff([force[0] for force in forces])
     np.testing.assert_allclose(along, along.mean(), rtol=0.2)
 
