@@ -117,4 +117,4 @@ def room_of(scene: Any, name: str, outside: Outside | None = None) -> Room | Non
     if name != ENVIRONMENT:
         return None
     beyond = outside.scene.bbox() if outside is not None else None
-    return Room.around(scene.bbox(), beyond, from_below=shape_named(scene, HOUSING) is not None)
+    return Room.around(scene.bbox(), beyond)

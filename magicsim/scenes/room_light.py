@@ -1,8 +1,8 @@
 """Particles that the room sends: directions by how bright it is there, places on a disk that the scene fits behind.
 
-Directions are drawn from cells of equal solid angle in proportion to the room's brightness, one in `EVEN` of them alike
-in all, so that what is between two cells is never given too much weight. What comes from above meets the housing, where
-there is one. Mitsuba's `envmap` has particles of its own, which are up to a fifth too bright in its version 3.9.1.
+Directions are drawn from cells of equal solid angle in proportion to the room's brightness, a share `EVEN` of them
+alike in all, so that nothing between two cells gets too much weight. Mitsuba's `envmap` has particles of its own,
+which are up to a fifth too bright in its version 3.9.1.
 """
 
 from typing import Any, NamedTuple, Self
@@ -30,17 +30,14 @@ class Room(NamedTuple):
     radius_mm: float
     away_mm: float
     """Distance from there at which nothing is in the way any more."""
-    from_below: bool
-    """Whether a housing keeps out what comes from above."""
 
     @classmethod
-    def around(cls, box: Any, beyond: Any | None, *, from_below: bool) -> Self:
+    def around(cls, box: Any, beyond: Any | None) -> Self:
         """Around a scene.
 
         Args:
             box: Of the scene.
             beyond: Of what stands outside, or None; what of it is further than `BEYOND` says only hides the room.
-            from_below: See above.
         """
         sphere = box.bounding_sphere()
         away = float(sphere.radius)
@@ -53,7 +50,7 @@ class Room(NamedTuple):
                 whole = mi.ScalarBoundingBox3f(box)
                 whole.expand(near)
                 sphere = whole.bounding_sphere()
-        return cls(sphere.center, float(sphere.radius), max(away, float(sphere.radius)), from_below)
+        return cls(sphere.center, float(sphere.radius), max(away, float(sphere.radius)))
 
 
 def room_particles(environment: Any, room: Room, *, u: list[Any]) -> tuple[Any, Any]:
@@ -64,7 +61,7 @@ def room_particles(environment: Any, room: Room, *, u: list[Any]) -> tuple[Any, 
         room: What it shines on.
         u: Four numbers in [0, 1) for each, mi.Float.
     """
-    shares = _shares(environment, from_below=room.from_below)
+    shares = _shares(environment)
     cell, ring_part = mi.DiscreteDistribution(mi.Float(aligned(shares, np.float32))).sample_reuse(u[0])
     height = 2 * (mi.Float(cell // SECTORS) + ring_part) / RINGS - 1
     turn = dr.two_pi * (mi.Float(cell % SECTORS) + u[1]) / SECTORS
@@ -79,16 +76,17 @@ def room_particles(environment: Any, room: Room, *, u: list[Any]) -> tuple[Any, 
     return ray, _radiance(environment, way) * (dr.pi * dr.square(radius)) / chance
 
 
-def _shares(environment: Any, *, from_below: bool) -> Array:
+def _shares(environment: Any) -> Array:
     """Of the particles for each cell, ring after ring from below, shape (RINGS * SECTORS,)."""
     ring, sector = np.divmod(np.arange(RINGS * SECTORS), SECTORS)
     height, turn = 2 * (ring + 0.5) / RINGS - 1, 2 * np.pi * (sector + 0.5) / SECTORS
     sine = np.sqrt(1 - height**2)
     towards = np.stack([sine * np.cos(turn), sine * np.sin(turn), height])
-    bright = np.array(_radiance(environment, -mi.Vector3f(*(aligned(each, np.float32) for each in towards)))).sum(0)
-    sends = height < 0 if from_below else np.ones(len(height), bool)
-    bright = np.where(sends, np.broadcast_to(bright, sends.shape), 0.0)
-    even = sends / sends.sum()
+    bright = np.broadcast_to(
+        np.array(_radiance(environment, -mi.Vector3f(*(aligned(each, np.float32) for each in towards)))).sum(0),
+        height.shape,
+    )
+    even = np.full(len(height), 1 / len(height))
     return np.asarray(EVEN * even + (1 - EVEN) * bright / bright.sum() if bright.sum() > 0 else even)
 
 

@@ -56,7 +56,8 @@ def test_pressed_and_moved_along_without_a_shorter_step(what: str, friction: flo
     assert np.diff(forces).min() > 0
     assert sum(state.cutbacks + state.restarts for state in states) == 0
     assert max(state.max_penetration_mm for state in states) <= TOLERANCE_MM
-    assert moved.force_n[2] == pytest.approx(pressed.force_n[2], rel=0.1)
+    # Nodes are 0.9 mm apart: how hard a tip of a quarter millimetre presses depends on where between them it stands.
+    assert moved.force_n[2] == pytest.approx(pressed.force_n[2], rel=0.2 if what.startswith("cone") else 0.1)
     if friction > 0:
         assert 0.02 < moved.force_n[0] / moved.force_n[2] < friction
 

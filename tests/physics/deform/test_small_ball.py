@@ -12,6 +12,10 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import parse_object
 
+SYMMETRIC_MM = 1e-6
+"""Iterations end where forces balance to 1e-8, with a factor of single precision on the way: not all of its last digits
+are symmetric."""
+
 
 def force_n(cells_across: int) -> float:
     design = load_preset(
@@ -32,6 +36,6 @@ def test_symmetric_press_gives_symmetric_answer() -> None:
     lattice = build_lattice(design, zone=contact_zone([pose], design))
     moved = ContactSolver(lattice).solve(pose).displacements_mm
     grid = moved.reshape(*(len(planes) for planes in lattice.planes_mm[::-1]), 3)
-    np.testing.assert_allclose(grid, grid[:, :, ::-1] * [-1, 1, 1], atol=1e-8)
-    np.testing.assert_allclose(grid, grid[:, ::-1] * [1, -1, 1], atol=1e-8)
-    np.testing.assert_allclose(grid, grid.transpose(0, 2, 1, 3)[..., [1, 0, 2]], atol=1e-8)
+    np.testing.assert_allclose(grid, grid[:, :, ::-1] * [-1, 1, 1], atol=SYMMETRIC_MM)
+    np.testing.assert_allclose(grid, grid[:, ::-1] * [1, -1, 1], atol=SYMMETRIC_MM)
+    np.testing.assert_allclose(grid, grid.transpose(0, 2, 1, 3)[..., [1, 0, 2]], atol=SYMMETRIC_MM)

@@ -17,7 +17,7 @@ def test_plan_prints_decisions_with_stage_and_reason(shell: Shell):
 def test_plan_without_json_is_text_for_people(shell: Shell):
     done = shell("plan", "near")
     assert done.code == 0
-    assert "kept:\n  grid: 22 x 30 x 5 cells of 0.818 x 0.813 x 0.8 mm" in done.out
+    assert "kept:\n  grid: 25 x 34 x 6 cells of 0.796 x 0.794 x 0.733 mm" in done.out
     assert "\n  mesh and BVH update: 1 of 1 frames: something moved\n" in done.out
 
 
