@@ -25,9 +25,9 @@ from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.sensor import Sensor
 
-GAPS_MM = (1.0, -0.005, -0.02, -0.05, -0.1, -0.3, -1.0, -2.0)
+GAPS_MM = (1.0, -0.005, -0.05, -0.1, -0.3, -1.0, -2.0)
 SEEDS = (1, 2, 3, 4)
-CONVERGED = ("render.samples=32", "render.particles=400000", "render.anchor_samples=0")
+CONVERGED = ("render.samples=16", "render.particles=300000", "render.anchor_samples=0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
