@@ -194,6 +194,7 @@ def main() -> None:
         print(json.dumps(row))
     settings = {"cases": chosen.cases, "seed": chosen.seed, "gaps_mm": GAPS_MM, "far_mm": FAR_MM}
     chosen.out.write_text(json.dumps({"settings": settings, "results": rows}, indent=1) + "\n")
+    # Every frame's features, to look into, beside it.
     raw = [asdict(shown) | {"question": question} for question, each in frames.items() for shown in each]
     chosen.out.with_suffix(".frames.jsonl").write_text("".join(json.dumps(each, default=bool) + "\n" for each in raw))
 
