@@ -97,8 +97,8 @@ def block_shapes(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
 def in_group(shapes: dict[str, Any]) -> dict[str, Any]:
     """Entries of shapes that share a search tree of their own.
 
-    The renderer builds the tree of a group faster than that of a scene, in which it splits triangles: of 190,000 triangles
-    in 60 to 90 instead of 170 to 230 ms. Rays through the block then take a tenth to a quarter longer.
+    The renderer builds the tree of a group faster than that of a scene, in which it splits triangles: of 190,000
+    triangles in 60 to 90 instead of 170 to 230 ms. Rays through the block then take a tenth to a quarter longer.
     """
     return {BLOCK: {"type": "shapegroup", **shapes}, PLACE: {"type": "instance", "group": _reference(BLOCK)}}
 
