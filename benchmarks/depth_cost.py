@@ -6,8 +6,7 @@ A ball stands 1 mm before the default design, and is pressed 0.005 to 2 mm deep.
 with several seeds of its own and of its anchor. Seconds of light and camera are the least of three, meshes moved and
 search tree built, the untouched sensor and the light before contact known; those of the solve, from rest, stand beside
 them. Error is the root mean square deviation from the mean of independent images without an anchor, less their own
-noise, over the image's mean. `changed` is the share of pixels that differ from the untouched image by more than a
-thousandth of the mean. Writes depth-cost.json and depth-cost.png.
+noise, over the image's mean. Writes depth-cost.json and depth-cost.png.
 """
 
 import argparse
@@ -37,7 +36,6 @@ class DepthRow:
     gap_mm: float
     solve_seconds: float
     seconds: float
-    changed: float
     error: float
     error_of_error: float
 
@@ -50,7 +48,7 @@ def sensor_at(gap_mm: float, settings: list[str], seed: int) -> Sensor:
 
 def measure(gap_mm: float, settings: list[str]) -> DepthRow:
     """Cost and error at a gap."""
-    frames, seconds, changed, solve = [], [], [], 0.0
+    frames, seconds, solve = [], [], 0.0
     for seed in SEEDS:
         sensor = sensor_at(gap_mm, [*settings, f"render.anchor_seed={seed}"], seed)
         state = timeline(sensor.scene)[0]
@@ -65,14 +63,12 @@ def measure(gap_mm: float, settings: list[str]) -> DepthRow:
             took.append(time.perf_counter() - start)
         frames.append(frame.astype(np.float64))
         seconds.append(min(took))
-        moved = np.abs(frame - sensor.renderer.metered()).max(2)
-        changed.append(float((moved > 1e-3 * frame.mean()).mean()))
     independent = sensor_at(gap_mm, list(CONVERGED), 0)
     view = independent.view(state, deformation)
     truth = [independent.renderer.plain_radiance(view, turn=1 + k).astype(np.float64) for k in range(len(SEEDS))]
     error = deviation(frames, truth)
     return DepthRow(
-        gap_mm=gap_mm, solve_seconds=solve, seconds=float(np.median(seconds)), changed=float(np.mean(changed)),
+        gap_mm=gap_mm, solve_seconds=solve, seconds=float(np.median(seconds)),
         error=error.value, error_of_error=error.error,
     )  # fmt: skip
 

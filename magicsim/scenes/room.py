@@ -46,7 +46,7 @@ def room_file(name: str) -> Path:
 
 
 def room_radiance(name: str) -> Array:
-    """Radiance from all directions with a mean of 1 in each channel that is not dark, shape (rows, columns, 3).
+    """Radiance from all directions with a mean of 1 in each channel, shape (rows, columns, 3).
 
     Args:
         name: See `room_file`.
