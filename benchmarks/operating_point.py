@@ -103,7 +103,10 @@ def default_reading(columns: int, rows: int, quality: tuple[str, ...]) -> dict[s
     """The default sensor at a size of the image."""
     scene = search_scene(columns, rows, quality)
     profile = scaled(load_profile("published"), columns=columns, full=FULL)
-    reading = read_states(film_states(scene, {}), scene.rig.camera, flashlight=1.0, crosstalk=0.0, profile=profile)
+    reading = read_states(
+        film_states(scene, {}), scene.rig.camera, ambient=float(np.mean(scene.rig.ambient)), flashlight=1.0,
+        crosstalk=0.0, profile=profile,
+    )  # fmt: skip
     return asdict(reading) | {"distance": total_distance(reading.quantities)}
 
 

@@ -2,15 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.live import corrected, metered
 from magicsim.detectors import DetectorProfile, Proximity, References, detect, fuse
 from magicsim.fit.blocks import block_means
 from magicsim.operating_point.filming import GAPS_MM, FilmedStates
-from magicsim.scenes.exposure import expose, meter
+from magicsim.scenes.exposure import Exposure, aimed_signal, expose, meter, sensed
 from magicsim.scenes.rig import Camera
 
 Array = npt.NDArray[np.float64]
@@ -20,6 +21,8 @@ NEAR_MM = 3.0
 """Up to this gap an object counts as near."""
 BLOCKS = (8, 6)
 """Blocks down and across in which the evenness of a colour is told."""
+SETTLING = 24
+"""Frames after which a live camera counts as settled: its quickest one comes to 1e-7 of the error."""
 SEED = 7
 """Of the camera's noise: the same for all cameras, so that they differ by their constants alone."""
 
@@ -30,9 +33,11 @@ class Reading:
 
     quantities: dict[str, float]
     correlation: list[float]
-    """C at each of `GAPS_MM`."""
+    """C at each of `GAPS_MM` and `TOUCHES_MM`."""
     entropy: list[float]
     """E at each of them [bit]."""
+    similarity: list[float]
+    """S at each of them."""
     evenness: list[float]
     """Of red, green and blue at rest: darkest over brightest block."""
     disparity: dict[str, float]
@@ -41,55 +46,84 @@ class Reading:
 
 
 def read_states(
-    states: FilmedStates, camera: Camera, *, flashlight: float, crosstalk: float, profile: DetectorProfile
-) -> Reading:
+    states: FilmedStates, camera: Camera, *, ambient: float, flashlight: float, crosstalk: float,
+    profile: DetectorProfile,
+) -> Reading:  # fmt: skip
     """All quantities.
 
     Args:
         states: Radiances.
-        camera: Exposure, tone curve and noise; its colour matrix is replaced.
+        camera: Exposure, tone curve and noise; its colour matrix is replaced. Where its exposure is live, each state is
+            looked at for long.
+        ambient: Mean radiance of the room, in the units of the strips' radiance.
         flashlight: Strength of the flashlight in units of the rendered one.
         crosstalk: Share of each pixel's signal that comes from the two other colours, half each.
         profile: Options of the detectors.
+
+    Raises:
+        RenderError: Exposure fails.
+        FrameError: The references show no grid.
     """
     mixed = camera.model_copy(update={"color_matrix": crosstalk_matrix(crosstalk)})
-    exposure = meter(states.rest, mixed)
+    seen_states = states.strips.plus(states.room, ambient)
+    first = meter(seen_states.rest, mixed)
     count = profile.reference_count
 
     def shoot(radiance: FloatImage, frame: int) -> Frame:
-        return expose(radiance, exposure, mixed, seed=SEED, frame=frame)
+        gain = first if mixed.live is None else Exposure(gain=settled_gain(radiance, mixed, first.gain))
+        return expose(radiance, gain, mixed, seed=SEED, frame=frame, base=first)
 
-    resting = [shoot(states.rest, number) for number in range(count)]
+    resting = [shoot(seen_states.rest, number) for number in range(count)]
     references: References = fuse(resting, profile)
-    lit = (states.rest + flashlight * states.light).astype(np.float32)
-    images = [states.rest, *states.near, states.touch, lit]
+    lit = (seen_states.rest + flashlight * states.light).astype(np.float32)
+    images = [seen_states.rest, *seen_states.near, *seen_states.touch, lit]
     shots = [shoot(image, count + number) for number, image in enumerate(images)]
-    rest, *near, touch, light = [detect(shot, references, profile) for shot in shots]
+    rest, *others, light = [detect(shot, references, profile) for shot in shots]
+    near, touch = others[: len(GAPS_MM)], others[len(GAPS_MM) :]
     seen = [each.proximity is Proximity.APPROACHING for each in near]
     noticed = [place for place, each in enumerate(near) if each.entropy >= profile.tau_e]
     close = [each for each, gap in zip(near, GAPS_MM, strict=True) if gap <= NEAR_MM]
+    s_near, c_near = (float(np.mean([getattr(each, name) for each in close])) for name in ("similarity", "correlation"))
+    way = [each.correlation for each in near[noticed[0] if noticed else 0 :]]
     return Reading(
         quantities={
             "s_rest": rest.similarity,
-            "s_near": float(np.mean([each.similarity for each in close])),
-            "s_touch": touch.similarity,
+            "s_near": s_near,
+            "s_touch": touch[0].similarity,
+            "s_sway": max(abs(each.similarity - s_near) for each in near),
+            "s_drop": s_near - touch[0].similarity,
             "s_light": light.similarity,
-            "c_far": near[noticed[0] if noticed else 0].correlation,
-            "c_near": float(np.mean([each.correlation for each in close])),
+            "c_far": way[0],
+            "c_near": c_near,
+            "c_back": max((later - sooner for sooner, later in pairwise(way)), default=0.0),
+            "c_rise": touch[-1].correlation - near[-1].correlation,
             "c_light": light.correlation,
             "e_rest": rest.entropy,
             "e_near": max(each.entropy for each in close),
             "lead_mm": lead_mm(seen),
         },
-        correlation=[each.correlation for each in near],
-        entropy=[each.entropy for each in near],
+        correlation=[each.correlation for each in others],
+        entropy=[each.entropy for each in others],
+        similarity=[each.similarity for each in others],
         evenness=evenness(np.mean(resting, axis=0)),
         disparity={
             "rest": disparity(np.mean(resting, axis=0)),
-            "touch": disparity(_brightening(shots[-2], resting)),
+            "touch": disparity(_brightening(shots[len(GAPS_MM) + 1], resting)),
             "light": disparity(_brightening(shots[-1], resting)),
         },
     )
+
+
+def settled_gain(radiance: FloatImage, camera: Camera, first: Array) -> Array:
+    """Gains of a live camera that has looked at one state for long, shape (3,)."""
+    assert camera.live is not None
+    quick = camera.live.model_copy(
+        update={"tolerance": 0.0, "delay_frames": 0, "time_constant_frames": 1.0, "white_balance_frames": 1.5}
+    )
+    seen, gain, aim = sensed(radiance, camera), first, aimed_signal(camera)
+    for _ in range(SETTLING):
+        gain = corrected(gain, metered(seen, gain, quick.metering), quick, aim=aim, first=first)
+    return gain
 
 
 def lead_mm(seen: Sequence[bool]) -> float:

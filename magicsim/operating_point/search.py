@@ -7,9 +7,10 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.settings import LiveExposure
 from magicsim.detectors import DetectorProfile
 from magicsim.detectors.profile import Polarity, Similarity
-from magicsim.errors import FrameError
+from magicsim.errors import FrameError, RenderError
 from magicsim.fit.constants import CONSTANTS, Constant
 from magicsim.operating_point.draws import first_points, next_point
 from magicsim.operating_point.filming import FilmedStates, film_states
@@ -27,6 +28,7 @@ OPTICAL = (
 CHOICES = {
     "strip_coupling": ("rig.strips.*.coupling", ("contact", "air")),
     "contact_coupling": ("contact.coupling", ("wet", "dry")),
+    "room": ("rig.room", ("office", "window", "bench", None)),
 }
 """Choices that do as well: their field and what it may be."""
 WALLS_MM = (0.1, 0.15, 0.2)
@@ -36,12 +38,15 @@ CAMERA = ("exposure", "gamma", "full_well", "read_noise")
 EXTRA = {
     "crosstalk": Constant(path="crosstalk", low=0.0, high=0.3),
     "flashlight": Constant(path="flashlight", low=0.1, high=30.0, scale="log"),
+    "ambient": Constant(path="ambient", low=0.003, high=1.0, scale="log"),
 }
 """Beside them: see `magicsim.operating_point.reading.read_states`."""
 READINGS: tuple[tuple[Polarity, Similarity], ...] = (("dark", "recall"), ("dark", "iou"), ("bright", "iou"))
 """Readings of S that the publication leaves open and that can fall where a frame brightens: polarity and similarity."""
 OPTICAL_NAMES = (*OPTICAL, *CHOICES)
-CAMERA_NAMES = (*CAMERA, *EXTRA, "grid_reading")
+EXPOSURES: tuple[LiveExposure | None, ...] = (None, LiveExposure(white_balance=False), LiveExposure())
+"""Locked, live, live with white balance."""
+CAMERA_NAMES = (*CAMERA, *EXTRA, "live", "grid_reading")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +89,14 @@ def value_at(name: str, share: float) -> float | str:
     """Value of a constant, or the choice, at a share of its range."""
     if name == "grid_reading":
         return " ".join(_chosen(READINGS, share))
-    return _chosen(CHOICES[name][1], share) if name in CHOICES else constant_at(name, share)
+    if name == "live":
+        return _chosen(("locked", "live exposure", "live exposure and white balance"), share)
+    return str(_chosen(CHOICES[name][1], share)) if name in CHOICES else constant_at(name, share)
+
+
+def exposing(point: Sequence[float]) -> LiveExposure | None:
+    """How the camera at these shares follows what it sees."""
+    return _chosen(EXPOSURES, point[CAMERA_NAMES.index("live")])
 
 
 def grid_reading(point: Sequence[float]) -> tuple[Polarity, Similarity]:
@@ -106,17 +118,18 @@ def candidate(
         profile: Options of the detectors.
     """
     values = camera_values(camera)
-    changes = {CONSTANTS[name].path.rpartition(".")[2]: values[name] for name in CAMERA}
+    changes: dict[str, object] = {CONSTANTS[name].path.rpartition(".")[2]: values[name] for name in CAMERA}
     polarity, similarity = grid_reading(camera)
     try:
         reading = read_states(
             states,
-            scene.rig.camera.model_copy(update=changes),
+            scene.rig.camera.model_copy(update=changes | {"live": exposing(camera)}),
+            ambient=values["ambient"],
             flashlight=values["flashlight"],
             crosstalk=values["crosstalk"],
             profile=replace(profile, polarity=polarity, similarity=similarity),
         )
-    except FrameError:
+    except (FrameError, RenderError):
         return None
     return Candidate(
         optical=list(optical), camera=list(camera), distance=total_distance(reading.quantities), reading=reading

@@ -1,23 +1,20 @@
-"""Image of a frame, anchored to the untouched sensor: its careful image and what the frame changes beyond noise."""
+"""Image of a frame, anchored to the untouched sensor: its careful image and what the frame changes."""
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.scenes import shared_noise, wiener
+from magicsim.scenes.shared_noise import REACH_PX, change_without_shared_noise
 from magicsim.scenes.window import Window
 
 FloatImage = npt.NDArray[np.float32]
-REACH_PX = shared_noise.REACH_PX + wiener.REACH_PX
-"""How far around a pixel its anchored value looks, along columns and rows [px]."""
 
 
 def anchored_image(
     now: FloatImage, cheap: FloatImage, careful: FloatImage, changed: npt.NDArray[np.bool_]
 ) -> FloatImage:
-    """The careful image and the change that a frame shows, less shared noise, as far as it stands out of its own.
+    """The careful image and the change that a frame shows, less shared noise.
 
-    A press changes much in a few pixels and next to nothing in most of them, where the frame's noise would otherwise be
-    all that differs from rest. Local means are kept; detail fainter than noise at rest is not.
+    Nothing smooths it: detail keeps its contrast (`benchmarks/detail.py`), and noise that is the frame's own stays.
 
     Args:
         now: Radiance of the frame, shape (rows, columns, 3).
@@ -32,7 +29,7 @@ def anchored_image(
     box = Window(
         column=int(columns[0]), row=int(rows[0]), columns=int(np.ptp(columns)) + 1, rows=int(np.ptp(rows)) + 1
     ).grown(REACH_PX, changed.shape[1], changed.shape[0])
-    change, variance = shared_noise.change_and_noise(*(box.of(each) for each in (now, cheap, careful)))
-    part = np.maximum(box.of(careful) + wiener.filtered(change, variance), 0)
+    change = change_without_shared_noise(*(box.of(each) for each in (now, cheap, careful)))
+    part = np.maximum(box.of(careful) + change, 0)
     box.of(result)[...] = np.where(box.of(changed)[..., None], part, box.of(careful))
     return result

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.scenes.anchored_image import REACH_PX, anchored_image
+from magicsim.scenes.anchored_image import anchored_image
 from magicsim.scenes.backend import dr
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import Finish
@@ -23,6 +23,7 @@ from magicsim.scenes.reach import is_out_of_reach
 from magicsim.scenes.regions import Regions
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.shared_noise import REACH_PX
 from magicsim.scenes.untouched import RECORDED_PARTS, Untouched, UntouchedStates, untouched_key
 from magicsim.scenes.untouched_store import default_store
 from magicsim.scenes.view import View

@@ -8,21 +8,16 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from magicsim.scenes.wiener import detail, local_mean
-
 FloatImage = npt.NDArray[np.float32]
 Array = npt.NDArray[np.float64]
 SPREAD_PX = 6.0
 """Standard deviation of the weights of neighbouring pixels [px]: half as much is noisier, more blurs what is local."""
 REACH_PX = 12
 """Largest distance of a neighbour along columns and rows [px]."""
-NOISE_SPREAD_PX = 3.0
-"""Standard deviation of the mean of squared noise [px]: wider than edges, which a press moves, are apart from it."""
-NOISE_REACH_PX = 6
 
 
-def change_and_noise(now: FloatImage, cheap: FloatImage, careful: FloatImage) -> tuple[Array, Array]:
-    """How a frame differs from the untouched sensor, less the noise that both share, and how noisy that still is.
+def change_without_shared_noise(now: FloatImage, cheap: FloatImage, careful: FloatImage) -> Array:
+    """How a frame differs from the untouched sensor, less the noise that both share, shape (rows, columns, 3).
 
     The share is the linear regression of the frame on that noise over all neighbours, with a constant for each channel.
     A pixel's own values are left out, so that its own noise does not choose its share: the mean stays as it is (a
@@ -33,22 +28,12 @@ def change_and_noise(now: FloatImage, cheap: FloatImage, careful: FloatImage) ->
         now: Radiance of the frame, shape (rows, columns, 3).
         cheap: The untouched sensor with the frame's random numbers and samples, of the same shape.
         careful: The untouched sensor with many samples, of the same shape.
-
-    Returns:
-        The change and the variance of its noise in detail (see `wiener.detail`), both of that shape. The variance takes
-        a frame to be as noisy as the untouched sensor for the light that it gets, never more.
     """
     noise = cheap.astype(np.float64) - careful
     changed = now.astype(np.float64) - careful
     shared, squared = _covariance(changed, noise), _covariance(noise, noise)
     share = np.clip(np.divide(shared, squared, out=np.zeros_like(shared), where=squared > 0), 0, 1)
-    variance = local_mean(detail(noise) ** 2, NOISE_SPREAD_PX, NOISE_REACH_PX)
-    before, after = (
-        local_mean(image.sum(2, keepdims=True, dtype=np.float64), NOISE_SPREAD_PX, NOISE_REACH_PX)
-        for image in (careful, now)
-    )
-    level = np.clip(np.divide(after, before, out=np.zeros_like(after), where=before > 0), 0, 1)
-    return changed - share * noise, variance * np.maximum(level**2 - share**2, 0)
+    return np.asarray(changed - share * noise)
 
 
 def _covariance(one: Array, other: Array) -> Array:

@@ -22,15 +22,15 @@ from magicsim.operating_point.targets import TARGETS, total_distance
 def candidate(place: int) -> Candidate:
     """The farther from place 0, the farther from the targets, in the entropy at rest alone."""
     random = np.random.default_rng(place)
-    quantities = {
-        name: max(each.low, -1.0) if np.isfinite(each.low) else each.high for name, each in TARGETS.items()
-    } | {"e_rest": 0.4 + 0.1 * place}
+    quantities = {name: each.low if np.isfinite(each.low) else each.high for name, each in TARGETS.items()} | {
+        "e_rest": 0.4 + 0.1 * place
+    }
     return Candidate(
         optical=random.random(len(OPTICAL_NAMES)).tolist(),
         camera=random.random(len(CAMERA_NAMES)).tolist(),
         distance=total_distance(quantities),
         reading=Reading(
-            quantities=quantities, correlation=[0.1], entropy=[1.0], evenness=[0.5, 1.0, 0.5],
+            quantities=quantities, correlation=[0.1], entropy=[1.0], similarity=[0.8], evenness=[0.5, 1.0, 0.5],
             disparity={"rest": 0.3, "touch": 0.2, "light": 0.1},
         ),
     )  # fmt: skip

@@ -3,9 +3,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from magicsim.camera.settings import LiveExposure
 from magicsim.detectors import load_profile
-from magicsim.operating_point.filming import GAPS_MM, FilmedStates
-from magicsim.operating_point.reading import crosstalk_matrix, disparity, evenness, lead_mm, read_states, scaled
+from magicsim.operating_point.filming import GAPS_MM, Approach, FilmedStates
+from magicsim.operating_point.reading import (
+    crosstalk_matrix,
+    disparity,
+    evenness,
+    lead_mm,
+    read_states,
+    scaled,
+    settled_gain,
+)
+from magicsim.scenes.exposure import meter
 from magicsim.scenes.rig import Camera
 
 CAMERA = Camera(columns=48, rows=64)
@@ -20,12 +30,15 @@ def states() -> FilmedStates:
     near = [rest + (places / (1 + gap)).astype(np.float32) for gap in GAPS_MM]
     light = np.repeat((0.2 + row / 64)[..., None], 3, axis=2).astype(np.float32)
     touch = np.where(row[..., None] > 32, 1.0, rest).astype(np.float32)
-    return FilmedStates(rest=rest, near=np.stack(near), touch=touch, light=light)
+    strips = Approach(rest=rest, near=np.stack(near), touch=np.stack([touch, touch]))
+    # A room that is seen as white between the lines, and that the object takes away.
+    room = Approach(rest=rest, near=np.stack([rest * 0.5] * len(GAPS_MM)), touch=np.zeros((2, 64, 48, 3), np.float32))
+    return FilmedStates(strips=strips, room=room, light=light)
 
 
-def read(**changes: float):
-    options = {"flashlight": 1.0, "crosstalk": 0.0} | changes
-    return read_states(states(), CAMERA, profile=replace(load_profile("published"), grid_blur_px=0), **options)
+def read(camera: Camera = CAMERA, **changes: float):
+    options = {"ambient": 0.0, "flashlight": 1.0, "crosstalk": 0.0} | changes
+    return read_states(states(), camera, profile=replace(load_profile("published"), grid_blur_px=0), **options)
 
 
 def test_quantities_of_a_plain_sensor():
@@ -43,6 +56,19 @@ def test_crosstalk_makes_the_colours_alike_and_the_flashlight_moves_what_it_ligh
     weak, strong = read(flashlight=0.05), read(flashlight=1.0)
     assert weak.quantities["s_light"] > strong.quantities["s_light"]
     assert weak.quantities["s_touch"] == strong.quantities["s_touch"]
+
+
+def test_room_that_is_covered_leaves_the_dark_grid_dark_and_live_exposure_lifts_it():
+    locked, live = read(ambient=2.0), read(CAMERA.model_copy(update={"live": LiveExposure()}), ambient=2.0)
+    assert locked.quantities["s_near"] > read().quantities["s_near"] + 0.3
+    assert live.quantities["s_near"] < locked.quantities["s_near"] - 0.03
+
+
+def test_settled_gain_brings_a_state_back_to_the_aim_and_to_balance():
+    camera = CAMERA.model_copy(update={"live": LiveExposure(), "exposure_grey": 60.0})
+    bright, dim = states().strips.rest, (states().strips.rest * np.array([0.4, 0.5, 0.9])).astype(np.float32)
+    gain = settled_gain(dim, camera, meter(bright, camera).gain)
+    np.testing.assert_allclose((dim * gain).mean((0, 1)), 60 / 255, rtol=1e-3)
 
 
 def test_colour_matrix_keeps_white():

@@ -3,7 +3,9 @@ import pytest
 from magicsim.operating_point.targets import TARGETS, WORST, distances, total_distance
 
 MET = {
-    "s_rest": 0.85, "s_near": 0.84, "s_touch": 0.78, "s_light": 0.4, "c_far": 0.2, "c_near": 0.0, "c_light": 0.95,
+    "s_rest": 0.85, "s_near": 0.84, "s_touch": 0.78, "s_light": 0.4,
+    "s_sway": 0.01, "s_drop": 0.06, "c_back": -0.01, "c_rise": 0.2,
+    "c_far": 0.2, "c_near": 0.0, "c_light": 0.95,
     "e_rest": 0.3, "e_near": 4.0, "lead_mm": 12.0,
 }  # fmt: skip
 
