@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.light_field import LightField
-from magicsim.scenes.rig import Rig
+from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import RenderSettings
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def shared_states() -> UntouchedStates:
 
 def _digest(rig: Rig) -> str | None:
     """Of the room's image: a file may be replaced by another of that name."""
-    if rig.room is None:
+    if rig.room in (None, DARK):
         return None
     from magicsim.scenes.room import room_file
 
