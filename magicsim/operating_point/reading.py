@@ -7,10 +7,10 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import DetectorProfile, Proximity, References, detect, fuse
 from magicsim.fit.blocks import block_means
 from magicsim.operating_point.filming import GAPS_MM, FilmedStates
-from magicsim.scenes.exposure import expose, meter
 from magicsim.scenes.rig import Camera
 
 Array = npt.NDArray[np.float64]

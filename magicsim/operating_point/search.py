@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors import DetectorProfile
-from magicsim.detectors.profile import Polarity, Similarity
+from magicsim.detectors.profiles.profile import Polarity, Similarity
 from magicsim.errors import FrameError
 from magicsim.fit.constants import CONSTANTS, Constant
 from magicsim.operating_point.draws import first_points, next_point

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from evaluate.synthetic import PROFILE, make_suite
 
-from magicsim.detectors.profile_file import save_profile
+from magicsim.detectors.profiles.profile_file import save_profile
 
 from .conftest import Shell
 
