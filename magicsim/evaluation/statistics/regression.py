@@ -3,8 +3,8 @@
 If nothing had changed, it would not matter which of the two runs of a take is called the baseline's. So both runs of
 each take, with all its noises, are exchanged (all 2^n ways where that is feasible), and the observed fall of a measure
 is compared with the falls that this gives, corrected for all measures together
-(`magicsim.evaluation.statistics.exchange`). A fall counts as a regression where it is significant and large enough to matter. With n takes that all fall p is 2^-n: fewer
-than five can never raise an alarm.
+(`magicsim.evaluation.statistics.exchange`). A fall counts as a regression where it is significant and large enough to
+matter. With n takes that all fall p is 2^-n: fewer than five can never raise an alarm.
 
 Areas under the curve take scores as ranks within their run, because two detectors need not share a scale. A detector
 that is compared with its own former self does, and then the mean scores of each class are compared as well: where
