@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from evaluate.synthetic import PROFILE, make_suite
+from evaluation.synthetic import PROFILE, make_suite
 
 from magicsim.detectors.profiles.profile_file import save_profile
 
