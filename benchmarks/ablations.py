@@ -18,17 +18,17 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from magicsim.detectors import load_profile
-from magicsim.evaluate.ablation import ABLATIONS, NOTHING, film_ablated
-from magicsim.evaluate.ablation_scores import (
+from magicsim.evaluation.ablation import ABLATIONS, NOTHING, film_ablated
+from magicsim.evaluation.ablation_scores import (
     MEASURED,
     ablated_footage,
     compare_scores,
     score_ablation,
     without_fusion,
 )
-from magicsim.evaluate.cases import list_cases
-from magicsim.evaluate.footage import Footage
-from magicsim.evaluate.suite import load_suite
+from magicsim.evaluation.cases import list_cases
+from magicsim.evaluation.suite import load_suite
+from magicsim.evaluation.takes.footage import Footage
 from magicsim.markdown import markdown_table
 from magicsim.operating_point.reading import scaled
 

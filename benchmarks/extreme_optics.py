@@ -8,7 +8,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from magicsim.bench.optics import CASES, check_optics
+from magicsim.bench.light.optics import CASES, check_optics
 from magicsim.errors import MagicsimError
 
 

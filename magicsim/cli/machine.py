@@ -22,7 +22,7 @@ def bench(
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Report error against run time, validity at extremes, cost against size, and what the detectors need of light."""
-    from magicsim.bench.run import run_bench
+    from magicsim.bench.kinds import run_bench
 
     del seed  # the cases' random numbers are fixed; the option exists on every command
     if settings:
@@ -39,7 +39,7 @@ def doctor(
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Say what this machine can do, how to get the rest, and what is kept on disk."""
-    from magicsim.doctor import examine
+    from magicsim.cli.doctor import examine
 
     del settings, seed
     print_result(fields_of(examine(clear_cache=clear_cache)), as_json=json)
@@ -52,7 +52,7 @@ def schema(
     seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Print the JSON Schema of a kind of configuration file."""
-    from magicsim.schema import schema_of
+    from magicsim.cli.schema import schema_of
 
     del settings, seed
     print_object(schema_of(kind), on_one_line=json)

@@ -15,7 +15,7 @@ from magicsim.fit.constants import with_values
 from magicsim.fit.equilibria import Equilibria
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 FloatImage = npt.NDArray[np.float32]
 GAPS_MM = (40.0, 20.0, 12.0, 6.0, 3.0, 1.0)

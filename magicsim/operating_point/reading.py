@@ -7,11 +7,11 @@ from itertools import combinations, pairwise
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.camera.live import corrected, metered
+from magicsim.camera.effects.live import corrected, metered
+from magicsim.camera.exposure import Exposure, aimed_signal, expose, meter, sensed
 from magicsim.detectors import DetectorProfile, Proximity, References, detect, fuse
 from magicsim.fit.blocks import block_means
 from magicsim.operating_point.filming import GAPS_MM, FilmedStates
-from magicsim.scenes.exposure import Exposure, aimed_signal, expose, meter, sensed
 from magicsim.scenes.rig import Camera
 
 Array = npt.NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from magicsim.camera.settings import LiveExposure
 from magicsim.detectors import DetectorProfile
-from magicsim.detectors.profile import Polarity, Similarity
+from magicsim.detectors.profiles.profile import Polarity, Similarity
 from magicsim.errors import FrameError, RenderError
 from magicsim.fit.constants import CONSTANTS, Constant
 from magicsim.operating_point.draws import first_points, next_point

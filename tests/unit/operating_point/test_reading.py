@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from magicsim.camera.exposure import meter
 from magicsim.camera.settings import LiveExposure
 from magicsim.detectors import load_profile
 from magicsim.operating_point.filming import GAPS_MM, Approach, FilmedStates
@@ -15,7 +16,6 @@ from magicsim.operating_point.reading import (
     scaled,
     settled_gain,
 )
-from magicsim.scenes.exposure import meter
 from magicsim.scenes.rig import Camera
 
 CAMERA = Camera(columns=48, rows=64)
