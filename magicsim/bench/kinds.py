@@ -11,22 +11,8 @@ from magicsim.bench.cost.steps import run_cost
 from magicsim.bench.deform.compare import compare
 from magicsim.bench.deform.error_plot import plot_errors
 from magicsim.bench.deform.reference import reference_path
-from magicsim.bench.light.blur import run_blur
-from magicsim.bench.light.cost import run_light_cost
-from magicsim.bench.light.lattice_verdicts import run_lattice
-from magicsim.bench.light.left_out import run_left_out
-from magicsim.bench.light.plots import (
-    plot_blur,
-    plot_lattice,
-    plot_left_out,
-    plot_light_cost,
-    plot_verdicts,
-    plot_visibility,
-)
 from magicsim.bench.light.render import run_render
 from magicsim.bench.light.render_plot import plot_render
-from magicsim.bench.light.verdicts import run_verdicts
-from magicsim.bench.light.visibility import run_visibility
 from magicsim.bench.stress.grid import run_stress
 from magicsim.bench.stress.plot import plot_stress
 from magicsim.bench.stress.pool import remove_parts
@@ -49,12 +35,6 @@ BENCHMARKS = {
     "stress": Benchmark(run=run_stress, plot=plot_stress),
     "cost": Benchmark(run=run_cost, plot=plot_cost),
     "render": Benchmark(run=run_render, plot=plot_render),
-    "light-cost": Benchmark(run=run_light_cost, plot=plot_light_cost),
-    "verdicts": Benchmark(run=run_verdicts, plot=plot_verdicts),
-    "lattice": Benchmark(run=run_lattice, plot=plot_lattice),
-    "blur": Benchmark(run=run_blur, plot=plot_blur),
-    "visibility": Benchmark(run=run_visibility, plot=plot_visibility),
-    "left-out": Benchmark(run=run_left_out, plot=plot_left_out),
 }
 
 
@@ -62,10 +42,8 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
     """Runs one benchmark; `out` then holds `bench-KIND.json` and `bench-KIND.png`.
 
     Args:
-        kind: `deform` and `render` (error against run time), `stress` (validity at extremes), `cost` and `light-cost`
-            (cost against size), `verdicts` and `lattice` (what rendering and what lattice the detectors need), `blur`
-            (of an edge by distance), `visibility` (of the grid over the assumed constants), `left-out` (what every rule
-            that leaves work out saves and changes), or `all`, one after the other.
+        kind: `deform` and `render` (error against run time), `stress` (validity at extremes), `cost` (of a step against
+            the size of the lattice), or `all`, one after the other.
         out: Folder, made where missing.
         quick: A small part of it, in a minute or two.
         recompute: Solve the reference of `deform` again first, and replace its file (needs NGSolve).

@@ -9,9 +9,7 @@ from cyclopts import Parameter
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_object, print_result
 from magicsim.errors import ConfigError
 
-Kind = Literal[
-    "deform", "stress", "cost", "render", "light-cost", "verdicts", "lattice", "blur", "visibility", "left-out", "all"
-]
+Kind = Literal["deform", "stress", "cost", "render", "all"]
 
 
 @app.command
@@ -21,7 +19,7 @@ def bench(
     recompute: Annotated[bool, Parameter(negative="", help="Solve the reference again (needs NGSolve).")] = False,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Report error against run time, validity at extremes, cost against size, and what the detectors need of light."""
+    """Report error against run time of deformation and light, validity at extremes, and cost against size."""
     from magicsim.bench.kinds import run_bench
 
     del seed  # the cases' random numbers are fixed; the option exists on every command

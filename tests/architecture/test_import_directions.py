@@ -8,7 +8,7 @@ import pytest
 from .source import PACKAGE, imports, modules, top_level_imports
 
 LAYERS = (
-    {"wording", "conventions", "markdown", "moved"},
+    {"wording", "conventions", "moved"},
     {"errors", "progress"},
     {"config", "folder"},
     {"sampling", "geometry"},
@@ -16,7 +16,7 @@ LAYERS = (
     {"light"},
     {"simulation", "workers"},
     {"report", "fit", "dataset", "robot"},
-    {"evaluation", "operating_point", "sweep", "bench"},
+    {"evaluation", "sweep", "bench"},
     {"judge"},
     {"cli", "__main__"},
 )

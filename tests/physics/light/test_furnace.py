@@ -1,8 +1,8 @@
 """White furnace and energy balance: in a world of equal radiance nothing loses or gains light, at rest and deformed."""
 
 import pytest
+from laboratory.light.optics import CASES, check_optics
 
-from magicsim.bench.light.optics import CASES, check_optics
 from magicsim.light.variant import LLVM_VARIANT, activate_variant
 
 pytestmark = pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="needs LLVM")

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from laboratory.light.verdicts import PROFILE
+from laboratory.row_log import told
 from magicsim.bench.deform.compare import machine
-from magicsim.bench.light.verdicts import PROFILE
-from magicsim.bench.row_log import told
 from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.light.records.untouched import shared_states

@@ -2,11 +2,10 @@ import json
 
 import numpy as np
 import pytest
-
-from magicsim.operating_point.counts import counts
-from magicsim.operating_point.ensemble import LEAST, summarise
-from magicsim.operating_point.reading import Reading
-from magicsim.operating_point.search import (
+from laboratory.operating_point.counts import counts
+from laboratory.operating_point.ensemble import LEAST, summarise
+from laboratory.operating_point.reading import Reading
+from laboratory.operating_point.search import (
     CAMERA_NAMES,
     OPTICAL_NAMES,
     Candidate,
@@ -15,8 +14,8 @@ from magicsim.operating_point.search import (
     grid_reading,
     optical_fields,
 )
-from magicsim.operating_point.tables import tables
-from magicsim.operating_point.targets import TARGETS, total_distance
+from laboratory.operating_point.tables import tables
+from laboratory.operating_point.targets import TARGETS, total_distance
 
 
 def candidate(place: int) -> Candidate:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.operating_point.search import CAMERA_NAMES, OPTICAL_NAMES, value_at
-from magicsim.operating_point.targets import TARGETS, distances
+from laboratory.operating_point.search import CAMERA_NAMES, OPTICAL_NAMES, value_at
+from laboratory.operating_point.targets import TARGETS, distances
 
 BEST_SHARE = 0.05
 """Share of the filmed choices of optical constants whose best camera makes the ensemble."""

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.operating_point.search import CAMERA_NAMES
-from magicsim.operating_point.targets import distances
+from laboratory.operating_point.search import CAMERA_NAMES
+from laboratory.operating_point.targets import distances
 
 Rows = Sequence[Mapping[str, Any]]
 SETTLED = (1 / 2, 2 / 3, 5 / 6, 1)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from magicsim.markdown import markdown_table
+from laboratory.markdown import markdown_table
 
 DASH = "-"
 THOUSAND = 1000
@@ -13,7 +13,7 @@ def tables(summary: Mapping[str, Any]) -> str:
     """All tables of the page.
 
     Args:
-        summary: What `magicsim.operating_point.ensemble.summarise` returned, with `check` where there is one.
+        summary: What `laboratory.operating_point.ensemble.summarise` returned, with `check` where there is one.
     """
     check = summary.get("check", {})
     parts = [

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from laboratory.ablation.membrane import shade_membrane
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import MagicsimError, RenderError, unknown_choice
-from magicsim.evaluation.membrane import shade_membrane
 from magicsim.evaluation.takes.simulated import assembled
 from magicsim.evaluation.takes.take import Take, read_take, take_key, write_take
 from magicsim.scenes.scene import SceneConfig

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
+from laboratory.row_log import told
 from magicsim.bench.deform.compare import machine
-from magicsim.bench.row_log import told
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.sensor import Sensor

@@ -2,22 +2,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from magicsim.errors import RenderError
-from magicsim.evaluation.ablation import ABLATIONS, ablation_key, film_ablated
-from magicsim.evaluation.ablation_scores import (
+from evaluation.synthetic import PROFILE
+from laboratory.ablation.films import ABLATIONS, ablation_key, film_ablated
+from laboratory.ablation.scores import (
     MEASURED,
     ablated_footage,
     compare_scores,
     score_ablation,
     without_fusion,
 )
+
+from magicsim.errors import RenderError
 from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.evaluation.takes.take import read_take, take_key
 from magicsim.scenes.scene import SceneConfig, load_scene
-
-from .synthetic import PROFILE
 
 SMALL = (
     "design.footprint_mm=[10,12]", "design.cell_mm=2.3", "rig.camera.columns=24", "rig.camera.rows=32",
@@ -57,7 +56,7 @@ def test_every_ablation_keeps_the_truth_and_changes_the_light(scene: SceneConfig
 @pytest.mark.slow
 def test_filmed_takes_are_read_back(scene: SceneConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     first = film_ablated(scene, ["transparency"], tmp_path)["transparency"]
-    monkeypatch.setattr("magicsim.evaluation.ablation.Sensor", lambda *_: pytest.fail("filmed again"))
+    monkeypatch.setattr("laboratory.ablation.films.Sensor", lambda *_: pytest.fail("filmed again"))
     assert (film_ablated(scene, ["transparency"], tmp_path)["transparency"].radiance == first.radiance).all()
 
 

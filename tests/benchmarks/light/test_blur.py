@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
+from laboratory.light.blur import FREQUENCIES_PER_MM, modulation_transfer
 from scipy.special import erf
-
-from magicsim.bench.light.blur import FREQUENCIES_PER_MM, modulation_transfer
 
 WIDTH_MM = 0.095
 PLACE = (np.arange(240) - 119.5) * WIDTH_MM

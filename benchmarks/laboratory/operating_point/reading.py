@@ -7,11 +7,11 @@ from itertools import combinations, pairwise
 import numpy as np
 import numpy.typing as npt
 
+from laboratory.operating_point.filming import GAPS_MM, FilmedStates
 from magicsim.camera.effects.live import corrected, metered
 from magicsim.camera.exposure import Exposure, aimed_signal, expose, meter, sensed
 from magicsim.detectors import DetectorProfile, Proximity, References, detect, fuse
 from magicsim.fit.blocks import block_means
-from magicsim.operating_point.filming import GAPS_MM, FilmedStates
 from magicsim.scenes.rig import Camera
 
 Array = npt.NDArray[np.float64]
@@ -29,7 +29,7 @@ SEED = 7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """Quantities of one sensor, by the names of `magicsim.operating_point.targets.TARGETS`, and its colours."""
+    """Quantities of one sensor, by the names of `laboratory.operating_point.targets.TARGETS`, and its colours."""
 
     quantities: dict[str, float]
     correlation: list[float]

@@ -4,13 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evaluation.synthetic import PROFILE
+from laboratory.injected_faults import FAULTS, SwappedChannels
 
 from magicsim.evaluation.baseline import load_baseline, save_baseline
 from magicsim.evaluation.evaluate import Evaluation
-from magicsim.evaluation.injected import FAULTS, SwappedChannels
 from magicsim.evaluation.suite import load_suite
-
-from .synthetic import PROFILE
 
 
 def test_every_fault_differs_from_the_sound_detectors_in_what_it_says():

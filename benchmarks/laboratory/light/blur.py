@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from laboratory.row_log import told
 from magicsim.bench.deform.compare import machine
-from magicsim.bench.row_log import told
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation.sensor import Sensor

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from laboratory.row_log import told
 from magicsim.bench.deform.compare import machine
-from magicsim.bench.row_log import told
 from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.light.records.untouched import shared_states

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+from laboratory.ablation.membrane import ELEVATION_DEG, shade_membrane
 
-from magicsim.evaluation.membrane import ELEVATION_DEG, shade_membrane
 from magicsim.scenes.rig import LedStrip
 
 STRIPS = (LedStrip(side="-x", radiance=(2.0, 0, 0)), LedStrip(side="+y", radiance=(0, 3.0, 0)))

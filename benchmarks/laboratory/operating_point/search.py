@@ -7,15 +7,15 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from laboratory.operating_point.draws import first_points, next_point
+from laboratory.operating_point.filming import FilmedStates, film_states
+from laboratory.operating_point.reading import Reading, read_states
+from laboratory.operating_point.targets import total_distance
 from magicsim.camera.settings import LiveExposure
 from magicsim.detectors import DetectorProfile
 from magicsim.detectors.profiles.profile import Polarity, Similarity
 from magicsim.errors import FrameError, RenderError
 from magicsim.fit.constants import CONSTANTS, Constant
-from magicsim.operating_point.draws import first_points, next_point
-from magicsim.operating_point.filming import FilmedStates, film_states
-from magicsim.operating_point.reading import Reading, read_states
-from magicsim.operating_point.targets import total_distance
 from magicsim.scenes.scene import SceneConfig
 
 Array = npt.NDArray[np.float64]
@@ -40,7 +40,7 @@ EXTRA = {
     "flashlight": Constant(path="flashlight", low=0.1, high=30.0, scale="log"),
     "ambient": Constant(path="ambient", low=0.003, high=1.0, scale="log"),
 }
-"""Beside them: see `magicsim.operating_point.reading.read_states`."""
+"""Beside them: see `laboratory.operating_point.reading.read_states`."""
 READINGS: tuple[tuple[Polarity, Similarity], ...] = (("dark", "recall"), ("dark", "iou"), ("bright", "iou"))
 """Readings of S that the publication leaves open and that can fall where a frame brightens: polarity and similarity."""
 OPTICAL_NAMES = (*OPTICAL, *CHOICES)
@@ -143,7 +143,7 @@ def search_step(
     """Films one choice of the optical constants and reads it through several cameras, those without a grid left out.
 
     Args:
-        scene: From `magicsim.operating_point.filming.search_scene`.
+        scene: From `laboratory.operating_point.filming.search_scene`.
         profile: Options of the detectors.
         good: The best candidates so far, one for each filming; used from step `first` on.
         index: Number of the step; a step depends on `seed`, `index` and `good` alone.

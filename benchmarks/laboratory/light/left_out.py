@@ -13,8 +13,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from laboratory.row_log import told
 from magicsim.bench.deform.compare import machine
-from magicsim.bench.row_log import told
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.scenes.scene import SceneConfig, load_scene

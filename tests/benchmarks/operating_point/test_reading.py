@@ -2,12 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from magicsim.camera.exposure import meter
-from magicsim.camera.settings import LiveExposure
-from magicsim.detectors import load_profile
-from magicsim.operating_point.filming import GAPS_MM, Approach, FilmedStates
-from magicsim.operating_point.reading import (
+from laboratory.operating_point.filming import GAPS_MM, Approach, FilmedStates
+from laboratory.operating_point.reading import (
     crosstalk_matrix,
     disparity,
     evenness,
@@ -16,6 +12,10 @@ from magicsim.operating_point.reading import (
     scaled,
     settled_gain,
 )
+
+from magicsim.camera.exposure import meter
+from magicsim.camera.settings import LiveExposure
+from magicsim.detectors import load_profile
 from magicsim.scenes.rig import Camera
 
 CAMERA = Camera(columns=48, rows=64)

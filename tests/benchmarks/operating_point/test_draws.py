@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-
-from magicsim.operating_point.draws import first_points, next_point
+from laboratory.operating_point.draws import first_points, next_point
 
 
 def test_longer_search_begins_with_the_same_points():

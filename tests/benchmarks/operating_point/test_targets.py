@@ -1,6 +1,5 @@
 import pytest
-
-from magicsim.operating_point.targets import TARGETS, WORST, distances, total_distance
+from laboratory.operating_point.targets import TARGETS, WORST, distances, total_distance
 
 MET = {
     "s_rest": 0.85, "s_near": 0.84, "s_touch": 0.78, "s_light": 0.4,

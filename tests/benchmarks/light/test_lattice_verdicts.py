@@ -3,10 +3,9 @@
 import json
 
 import pytest
+from laboratory.light.kinds import draw_light as draw
+from laboratory.light.lattice_verdicts import DEPTHS_MM, LatticeRow, measure_lattice
 from PIL import Image
-
-from magicsim.bench.kinds import draw
-from magicsim.bench.light.lattice_verdicts import DEPTHS_MM, LatticeRow, measure_lattice
 
 
 def test_plot_is_drawn_from_the_file(tmp_path) -> None:

@@ -4,10 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from PIL import Image
-
-from magicsim.bench.kinds import draw
-from magicsim.bench.light.left_out import (
+from laboratory.light.kinds import draw_light as draw
+from laboratory.light.left_out import (
     SMALL,
     LeftOutRow,
     Rule,
@@ -18,6 +16,8 @@ from magicsim.bench.light.left_out import (
     _recorded,
     _still_meshes,
 )
+from PIL import Image
+
 from magicsim.deform.lattice.zone import FAR_FIELD_BOUND
 
 
