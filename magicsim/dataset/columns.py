@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from magicsim.dataset.draw import drawn_names
 from magicsim.dataset.features import Column, array, image, value, vector
 from magicsim.dataset.force_error import as_metadata
-from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.recipes.draw import drawn_names
+from magicsim.dataset.recipes.recipe import Recipe
 
 DRAWN = "drawn."
 """How the names of columns with drawn values begin."""

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config
-from magicsim.dataset.object_recipe import Draw, Weight
+from magicsim.config.models import Config
+from magicsim.dataset.recipes.object_recipe import Draw, Weight
 from magicsim.sampling.distribution import Number
 from magicsim.scenes.rig import DARK
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import log
 from typing import Any, Literal
 
-from magicsim.config import validate
+from magicsim.config.models import validate
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.scenes.scene import SceneConfig
 

@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from magicsim.config import validate
+from magicsim.camera.exposure import FloatImage
+from magicsim.camera.stream import CameraMemory
+from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
-from magicsim.episode import SimulatedFrame
 from magicsim.robot.moment import FULL, Moment
-from magicsim.scenes.camera_stream import CameraMemory
-from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.rig import DARK, Camera
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor, build_renderer, sensor_camera
-from magicsim.shot import Shot
+from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.labelled_frame import Shot
+from magicsim.simulation.sensor import Sensor, build_renderer, sensor_camera
 
 REMEMBERED = 3
 """Radiance images that are kept of each kind: the untouched sensor's, and a state with and without outside light."""

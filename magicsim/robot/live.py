@@ -10,21 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.camera.settings import H264
+from magicsim.camera.stream import CameraMemory
+from magicsim.config.ranges import check_number
 from magicsim.deform.deformation import Deformation
-from magicsim.episode import FrameTruth, SimulatedFrame
 from magicsim.errors import ConfigError
-from magicsim.ranges import check_number
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
 from magicsim.robot.workspace import Workspace, bounded
-from magicsim.scenes.camera_stream import CameraMemory
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor
-from magicsim.truth import frame_truth
+from magicsim.simulation.episode import FrameTruth, SimulatedFrame
+from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.truth import frame_truth
 
 MAX_SEED = 2**31
 MIN_FRAME_RATE, MAX_FRAME_RATE = 0.001, 1000

@@ -16,9 +16,9 @@ from magicsim.camera.settings import (
     PixelFaults,
     Shutter,
 )
-from magicsim.config import Config
+from magicsim.camera.window import Window
+from magicsim.config.models import Config
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
-from magicsim.scenes.window import Window
 
 FARTHEST_MM = 2000.0
 """Half of a room's width [mm]: what is further away matters to no frame."""

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.presets import expanded, is_file, preset_root
 
 Array = npt.NDArray[np.float64]
 FOLDER = "scenes/rooms"

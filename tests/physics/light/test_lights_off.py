@@ -5,9 +5,9 @@ import logging
 import numpy as np
 import pytest
 
+from magicsim.light.variant import LLVM_VARIANT, activate_variant
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
-from magicsim.simulation import simulate
+from magicsim.simulation.stream import simulate
 
 SMALL = [
     "design.footprint_mm=[6,6]", "design.core_mm=2.0", "rig.camera.columns=12", "rig.camera.rows=12",
@@ -31,7 +31,7 @@ def strips(left: str, right: str) -> str:
 
 def radiance(config: SceneConfig) -> np.ndarray:
     from magicsim.scenes.timeline import timeline
-    from magicsim.sensor import Sensor
+    from magicsim.simulation.sensor import Sensor
 
     sensor = Sensor(config)
     return sensor.renderer.plain_radiance(sensor.view(timeline(config)[0], sensor.rest))
@@ -90,7 +90,7 @@ def test_one_red_strip_is_exposed_and_leaves_the_other_channels_dark():
 
 def test_basis_has_a_black_image_for_a_light_that_is_off():
     from magicsim.scenes.view import View
-    from magicsim.sensor import Sensor
+    from magicsim.simulation.sensor import Sensor
 
     basis = Sensor(scene(strips("[5,5,5]", DARK), keyframes=("{frame=0}",))).renderer.basis(View())
     assert basis["strip0"].max() > 0

@@ -9,7 +9,7 @@ from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.robot.live import LiveSensor, live_sensor
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import load_scene
-from magicsim.simulation import simulate
+from magicsim.simulation.stream import simulate
 
 from .conftest import BLOCK, TINY
 

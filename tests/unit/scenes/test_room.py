@@ -7,12 +7,12 @@ import pytest
 from PIL import Image
 
 from magicsim.errors import ConfigError
-from magicsim.scenes.backend import VARIANT, mi
+from magicsim.light.backend import VARIANT, mi
 from magicsim.scenes.room import room_names, room_radiance, solid_angles
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.scenes.view import View
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 LIT = "rig.ambient=[0.2,0.2,0.2]"
 SMALL = ("design.footprint_mm=[6,7]", "rig.camera.columns=8", "rig.camera.rows=8", "rig.camera.field_mm=5")
