@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.baseline import Baseline, paired
 from magicsim.evaluation.cases import list_cases
@@ -29,6 +28,7 @@ from magicsim.evaluation.statistics.regression import Change, compare
 from magicsim.evaluation.statistics.tally import tally
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
+from magicsim.frame_class import FrameClass
 
 Progress = Callable[[int, int], None]
 FAULTLESS = "faultless_episodes"

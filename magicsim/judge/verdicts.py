@@ -1,13 +1,30 @@
 """Runs the detectors over an episode and scores them against its ground truth."""
 
+from dataclasses import dataclass
+
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.detectors.scoring.score import score_verdicts
-from magicsim.simulation.episode import Episode, Judgement
+from magicsim.detectors.scoring.score import DetectionScore, score_verdicts
+from magicsim.detectors.verdict import Verdict
+from magicsim.simulation.episode import Episode
 
 PROFILES = ("calibrated", "published")
 """Profiles that every report shows; scores of the first one are the headline."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """What the detectors with one profile say about an episode's frames after the references."""
+
+    profile: str
+    """Name of the profile."""
+    thresholds: dict[str, float]
+    """tau_e, tau_c, tau_g of the profile."""
+    verdicts: tuple[Verdict, ...]
+    """One per frame after the references, in order."""
+    score: DetectionScore
+    """Against ground truth."""
 
 
 def judge(episode: Episode, profile_name: str) -> Judgement:

@@ -1,13 +1,11 @@
-"""What one simulated episode holds: frames, ground truth, and the verdicts on them."""
+"""What one simulated episode holds: frames and ground truth."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.detectors.scoring.score import DetectionScore
-from magicsim.detectors.scoring.truth import FrameClass
-from magicsim.detectors.verdict import Verdict
+from magicsim.frame_class import FrameClass
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 
@@ -90,17 +88,3 @@ class Episode:
     def scored(self) -> tuple[SimulatedFrame, ...]:
         """The frames after the references."""
         return tuple(frame for frame in self.frames if not frame.truth.is_reference)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
-    """What the detectors with one profile say about an episode's frames after the references."""
-
-    profile: str
-    """Name of the profile."""
-    thresholds: dict[str, float]
-    """tau_e, tau_c, tau_g of the profile."""
-    verdicts: tuple[Verdict, ...]
-    """One per frame after the references, in order."""
-    score: DetectionScore
-    """Against ground truth."""

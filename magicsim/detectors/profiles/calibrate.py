@@ -11,8 +11,8 @@ from itertools import product
 from magicsim.detectors.profiles.profile import DetectorProfile, Polarity, Similarity
 from magicsim.detectors.profiles.thresholds import COMPARED_DECIMALS, fit_contact, fit_proximity
 from magicsim.detectors.scoring.episode import Episode, measure_brightening, measure_similarity, scored_classes
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.errors import ConfigError
+from magicsim.frame_class import FrameClass
 
 WIDTHS_TO_END = 3.0
 """Logistic widths between a fitted threshold and the end of its measure's range, at least."""

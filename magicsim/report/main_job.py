@@ -12,12 +12,12 @@ import tomli_w
 from magicsim.errors import FrameError
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.table import TABLE, frame_file, write_lattice, write_table
-from magicsim.judge.verdicts import PROFILES, judge
+from magicsim.judge.verdicts import PROFILES, Judgement, judge
 from magicsim.light.variant import activate_variant
 from magicsim.report.animation.preview import animate
 from magicsim.report.page import render_report
 from magicsim.scenes.scene import SceneConfig
-from magicsim.simulation.episode import Episode, Judgement
+from magicsim.simulation.episode import Episode
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with
 
