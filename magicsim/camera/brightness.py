@@ -50,7 +50,7 @@ class BrightnessWatch:
 
     def _why_black(self) -> str:
         if not any(self.rig.lit):
-            return "no strip of rig.strips shines, and rig.ambient is 0"
+            return "no strip of rig.strips shines, and the room is dark (rig.ambient, rig.room)"
         return f"no light reaches the camera: {_GEL}"
 
     def _tell(self, message: str, *, key: str = "") -> None:

@@ -64,6 +64,8 @@ def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
         "object_roughness": thing.roughness if thing is not None else None,
         "friction": scene.contact.friction,
         "led_radiance": [each for strip in rig.strips for each in strip.radiance],
+        "room": rig.room,
+        "room_radiance": list(rig.room_light),
         "flashlight_radiance": list(rig.flashlight.radiance),
         "camera_matrix": [each for row in calibration.camera_matrix for each in row],
         "camera_distortion": list(calibration.distortion),

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.evaluation.suite import PathFrame, Role, SuiteConfig, SuiteLight, SuiteObject, SuitePath
+from magicsim.evaluation.suite import PathFrame, Role, SuiteConfig, SuiteLight, SuiteObject, SuitePath, SuitePlace
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
+from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, Keyframe, OutputSettings, SceneConfig
 
 NO_OUTPUT = OutputSettings(contact_mask=False, displacements=False, preview=False, report=False)
@@ -20,11 +22,12 @@ class Case:
     """One episode to simulate."""
 
     name: str
-    """Unique within the suite: `object/path/light/seed`."""
+    """Unique within the suite: `object/path/light/seed`, and the place where it is not the first one."""
     object: str
     role: Role
     path: str
     light: str
+    place: str
     scene: SceneConfig
 
 
@@ -33,27 +36,36 @@ def list_cases(suite: SuiteConfig) -> list[Case]:
     objects = {each.name: each for each in suite.objects}
     paths = {each.name: each for each in suite.paths}
     lights = {each.name: each for each in suite.lights}
+    places = {each.name: each for each in suite.places}
+    sensors = {name: suite.sensor(each) for name, each in places.items()}
     cases: dict[str, Case] = {}
     for block in suite.episodes:
-        for seed, path, light, thing in product(block.seeds, block.paths, block.lights, block.objects):
-            case = _case(suite, objects[thing], paths[path], lights[light], seed)
+        where = block.places or (suite.places[0].name,)
+        for place, seed, path, light, thing in product(where, block.seeds, block.paths, block.lights, block.objects):
+            case = _case(suite, places[place], sensors[place], objects[thing], paths[path], lights[light], seed)
             cases.setdefault(case.name, case)
     return list(cases.values())
 
 
-def _case(suite: SuiteConfig, thing: SuiteObject, path: SuitePath, light: SuiteLight, seed: int) -> Case:
+def _case(
+    suite: SuiteConfig, place: SuitePlace, sensor: tuple[ElastomerDesign, Rig], thing: SuiteObject, path: SuitePath,
+    light: SuiteLight, seed: int,
+) -> Case:  # fmt: skip
     shift = _jitter(suite, thing.name, seed)
     keyframes = [_keyframe(each, thing, shift) for each in path.frames]
+    design, rig = sensor
+    elsewhere = "" if place.name == suite.places[0].name else f"/{place.name}"
     return Case(
-        name=f"{thing.name}/{path.name}/{light.name}/{seed}",
+        name=f"{thing.name}/{path.name}/{light.name}/{seed}{elsewhere}",
         object=thing.name,
-        role=thing.role,
+        role="held_out" if "held_out" in (thing.role, place.role) else "training",
+        place=place.name,
         path=path.name,
         light=light.name,
         scene=SceneConfig(
             schema_version=1,
-            design=suite.design,
-            rig=suite.rig,
+            design=design,
+            rig=rig,
             seed=seed,
             references=suite.references,
             frames_per_second=suite.frames_per_second,

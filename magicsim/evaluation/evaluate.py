@@ -13,6 +13,7 @@ from magicsim.evaluation.baseline import Baseline, paired
 from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.judged import JudgedEpisode, judge_footage
+from magicsim.evaluation.rest import Rest, rest_streams
 from magicsim.evaluation.statistics.curves import (
     NO_TOUCH,
     NOTHING_NEAR,
@@ -26,7 +27,7 @@ from magicsim.evaluation.statistics.intervals import Estimate, estimate, exact_s
 from magicsim.evaluation.statistics.measures import MEASURES
 from magicsim.evaluation.statistics.regression import Change, compare
 from magicsim.evaluation.statistics.tally import tally
-from magicsim.evaluation.suite import SuiteConfig
+from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig
 from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
 from magicsim.frame_class import FrameClass
 
@@ -52,6 +53,7 @@ class Evaluation:
     depth: list[CurvePoint]
     roc: dict[str, Roc | None]
     changes: list[Change]
+    rest: list[Rest]
     episodes: list[JudgedEpisode] = field(repr=False)
     footage: list[Footage] = field(repr=False)
     seconds: float
@@ -79,6 +81,7 @@ class Evaluation:
             "detection_by_distance": [asdict(each) for each in self.distance],
             "detection_by_depth": [asdict(each) for each in self.depth],
             "roc": {name: asdict(each) if each is not None else None for name, each in self.roc.items()},
+            "rest": [asdict(each) for each in self.rest],
             "compared": [asdict(each) | {"frames": len(each.frames)} for each in self.changes],
             "regressions": [asdict(each) for each in self.regressions],
             "improvements": [asdict(each) for each in self.improvements],
@@ -145,6 +148,7 @@ def evaluate_suite(
             "touch": trade_off(standard, "touch", {FrameClass.CONTACT}, NO_TOUCH),
         },
         changes=changes,
+        rest=rest_streams(footage, episodes, make, seconds=suite.rest_s, who=detector),
         episodes=episodes,
         footage=footage,
         seconds=time.perf_counter() - start,
@@ -160,8 +164,9 @@ def film_suite(suite: SuiteConfig, cache: Path) -> Iterator[list[Footage]]:
 
 
 def condition_of(episode: JudgedEpisode) -> str:
-    """Light and noise of an episode."""
-    return f"{episode.tag.light}/{episode.tag.noise}"
+    """Light and noise of an episode, and its place where that is another than the suite's own."""
+    condition = f"{episode.tag.light}/{episode.tag.noise}"
+    return condition if episode.tag.place == FIRST_PLACE else f"{condition}/{episode.tag.place}"
 
 
 def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEpisode]]:
@@ -172,6 +177,9 @@ def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEp
         for one in dict.fromkeys(conditions)
     }
     standard = groups[conditions[0]]
+    elsewhere = [one for one in groups if one.startswith(f"{conditions[0]}/")]
+    if elsewhere:
+        groups["other places"] = [each for one in elsewhere for each in groups[one]]
     for kind in ("role", "object", "path"):
         values = dict.fromkeys(getattr(each.tag, kind) for each in standard)
         if len(values) > 1:

@@ -18,6 +18,8 @@ from magicsim.scenes.scene import FrameNumber, FrameRate, GapMm, RenderSettings,
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 Role = Literal["training", "held_out"]
+FIRST_PLACE = "own"
+"""The suite's own sensor, where no places are given."""
 MAX_TAKES = 10_000
 """Most combinations of object, path, light and seed: each is rendered, which takes a minute or so."""
 
@@ -111,6 +113,16 @@ class SuiteNoise(Config):
     """See `magicsim.scenes.rig.Camera` [electrons]."""
 
 
+class SuitePlace(Config):
+    """One sensor of the suite's kind, and where it stands: another room, another print, another camera."""
+
+    name: Name
+    role: Role = "held_out"
+    """Whether the calibration of the shipped profiles may have seen it."""
+    settings: Annotated[tuple[str, ...], Field(max_length=100)] = ()
+    """`dotted.key=value` settings of design and rig, such as `rig.room='bench'`."""
+
+
 class SuiteBlock(Config):
     """Every combination of what is named here is an episode."""
 
@@ -119,6 +131,8 @@ class SuiteBlock(Config):
     lights: Annotated[tuple[Name, ...], Field(min_length=1)]
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (1,)
     """Seeds of rendering and placement."""
+    places: tuple[Name, ...] = ()
+    """The first place of the suite, if none is named."""
 
 
 class SuiteRecording(Config):
@@ -161,12 +175,23 @@ class SuiteConfig(Config):
     lights: tuple[SuiteLight, ...] = ()
     noises: Annotated[tuple[SuiteNoise, ...], Field(min_length=1)] = (SuiteNoise(name="rig"),)
     """The first noise and the first light of the first block are the standard condition."""
+    places: Annotated[tuple[SuitePlace, ...], Field(min_length=1)] = (SuitePlace(name=FIRST_PLACE, role="training"),)
+    rest_s: Annotated[float, Field(ge=0, le=36_000)] = 30.0
+    """Length of a stream at rest, which false alarms are counted in, for every place and noise [s]."""
     episodes: tuple[SuiteBlock, ...] = ()
     recordings: tuple[SuiteRecording, ...] = ()
 
+    def sensor(self, place: SuitePlace) -> tuple[ElastomerDesign, Rig]:
+        """Block and rig of a place.
+
+        Raises:
+            ConfigError: A setting is not allowed.
+        """
+        return _sensor_of(self.design, self.rig, place)
+
     @model_validator(mode="after")
     def _check_names(self) -> Self:
-        known = {"objects": self.objects, "paths": self.paths, "lights": self.lights}
+        known = {"objects": self.objects, "paths": self.paths, "lights": self.lights, "places": self.places}
         for key, entries in (*known.items(), ("noises", self.noises), ("recordings", self.recordings)):
             names = [each.name for each in entries]  # type: ignore[attr-defined]
             twice = sorted({name for name in names if names.count(name) > 1})
@@ -180,7 +205,8 @@ class SuiteConfig(Config):
                     if name not in choices:
                         raise ValueError(unknown_choice(f"episodes.{key}", name, choices))
         takes = sum(
-            len(block.objects) * len(block.paths) * len(block.lights) * len(block.seeds) for block in self.episodes
+            len(block.objects) * len(block.paths) * len(block.lights) * len(block.seeds) * max(1, len(block.places))
+            for block in self.episodes
         )
         if takes > MAX_TAKES:
             msg = f"{takes} combinations in episodes are too many: at most {MAX_TAKES}"
@@ -189,6 +215,19 @@ class SuiteConfig(Config):
             msg = "episodes and recordings are both empty: a suite needs at least one of them"
             raise ValueError(msg)
         return self
+
+
+def _sensor_of(design: ElastomerDesign, rig: Rig, place: SuitePlace) -> tuple[ElastomerDesign, Rig]:
+    data = {"design": design.model_dump(mode="json"), "rig": rig.model_dump(mode="json")}
+    changed = apply_overrides(data, list(place.settings))
+    unknown = sorted(set(changed) - set(data))
+    if unknown:
+        raise ConfigError(unknown_choice(f"places.{place.name}: setting of", unknown[0], data))
+    source = f"places.{place.name}"
+    return (
+        validate(ElastomerDesign, changed["design"], source=source),
+        validate(Rig, changed["rig"], source=source),
+    )
 
 
 def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SuiteConfig:
@@ -219,6 +258,8 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
     suite = validate(SuiteConfig, data, source=path.name)
     for each in suite.objects:
         _check_object(each, path.name)
+    for place in suite.places:
+        suite.sensor(place)
     return suite
 
 

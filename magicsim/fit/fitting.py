@@ -114,7 +114,7 @@ def fit_constants(
         msg = "observations of the untouched sensor are missing; they must come first"
         raise ConfigError(msg)
     if not any(scene.rig.lit):
-        msg = "rig.strips do not shine, and rig.ambient is 0: without light there is nothing to fit"
+        msg = "rig.strips do not shine, and the room is dark (rig.ambient, rig.room): there is nothing to fit"
         raise ConfigError(msg)
     states, equilibria = observed_states(scene, observations), Equilibria()
     rendered: dict[tuple[float, ...], list[tuple[Basis, Basis]]] = {}

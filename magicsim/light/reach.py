@@ -35,7 +35,7 @@ def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig:
     """
     if (
         rig.camera.live is not None
-        or max(rig.ambient) > 0
+        or max(rig.room_light) > 0
         or finish.specular > 0
         or finish.is_ghost
         or gap_mm <= rig.flashlight.distance_mm

@@ -193,11 +193,8 @@ class LiveSensor:
         """Radiance of the LED strips' red, green and blue in units of the rig's; exposure stays locked.
 
         Raises:
-            ConfigError: A strength is negative or above 1000, or the room shines too, whose light has no such channel.
+            ConfigError: A strength is negative or above 1000.
         """
-        if max(self.sensor.scene.rig.ambient) > 0:
-            msg = f"rig.ambient = {self.sensor.scene.rig.ambient} is not allowed with other LED strengths: must be 0"
-            raise ConfigError(msg)
         strength = (float(red), float(green), float(blue))
         for each in strength:
             check_number("LED strength", each, 0, STRONGEST)

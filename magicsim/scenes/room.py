@@ -38,9 +38,9 @@ def room_file(name: str) -> Path:
         return preset_root() / FOLDER / f"{name}.png"
     path = expanded(name)
     if path.suffix.lower() not in SUFFIXES:
-        raise ConfigError(unknown_choice("room (or a PNG or JPEG file)", name, room_names()))
+        raise ConfigError(unknown_choice("room (or a PNG or JPEG file)", name, ["dark", *room_names()]))
     if not is_file(path):
-        msg = f"rig.room = '{name}' does not exist; give a PNG or JPEG file or one of: {', '.join(room_names())}"
+        msg = f"rig.room = '{name}' does not exist; give a PNG or JPEG file or one of: dark, {', '.join(room_names())}"
         raise ConfigError(msg)
     return path
 

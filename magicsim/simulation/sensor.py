@@ -212,7 +212,7 @@ def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
         Shape (rows, columns, 3); None where the room is dark, or where nothing asks for it.
     """
     rig = sensor.scene.rig
-    if max(rig.ambient) == 0 or (rig.camera.flicker is None and rig.camera.led_drift is None):
+    if max(rig.room_light) == 0 or (rig.camera.flicker is None and rig.camera.led_drift is None):
         return None
     if not any(max(strip.radiance) for strip in rig.strips):
         return untouched

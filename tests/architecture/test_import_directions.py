@@ -24,7 +24,7 @@ LAYERS = (
 MOST_PARTS, MOST_FILES, MOST_FLAT = 4, 20, 8
 """Parts of one layer, files of one folder, and modules beside the folders."""
 LEAF_OF_DETECTORS = {
-    "magicsim.config",
+    "magicsim.config.models",
     "magicsim.config.documents",
     "magicsim.config.presets",
     "magicsim.conventions",

@@ -27,6 +27,8 @@ SENSORS, EPISODES = 1, 2
 """Streams of points."""
 CHOICES = 3
 """Dimensions of an episode's point that choose: the path, the object, the mesh file."""
+ROOM_CHOICES = 1
+"""Dimensions of a sensor's point that choose its room."""
 KEPT = 64
 """Things that were drawn last, which are not drawn again."""
 
@@ -97,8 +99,11 @@ def draw_sensors(recipe: Recipe, count: int) -> Drawn[DrawnSensor]:
         ConfigError: A drawn design is not allowed; raised when it is asked for.
     """
     numbers = _tolerances(recipe)
-    points = _points(recipe, len(_varying(numbers.values())), SENSORS)
-    return Drawn(count, lambda index: _sensor(recipe, index, numbers, points[index]))
+    printed = len(_varying(numbers.values()))
+    rooms = [len(_varying(each.numbers().values())) for each in recipe.rooms]
+    points = _points(recipe, printed + (ROOM_CHOICES + max(rooms) if rooms else 0), SENSORS)
+    ends = [printed, printed + ROOM_CHOICES]
+    return Drawn(count, lambda index: _sensor(recipe, index, numbers, np.split(points[index], ends)))
 
 
 def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
@@ -123,6 +128,12 @@ def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
 def drawn_names(recipe: Recipe) -> list[str]:
     """Names of all values that an episode of the recipe may have, sorted."""
     names = [f"sensor.{name}" for name, number in _tolerances(recipe).items() if isinstance(number, Distribution)]
+    names += [
+        f"sensor.{name}"
+        for entry in recipe.rooms
+        for name, number in entry.numbers().items()
+        if isinstance(number, Distribution)
+    ]
     names += [f"camera.{name}" for name, number in _camera(recipe).items() if isinstance(number, Distribution)]
     for group, entries in (("object", recipe.objects), ("path", recipe.paths)):
         for entry in entries:
@@ -164,9 +175,10 @@ def _camera(recipe: Recipe) -> dict[str, Number]:
     return {name: number for name, number in fields.items() if number is not None}
 
 
-def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], point: Array) -> DrawnSensor:
+def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[Array]) -> DrawnSensor:
+    printed, choice, room = parts
     values: Values = {}
-    draw = _drawer("sensor", point, values)
+    draw = _drawer("sensor", printed, values)
     drawn = {name: draw(name, number) for name, number in numbers.items()}
     design = recipe.design.model_dump()
     design["skin_mm"] = round(design["skin_mm"] + drawn["skin_mm"], 9)
@@ -184,6 +196,9 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], point: Array
     for number, strip in enumerate(rig["strips"]):
         strip["radiance"] = tuple(drawn[f"led_strength.{number}"] * each for each in strip["radiance"])
     rig["camera"]["pattern_seed"] = recipe.rig.camera.pattern_seed + index
+    if recipe.rooms:
+        entry = recipe.rooms[choose(float(choice[0]), tuple(each.weight for each in recipe.rooms))]
+        rig = entry.placed(rig, _drawer("sensor", room, values))
     return DrawnSensor(
         index=index,
         design=validate(ElastomerDesign, design, source=f"sensor {index}"),

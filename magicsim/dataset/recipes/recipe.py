@@ -12,6 +12,7 @@ from magicsim.config.models import Config, validate
 from magicsim.config.presets import find_preset
 from magicsim.dataset.recipes.object_recipe import ObjectRecipe
 from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, PathRecipe
+from magicsim.dataset.room_recipe import RoomRecipe
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.scenes.rig import Rig
@@ -137,6 +138,8 @@ class Recipe(Config):
     frames_per_second: FrameRate = 15.0
     tolerances: Tolerances = Tolerances()
     camera: CameraNoise = CameraNoise()
+    rooms: tuple[RoomRecipe, ...] = ()
+    """Where the sensors stand, one of them for each; the rig's own room where none is given."""
     objects: tuple[ObjectRecipe, ...] = ()
     paths: Annotated[tuple[PathRecipe, ...], Field(min_length=1)]
     contact: ContactSettings = ContactSettings()

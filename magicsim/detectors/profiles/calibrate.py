@@ -8,12 +8,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
+import numpy as np
+import numpy.typing as npt
+
 from magicsim.detectors.profiles.profile import DetectorProfile, Polarity, Similarity
-from magicsim.detectors.profiles.thresholds import COMPARED_DECIMALS, fit_contact, fit_proximity
+from magicsim.detectors.profiles.thresholds import COMPARED_DECIMALS, fit_contact, fit_proximity, rest_limit
 from magicsim.detectors.scoring.episode import Episode, measure_brightening, measure_similarity, scored_classes
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
 
+REST_MARGIN_SD = 4.0
+"""Standard deviations between a fitted threshold and an untouched sensor, at least."""
 WIDTHS_TO_END = 3.0
 """Logistic widths between a fitted threshold and the end of its measure's range, at least."""
 
@@ -86,7 +91,11 @@ def sharpen(profile: DetectorProfile) -> DetectorProfile:
 
 
 def fit_profile(
-    base: DetectorProfile, episodes: Sequence[Episode], candidates: Candidates | None = None
+    base: DetectorProfile,
+    episodes: Sequence[Episode],
+    candidates: Candidates | None = None,
+    *,
+    margin_sd: float = REST_MARGIN_SD,
 ) -> Calibration:
     """Choose options and thresholds that maximise the mean of both balanced accuracies on labelled episodes.
 
@@ -98,6 +107,8 @@ def fit_profile(
         base: Everything that is not fitted: numbers of references, largest widths of the probabilities.
         episodes: Training frames with classes, every class at least once over all episodes.
         candidates: Values to try; the defaults when left out.
+        margin_sd: How far tau_e and tau_g stay from the untouched frames of every episode, in standard deviations of
+            each: what a camera's own noise does is no event.
 
     Raises:
         ConfigError: A class without frames, no candidates, or no candidate whose references show a grid.
@@ -110,11 +121,12 @@ def fit_profile(
         msg = f"training episodes hold no frame of class {', '.join(missing)}; every class is needed"
         raise ConfigError(msg)
     options = list(product(tried.tau_b, tried.polarity, tried.grid_blur_px))
+    at_rest = _untouched_frames(episodes)
     similarities = measure_similarity(episodes, base, options, tried.similarity)
     scores: list[CandidateScore] = []
     for difference_blur_px in tried.difference_blur_px:
         entropy, correlation = measure_brightening(episodes, base, difference_blur_px)
-        near = fit_proximity(entropy, correlation, classes)
+        near = fit_proximity(entropy, correlation, classes, least_tau_e=rest_limit(entropy, at_rest, margin_sd))
         noise = (entropy >= near.tau_e) & (correlation >= near.tau_c)
         for ((tau_b, polarity, grid_blur_px), measure), similarity in similarities.items():
             profile = replace(
@@ -127,7 +139,10 @@ def fit_profile(
                 grid_blur_px=grid_blur_px,
                 difference_blur_px=difference_blur_px,
             )
-            touch = None if similarity is None else fit_contact(similarity, noise, classes)
+            touch = None
+            if similarity is not None:
+                limit = -rest_limit(-similarity, at_rest, margin_sd)
+                touch = fit_contact(similarity, noise, classes, most_tau_g=limit)
             scores.append(
                 CandidateScore(
                     profile=profile if touch is None else replace(profile, tau_g=touch.tau_g),
@@ -138,6 +153,14 @@ def fit_profile(
                 )
             )
     return Calibration(best=_best(scores), candidates=tuple(scores))
+
+
+def _untouched_frames(episodes: Sequence[Episode]) -> list[npt.NDArray[np.bool_]]:
+    """Of each episode, which of all scored frames are its Clear ones."""
+    counts = [sum(each is not None for each in episode.classes) for episode in episodes]
+    clear = np.array([each is FrameClass.CLEAR for each in scored_classes(episodes)])
+    owner = np.repeat(np.arange(len(episodes)), counts)
+    return [clear & (owner == number) for number in range(len(episodes))]
 
 
 def _best(scores: Sequence[CandidateScore]) -> CandidateScore:

@@ -51,7 +51,21 @@ class ContactFit:
     """Half the gap that tau_g lies in, in standard deviations."""
 
 
-def fit_proximity(entropy: Features, correlation: Features, classes: Sequence[FrameClass]) -> ProximityFit:
+def rest_limit(values: Features, at_rest: Sequence[npt.NDArray[np.bool_]], margin_sd: float) -> float:
+    """The farthest of several sensors' untouched frames: mean and so many standard deviations, the largest of them.
+
+    Args:
+        values: A feature of all frames, shape (frames,); of one that falls, its negative.
+        at_rest: Which frames are a sensor's untouched ones, shape (frames,) each; fewer than two say nothing.
+        margin_sd: How many standard deviations; a negative infinity is returned where nothing is known.
+    """
+    spreads = [values[each] for each in at_rest if np.count_nonzero(each) > 1]
+    return max((float(each.mean() + margin_sd * each.std(ddof=1)) for each in spreads), default=-np.inf)
+
+
+def fit_proximity(
+    entropy: Features, correlation: Features, classes: Sequence[FrameClass], *, least_tau_e: float = -np.inf
+) -> ProximityFit:
     """Choose tau_e and tau_c together.
 
     Maximises the balanced proximity accuracy plus half the share of Contact frames that are not called Noise:
@@ -62,11 +76,12 @@ def fit_proximity(entropy: Features, correlation: Features, classes: Sequence[Fr
         entropy: E [bit], shape (frames,).
         correlation: C, shape (frames,).
         classes: True classes, every one of the four at least once.
+        least_tau_e: From which entropy on a brightening is more than the camera's own, see `rest_limit` [bit].
     """
     labels = np.array(classes, dtype=object)
     clear, near, contact, light = (labels == each for each in FrameClass)
     judged_e = clear | near | light
-    cuts_e, gaps_e = candidate_cuts(entropy[judged_e], _ENTROPY_ENDS)
+    cuts_e, gaps_e = _allowed(*candidate_cuts(entropy[judged_e], _ENTROPY_ENDS), least=least_tau_e)
     margins_e = gaps_e / within_spread(entropy, [clear, near | light])
     fits: list[tuple[tuple[float, ...], ProximityFit]] = []
     for tau_e, margin_e in zip(cuts_e, margins_e, strict=True):
@@ -94,17 +109,20 @@ def fit_proximity(entropy: Features, correlation: Features, classes: Sequence[Fr
     return max(fits, key=lambda keyed: keyed[0])[1]
 
 
-def fit_contact(similarity: Features, noise: npt.NDArray[np.bool_], classes: Sequence[FrameClass]) -> ContactFit:
+def fit_contact(
+    similarity: Features, noise: npt.NDArray[np.bool_], classes: Sequence[FrameClass], *, most_tau_g: float = np.inf
+) -> ContactFit:
     """Choose tau_g, given which frames proximity calls Noise (those are never `Touched`).
 
     Args:
         similarity: S, shape (frames,).
         noise: Whether proximity calls the frame Noise, shape (frames,).
         classes: True classes, Contact and another one at least once.
+        most_tau_g: Down to which similarity the camera's own noise reaches, see `rest_limit`.
     """
     labels = np.array(classes, dtype=object)
     touched = labels == FrameClass.CONTACT
-    cuts, gaps = candidate_cuts(similarity[~noise], _SIMILARITY_ENDS)
+    cuts, gaps = _allowed(*candidate_cuts(similarity[~noise], _SIMILARITY_ENDS), most=most_tau_g)
     margins = gaps / within_spread(similarity, [touched & ~noise, ~touched & ~noise])
     hits = share_below(similarity[touched & ~noise], cuts, int(touched.sum()))
     false_alarms = share_below(similarity[~touched & ~noise], cuts, int((~touched).sum()))
@@ -117,6 +135,16 @@ def candidate_cuts(values: Features, ends: tuple[float, float]) -> tuple[Feature
     """Middles and half widths of the gaps between neighbouring values and the ends of their range."""
     edges = np.unique(np.concatenate([values, ends]))
     return (edges[:-1] + edges[1:]) / 2.0, np.diff(edges) / 2.0
+
+
+def _allowed(
+    cuts: Features, gaps: Features, *, least: float = -np.inf, most: float = np.inf
+) -> tuple[Features, Features]:
+    """Cuts between two limits, and the limit itself where none is."""
+    inside = (cuts >= least) & (cuts <= most)
+    if inside.any():
+        return cuts[inside], gaps[inside]
+    return np.array([least if np.isfinite(least) else most]), np.zeros(1)
 
 
 def within_spread(values: Features, groups: Sequence[npt.NDArray[np.bool_]]) -> float:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from magicsim.camera.exposure import Lit
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.evaluation.cases import Case, list_cases
-from magicsim.evaluation.suite import Role, SuiteConfig, SuiteNoise
+from magicsim.evaluation.suite import FIRST_PLACE, Role, SuiteConfig, SuiteNoise
 from magicsim.evaluation.takes.simulated import cached_take
 from magicsim.evaluation.takes.take import Take
 from magicsim.frame_class import FrameClass, classify_frame
@@ -20,6 +20,8 @@ from magicsim.judge.recording import Recording, read_recording
 from magicsim.scenes.rig import Camera
 
 Frame = npt.NDArray[np.uint8]
+REST_STREAM = 0x3C5A96
+"""Turns the seed of an episode into that of a stream at rest."""
 RECORDED = "recorded"
 """Path, light and noise of a recording."""
 
@@ -35,6 +37,8 @@ class EpisodeTag:
     path: str
     light: str
     noise: str
+    place: str = FIRST_PLACE
+    """Which sensor stands where."""
 
     @property
     def name(self) -> str:
@@ -105,6 +109,21 @@ class ExposedTake:
         """See `Images`."""
         return self._exposed(~self.take.is_reference)
 
+    def at_rest(self, count: int) -> Iterator[Frame]:
+        """So many frames of the untouched sensor, right after the references, with noise of their own.
+
+        Args:
+            count: How many.
+        """
+        take, rate = self.take, self.frames_per_second
+        room = take.room if take.room.size else None
+        stream = CameraStream.of(self.camera, take.radiance[0], self.lit, room=room)
+        memory, first = stream.begin(rate), int(take.is_reference.sum())
+        for index in range(first, first + count):
+            at = Instant(seed=self.seed ^ REST_STREAM, index=index, time_s=index / rate, frames_per_second=rate)
+            image, memory = stream.take(take.radiance[0], memory, at)
+            yield image
+
     def _exposed(self, is_wanted: npt.NDArray[np.bool_]) -> Iterator[Frame]:
         """The wanted frames; where frames depend on those before, the others are exposed on the way."""
         take, rate = self.take, self.frames_per_second
@@ -126,14 +145,20 @@ def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
     return [
         Footage(
             tag=EpisodeTag(
-                take=case.name, object=case.object, role=case.role, path=case.path, light=case.light, noise=noise.name
+                take=case.name,
+                object=case.object,
+                role=case.role,
+                path=case.path,
+                light=case.light,
+                noise=noise.name,
+                place=case.place,
             ),
             labels=labels,
             images=ExposedTake(
                 take=take,
-                camera=_camera(suite.rig.camera, noise),
+                camera=_camera(case.scene.rig.camera, noise),
                 frames_per_second=suite.frames_per_second,
-                lit=suite.rig.lit,
+                lit=case.scene.rig.lit,
                 seed=zlib.crc32(f"{suite.seed} {case.name} {noise.name}".encode()) & 0x7FFFFFFF,
             ),
             frames_per_second=suite.frames_per_second,

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.transport.light_field import LightField
-from magicsim.scenes.rig import Rig
+from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import RenderSettings
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Untouched:
 
 def _digest(rig: Rig) -> str | None:
     """Of the room's image: a file may be replaced by another of that name."""
-    if rig.room is None:
+    if rig.room in (None, DARK):
         return None
     from magicsim.scenes.room import room_file
 

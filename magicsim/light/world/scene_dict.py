@@ -131,7 +131,7 @@ def scene_dict(
         scene[FLASHLIGHT] = flashlight_entry(rig, 0.0)
     if content.furnace:
         scene[ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
-    elif max(rig.ambient) > 0:
+    elif max(rig.room_light) > 0:
         scene |= _room(elastomer, rig)
     if content.object_mesh is not None:
         scene[content.object_name] = mesh_shape(content.object_mesh, content.object_name, content.object_finish.bsdf())

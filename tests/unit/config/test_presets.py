@@ -25,7 +25,7 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
     [
         ("design", {"mini-magictac", "uniform-block"}),
         ("scene", {"demo", "rest", "near", "pressed", "flashlight"}),
-        ("rig", {"digit-rgb"}),
+        ("rig", {"digit-rgb", "digit-office"}),
         ("recipe", {"default"}),
         ("profile", {"published", "calibrated"}),
         ("object", {"finger", "silver-spanner", "red-screwdriver", "green-screwdriver", "white-pen", "orange"}),

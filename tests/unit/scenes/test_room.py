@@ -66,6 +66,12 @@ def test_a_touch_in_a_room_is_the_same_whatever_was_seen_before():
     np.testing.assert_array_equal(*images)
 
 
+def test_the_dark_room_shines_on_nothing():
+    rig = load_scene("rest", [LIT, "rig.room='dark'"]).rig
+    assert rig.room_light == (0, 0, 0)
+    assert load_scene("rest", [LIT, "rig.room='office'"]).rig.room_light == (0.2, 0.2, 0.2)
+
+
 @pytest.mark.parametrize(
     ("size", "value", "message"),
     [((64, 64), 90, "has 64 x 64 pixels: must be twice as wide"), ((64, 32), 0, "is black in a channel")],

@@ -276,3 +276,19 @@ def test_card_says_that_frames_depend_on_those_before():
     assert "depends on those of its episode" not in dataset_card(plain, columns_of(plain), {})
     card = dataset_card(live, columns_of(live), {})
     assert "A frame depends on those of its episode before it (rig.camera.live: gains follow)." in card
+
+
+def test_rooms_come_as_often_as_they_weigh_and_stand_in_every_row():
+    rooms = [{"room": "office", "weight": 3, "ambient": {"low": 0.05, "high": 0.2}}, {"room": "dark"}]
+    recipe = recipe_with(rooms=rooms, episodes=300, episodes_per_sensor=3)
+    sensors = draw_sensors(recipe, 100)
+    assert Counter(sensor.rig.room for sensor in sensors) == {"office": 75, "dark": 25}
+    lit = [sensor for sensor in sensors if sensor.rig.room == "office"]
+    assert all(sensor.rig.ambient == (sensor.values["sensor.ambient"],) * 3 for sensor in lit)
+    assert {"room", "room_radiance", "drawn.sensor.ambient"} <= {column.name for column in columns_of(recipe)}
+    assert draw_episodes(recipe)[4].scene.rig.room == sensors[1].rig.room
+
+
+def test_a_room_that_does_not_exist_is_one_line():
+    with pytest.raises(ConfigError, match=r"rooms\.0.*kitchen.*office"):
+        recipe_with(rooms=[{"room": "kitchen"}])
