@@ -29,7 +29,7 @@ def simulate_sample(task: SampleTask) -> bytes:
     from magicsim.camera.calibration import calibrate
     from magicsim.dataset.rows import drawn_columns, episode_table
     from magicsim.dataset.shard import rows_as_bytes
-    from magicsim.light.records.untouched import shared_states
+    from magicsim.light.records.untouched_states import shared_states
     from magicsim.simulation.plan import plan_scene
     from magicsim.simulation.sensor import Sensor
     from magicsim.simulation.stream import stream_frames

@@ -136,7 +136,7 @@ class SuiteBlock(Config):
 
 
 class SuiteRecording(Config):
-    """An episode of a real sensor: images and a table of labels, see `magicsim.evaluation.takes.recording`."""
+    """An episode of a real sensor: images and a table of labels, see `magicsim.judge.recording`."""
 
     name: Name
     folder: str

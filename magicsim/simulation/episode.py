@@ -1,14 +1,11 @@
-"""What one simulated episode holds: frames, ground truth, and the verdicts on them."""
+"""What one simulated episode holds: frames and ground truth."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.detectors.scoring.score import DetectionScore
-from magicsim.detectors.scoring.truth import FrameClass
-from magicsim.detectors.verdict import Verdict
+from magicsim.frame_class import FrameClass
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 
@@ -91,34 +88,3 @@ class Episode:
     def scored(self) -> tuple[SimulatedFrame, ...]:
         """The frames after the references."""
         return tuple(frame for frame in self.frames if not frame.truth.is_reference)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FeatureAtRest:
-    """One of E, C and S on the untouched sensor."""
-
-    mean: float
-    sd: float
-    """From one reference frame to the next: the camera's own repeatability."""
-
-    def distance(self, value: float) -> float:
-        """How far a value is from rest, signed [standard deviations]: d' of a frame. Infinite where nothing varies."""
-        if self.sd > 0:
-            return (value - self.mean) / self.sd
-        return 0.0 if value == self.mean else float(np.copysign(np.inf, value - self.mean))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
-    """What the detectors with one profile say about an episode's frames after the references."""
-
-    profile: str
-    """Name of the profile."""
-    thresholds: dict[str, float]
-    """tau_e, tau_c, tau_g of the profile."""
-    verdicts: tuple[Verdict, ...]
-    """One per frame after the references, in order."""
-    score: DetectionScore
-    """Against ground truth."""
-    at_rest: Mapping[str, FeatureAtRest] = field(default_factory=dict)
-    """`entropy`, `correlation` and `similarity` of the reference frames."""

@@ -38,7 +38,7 @@ def test_unknown_name_is_an_attribute_error():
 
 @pytest.mark.parametrize(
     "before",
-    ["", "import magicsim.simulation.stream", "import magicsim.judge.main_job", "from magicsim import simulate"],
+    ["", "import magicsim.simulation.stream", "import magicsim.report.main_job", "from magicsim import simulate"],
 )
 def test_simulate_is_the_function_whatever_was_imported_before(before: str):
     code = f"{before}\nfrom magicsim import simulate\nimport magicsim.simulation.stream as stream\n"
