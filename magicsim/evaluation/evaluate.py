@@ -13,7 +13,6 @@ from magicsim.evaluation.baseline import Baseline, paired
 from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.detector import MakeDetector, detector_by
 from magicsim.evaluation.judged import JudgedEpisode, judge_footage
-from magicsim.evaluation.rest import Rest, rest_streams
 from magicsim.evaluation.statistics.curves import (
     NO_TOUCH,
     NOTHING_NEAR,
@@ -26,6 +25,7 @@ from magicsim.evaluation.statistics.curves import (
 from magicsim.evaluation.statistics.intervals import Estimate, estimate, exact_share
 from magicsim.evaluation.statistics.measures import MEASURES
 from magicsim.evaluation.statistics.regression import Change, compare
+from magicsim.evaluation.statistics.rest import Rest, rest_streams
 from magicsim.evaluation.statistics.tally import tally
 from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig
 from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
