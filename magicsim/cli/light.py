@@ -43,8 +43,8 @@ def calibration(
     scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Intrinsics, distortion and millimetres per pixel at every layer of a scene's sensor."""
-    from magicsim.camera.calibration import calibrate
+    from magicsim.camera.calibration import calibrate_camera
     from magicsim.scenes.scene import load_scene
 
     config = load_scene(scene, settings or [], seed=seed)
-    print_result(fields_of(calibrate(config.design, config.rig)), as_json=json)
+    print_result(fields_of(calibrate_camera(config.design, config.rig)), as_json=json)

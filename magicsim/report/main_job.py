@@ -46,7 +46,7 @@ class RunSummary:
     proximity_accuracy: float | None
     """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
     at_rest: dict[str, dict[str, float]]
-    """Mean and standard deviation of E, C and S of the reference frames, by the `calibrated` profile; empty without."""
+    """Mean and standard deviation of E, C and S over the reference frames, by `calibrated`; empty without."""
     not_judged: str | None
     """Profiles that gave no verdicts, and why; None where all did, or where the scene has no reference frames."""
     report: str | None

@@ -8,9 +8,9 @@ import pytest
 from .source import PACKAGE, imports, modules, top_level_imports
 
 LAYERS = (
-    {"wording", "conventions", "moved"},
+    {"wording", "conventions", "names"},
     {"errors", "frame_class"},
-    {"config", "folder"},
+    {"config", "folder", "notebook"},
     {"sampling", "geometry"},
     {"camera", "deform", "scenes"},
     {"light"},
@@ -24,12 +24,13 @@ LAYERS = (
 MOST_PARTS, MOST_FILES, MOST_FLAT = 4, 20, 8
 """Parts of one layer, files of one folder, and modules beside the folders."""
 LEAF_OF_DETECTORS = {
-    "magicsim.config.models",
+    "magicsim.config",
     "magicsim.config.documents",
     "magicsim.config.presets",
     "magicsim.conventions",
     "magicsim.errors",
     "magicsim.frame_class",
+    "magicsim.names",
     "magicsim.wording",
 }
 RENDERER = {"mitsuba", "drjit"}

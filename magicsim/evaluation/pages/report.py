@@ -12,11 +12,11 @@ from magicsim import frame_class as truth
 from magicsim.evaluation.evaluate import Evaluation
 from magicsim.evaluation.pages.plots import plot_detection, plot_roc
 from magicsim.evaluation.pages.sheet import changed_sheet, sheet
-from magicsim.evaluation.rest import REPEATABILITY_SD, Rest
 from magicsim.evaluation.statistics.changed_frames import FrameRun
 from magicsim.evaluation.statistics.intervals import Estimate
 from magicsim.evaluation.statistics.measures import MEASURES
 from magicsim.evaluation.statistics.regression import Change
+from magicsim.evaluation.statistics.rest import REPEATABILITY_SD, Rest
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.report.templates import page_template

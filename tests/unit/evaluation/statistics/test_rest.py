@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
+from evaluation.synthetic import judged
 from magicsim.evaluation.detector import Detection
-from magicsim.evaluation.rest import HOUR_S, log_odds, rest_streams
+from magicsim.evaluation.statistics.rest import HOUR_S, log_odds, rest_streams
 from magicsim.evaluation.suite import FIRST_PLACE
 from magicsim.evaluation.takes.footage import EpisodeTag, ExposedTake, Footage
 from magicsim.evaluation.takes.take import Take
 from magicsim.scenes.rig import Camera
-
-from .synthetic import judged
 
 RATE = 15.0
 
