@@ -13,6 +13,7 @@ from magicsim.deform.follow import follow_map
 from magicsim.deform.lattice import Lattice, build_lattice
 from magicsim.deform.path import ContactSolver
 from magicsim.deform.press import compile_kernels
+from magicsim.deform.problem import NewtonOptions
 from magicsim.deform.timed import body_branches
 from magicsim.deform.way import is_there
 from magicsim.deform.zone import Zone, contact_zone
@@ -34,12 +35,15 @@ from magicsim.scenes.view import View
 class Sensor:
     """One sensor in one scene: solves and renders states on request, reusing what has not changed."""
 
-    def __init__(self, scene: SceneConfig, *, untouched: UntouchedStates | None = None) -> None:
+    def __init__(
+        self, scene: SceneConfig, *, untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None
+    ) -> None:
         """Builds geometry, lattice and renderer.
 
         Args:
             scene: What happens.
             untouched: Untouched states of sensors that other episodes share.
+            newton: When a load step is good enough; the solver's own by default.
 
         Raises:
             ConfigError: The camera's codec is not installed.
@@ -48,6 +52,7 @@ class Sensor:
         """
         check_codec(scene.rig.camera.compression)
         self.scene = scene
+        self._newton = newton
         self.elastomer: Elastomer = build_elastomer(scene.design)
         self.printed: Lattice = build_lattice(scene.design)
         """All planes of the design's lattice, which the displacements of an episode refer to."""
@@ -113,6 +118,7 @@ class Sensor:
         if self._solver is None:
             self._solver = ContactSolver(
                 self.lattice,
+                options=self._newton,
                 friction=self.scene.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=body_branches(self.scene.design, self.lattice) if self.scene.contact.rate_dependent else None,

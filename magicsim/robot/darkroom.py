@@ -53,6 +53,18 @@ class Darkroom:
         """
         return self._ready.camera.passed(self._lit(moment), self._memory(moment), moment.at)
 
+    def expose(self, exposure_grey: float) -> None:
+        """Meters again on the untouched sensor, aiming at another mean grey level; nothing is rendered anew.
+
+        Raises:
+            ConfigError: The level is not allowed.
+        """
+        scene = self.sensor.scene
+        values = scene.rig.camera.model_dump() | {"exposure_grey": exposure_grey}
+        camera = validate(Camera, values, source="exposure")
+        self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
+        self._shot = None
+
     def resize(self, *, columns: int, rows: int) -> None:
         """Renders with so many pixels from now on, and meters again; what they see along x stays `camera.field_mm`.
 

@@ -16,6 +16,7 @@ from magicsim.errors import ConfigError
 from magicsim.ranges import check_number
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
+from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
 from magicsim.robot.workspace import Workspace, bounded
@@ -41,12 +42,15 @@ class LiveSensor:
     and each grabbed one is rendered whether it is developed or not.
     """
 
-    def __init__(self, scene: SceneConfig, *, workspace: Workspace | None = None) -> None:
+    def __init__(
+        self, scene: SceneConfig, *, workspace: Workspace | None = None, quality: str | Quality = "full"
+    ) -> None:
         """Builds geometry and lattice; the renderer loads when the first frame is taken.
 
         Args:
             scene: Design, rig, object, contact and render settings; its keyframes do not matter.
             workspace: Where the object may go. The lattice is fine where it can touch, so a small one is faster.
+            quality: `full`, or `control` for a coarser and faster sensor, see `magicsim.robot.quality`.
 
         Raises:
             ConfigError: The workspace goes too deep, the scene depends on time, or the camera codes a video.
@@ -63,7 +67,9 @@ class LiveSensor:
             )
             raise ConfigError(msg)
         self.workspace = workspace or Workspace()
-        self._darkroom: Darkroom | None = Darkroom(Sensor(bounded(scene, self.workspace)))
+        self.quality = find_quality(quality)
+        placed = bounded(self.quality.applied(scene), self.workspace)
+        self._darkroom: Darkroom | None = Darkroom(Sensor(placed, newton=self.quality.newton))
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)
         self.reset()
@@ -203,6 +209,15 @@ class LiveSensor:
             check_number("LED strength", each, 0, STRONGEST)
         self._led_strength = strength
 
+    def set_exposure_grey(self, exposure_grey: float) -> None:
+        """Meters again, aiming at another mean grey level of the untouched sensor, 1 to 254.
+
+        Raises:
+            ConfigError: The level is not allowed.
+        """
+        self._open.expose(exposure_grey)
+        self._memory = None
+
     def set_frame_rate(self, frames_per_second: float) -> None:
         """Sets how much time passes from one frame to the next.
 
@@ -298,7 +313,12 @@ class LiveSensor:
 
 
 def live_sensor(
-    scene: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None, workspace: Workspace | None = None
+    scene: str | Path,
+    overrides: Sequence[str] = (),
+    *,
+    seed: int | None = None,
+    workspace: Workspace | None = None,
+    quality: str | Quality = "full",
 ) -> LiveSensor:
     """A live sensor from a scene preset or file.
 
@@ -307,8 +327,9 @@ def live_sensor(
         overrides: `dotted.key=value` settings.
         seed: Seed instead of the file's.
         workspace: Where the object may go.
+        quality: `full` or `control`, see `magicsim.robot.quality`.
 
     Raises:
         MagicsimError: As `load_scene` and `LiveSensor`.
     """
-    return LiveSensor(load_scene(scene, overrides, seed=seed), workspace=workspace)
+    return LiveSensor(load_scene(scene, overrides, seed=seed), workspace=workspace, quality=quality)
