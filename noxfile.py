@@ -18,9 +18,16 @@ def tests(session: nox.Session) -> None:
 
 @nox.session
 def browser(session: nox.Session) -> None:
-    """The explorer of sweeps in a real browser, which the machine has to have: Chromium or Chrome."""
-    session.install("-e", ".[test]", "playwright")
-    session.run("pytest", "-m", "slow", "tests/unit/sweep/test_explorer_browser.py")
+    """Every page in a real browser, which the machine has to have: Chromium or Chrome."""
+    session.install("-e", ".[test,browser]")
+    session.run("pytest", "-m", "browser", *session.posargs)
+
+
+@nox.session
+def learner(session: nox.Session) -> None:
+    """The environment under Stable-Baselines3, for 64 steps."""
+    session.install("-e", ".[test]", "stable-baselines3>=2.7", "torch>=2.7")
+    session.run("pytest", "-m", "slow", "tests/unit/robot/test_learner.py")
 
 
 @nox.session

@@ -69,7 +69,7 @@ class Controls:
             build.on_click(lambda _: self._ask(replace(self._wish, design=self._designed())))
         for label, key, motion in KEYS:
             command = self._gui.add_command(label, hotkey=key, modifier="shift")  # type: ignore[arg-type]
-            command.on_trigger(lambda _, by=motion: self._ask(self._wish.pushed(self._space, **by)))
+            command.on_trigger(self._pusher(motion))
 
     @property
     def wish(self) -> Wish:
@@ -99,6 +99,9 @@ class Controls:
             _put(slider, value)
         _put(self._there, wish.has_object)
         _put(self._lamp, wish.flashlight)
+
+    def _pusher(self, motion: dict[str, float]) -> Callable[[object], None]:
+        return lambda _: self._ask(self._wish.pushed(self._space, **motion))
 
     def _slider(self, name: str, label: str, low: float, high: float, step: float, value: float, hint: str) -> None:
         slider = self._gui.add_slider(label, low, high, step, min(max(value, low), high), hint=hint)

@@ -36,7 +36,6 @@ class View3D:
         self._edges: npt.NDArray[np.int64] | None = None
         self._lines: viser.LineSegmentsHandle | None = None
         self._mesh: viser.MeshHandle | None = None
-        self._zero_mm = 0.0
         self._is_held = False
         low, high = space.gap_mm
         self._handle = server.scene.add_transform_controls(
@@ -47,9 +46,7 @@ class View3D:
             depth_test=False,
             visible=False,
         )
-        self._handle.on_update(lambda event: self._moved(event.client_id))
-        self._handle.on_drag_start(lambda _: self._hold(is_held=True))
-        self._handle.on_drag_end(lambda _: self._hold(is_held=False))
+        self._handle.on_update(lambda event: self._moved(event.client_id, str(event.phase)))
 
     def show_block(self, lattice: Lattice, thing: SurfaceMesh | None, color: tuple[float, float, float]) -> None:
         """Puts another block and object in place.
@@ -89,18 +86,16 @@ class View3D:
             return
         self._mesh.position = shape.object_position_mm
         self._mesh.wxyz = quaternion(shape.object_rotation)
-        self._zero_mm = float(shape.object_position_mm[2]) + gap_mm
         if not self._is_held:
             x, y, _ = shape.object_position_mm
             self._handle.position = (float(x), float(y), -gap_mm)
 
-    def _hold(self, *, is_held: bool) -> None:
-        self._is_held = is_held
-
-    def _moved(self, client: int | None) -> None:
-        if client is not None:  # None where the window itself has moved it
-            x, y, z = (float(value) for value in self._handle.position)
-            self._dragged(x, y, z)
+    def _moved(self, client: int | None, phase: str) -> None:
+        if client is None:  # the window itself has moved it
+            return
+        self._is_held = phase != "end"
+        x, y, z = (float(value) for value in self._handle.position)
+        self._dragged(x, y, z)
 
 
 def quaternion(rotation: npt.NDArray[np.float64]) -> tuple[float, float, float, float]:

@@ -62,10 +62,11 @@ class LiveWindow:
             ConfigError: viser is missing, or the quality is unknown.
         """
         space = workspace or Workspace(x_mm=(-4, 4), y_mm=(-4, 4), gap_mm=(-2, 20))
-        self._folder, self._told = folder, told
+        self.folder, self.workspace, self._told = folder, space, told
         self._session = Session(scene, quality=find_quality(quality), workspace=space, told=self._tell)
         self._worker = Worker(self._session, self._show, self._fail)
         self._shown_scene: SceneConfig | None = None
+        self._sight: Sight | None = None
         self._refusal: str | None = None
         self._recording: Recording | None = None
         self._written = 0
@@ -81,6 +82,11 @@ class LiveWindow:
     def address(self) -> str:
         """Where the page is."""
         return f"http://127.0.0.1:{self._server.get_port()}"
+
+    @property
+    def sight(self) -> Sight | None:
+        """The last moment that was shown with its frame; None before the first."""
+        return self._sight
 
     @property
     def replaced(self) -> int:
@@ -127,7 +133,11 @@ class LiveWindow:
             self._forces = gui.add_html(NO_FORCE)
             self._plot = gui.add_uplot(
                 self._course.columns(),
-                ({"label": "step"}, {"label": "normal [N]", "stroke": "#1f6feb"}, {"label": "tangential [N]", "stroke": "#d1242f"}),
+                (
+                    {"label": "step"},
+                    {"label": "normal [N]", "stroke": "#1f6feb"},
+                    {"label": "tangential [N]", "stroke": "#d1242f"},
+                ),
                 scales={"x": {"time": False}},
                 aspect=2.2,
             )
@@ -162,6 +172,7 @@ class LiveWindow:
         if self._recording is not None:
             self._recording.add(sight.frame)
             self._note(f"Recording: {len(self._recording)} frames" + (", full" if self._recording.is_full else ""))
+        self._sight = sight
         self._controls.follow(sight.wish, is_last=not self._worker.is_asked)
         self._state.content = state_line(None, self._refusal)
 
@@ -181,7 +192,7 @@ class LiveWindow:
             return
         self._record.label = "Record"
         self._written += 1
-        target = self._folder / recording_name(self._written)
+        target = self.folder / recording_name(self._written)
         try:
             recording.write(target, estimator=self._session.live.sensor.renderer.estimator)
         except MagicsimError as error:
