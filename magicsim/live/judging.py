@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import References, fuse
-from magicsim.detectors.profile import DetectorProfile
-from magicsim.detectors.profile_file import load_profile
+from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import MagicsimError
-from magicsim.judge import PROFILES
+from magicsim.judge.verdicts import PROFILES
 
 Frame = npt.NDArray[np.uint8]
 

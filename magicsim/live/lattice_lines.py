@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.lattice import Lattice
+from magicsim.deform.lattice.structure import Lattice
 
 Index = npt.NDArray[np.int64]
 Colors = npt.NDArray[np.uint8]

@@ -6,8 +6,8 @@ from html import escape
 import cv2
 
 from magicsim.detectors.verdict import Verdict
-from magicsim.episode import Frame
 from magicsim.live.sight import Sight
+from magicsim.simulation.episode import Frame
 
 STYLE = "width:100%;font-size:13px;border-collapse:collapse"
 CELL = "padding:2px 6px;text-align:right"

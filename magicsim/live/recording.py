@@ -5,14 +5,14 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from magicsim.deform.lattice import Lattice
-from magicsim.episode import Episode, SimulatedFrame
+from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
 from magicsim.folder import new_folder
+from magicsim.judge.main_job import describe, judged, write_episode
 from magicsim.live.wish import Wish
 from magicsim.robot.moment import FULL
-from magicsim.run import describe, judged, write_episode
 from magicsim.scenes.scene import Keyframe, SceneConfig
+from magicsim.simulation.episode import Episode, SimulatedFrame
 
 LONGEST = 3000
 """Most frames of a recording: they are kept in memory until it ends."""

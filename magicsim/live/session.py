@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from magicsim.config import validate
-from magicsim.episode import SimulatedFrame
+from magicsim.config.models import validate
 from magicsim.errors import MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.live.judging import Judges
@@ -19,6 +18,7 @@ from magicsim.robot.quality import Quality
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.simulation.episode import SimulatedFrame
 
 Told = Callable[[str], None]
 """Takes a line about what is being done."""

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.verdict import Verdict
-from magicsim.episode import SimulatedFrame
 from magicsim.live.wish import Wish
+from magicsim.simulation.episode import SimulatedFrame
 
 Array = npt.NDArray[np.float64]
 

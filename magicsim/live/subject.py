@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from magicsim.config import apply_overrides, load_preset, validate
-from magicsim.documents import read_toml
+from magicsim.config.documents import read_toml
+from magicsim.config.models import apply_overrides, load_preset, validate
+from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import PresetError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.objects import parse_object
-from magicsim.presets import find_preset, preset_names
+from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import SceneConfig, load_scene
 
 STAGE = "grip"

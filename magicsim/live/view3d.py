@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
-from magicsim.deform.lattice import Lattice
+from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.live.lattice_lines import lattice_edges, segment_colors
 from magicsim.live.sight import Shape

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from magicsim.config import validate
-from magicsim.deform.problem import NewtonOptions
+from magicsim.config.models import validate
+from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.scenes.scene import SceneConfig
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from magicsim.deform.lattice import box_lattice
+from magicsim.deform.lattice.structure import box_lattice
 from magicsim.live.lattice_lines import FULL_MM, MOVED, STILL, lattice_edges, segment_colors
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from magicsim.judge.recorded import read_episode
+from magicsim.judge.table import TABLE
 from magicsim.live.recording import Recording
 from magicsim.live.session import Session
-from magicsim.recorded import read_episode
 from magicsim.robot.quality import FULL_QUALITY
 from magicsim.scenes.scene import load_scene
-from magicsim.table import TABLE
 
 from .conftest import SPACE
 

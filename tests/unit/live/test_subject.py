@@ -2,9 +2,9 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, PresetError
 from magicsim.live.subject import find_subject
-from magicsim.presets import find_preset
 from magicsim.scenes.scene import load_scene
 
 

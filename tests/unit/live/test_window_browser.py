@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from magicsim.judge.table import TABLE
 from magicsim.live.window import LiveWindow
-from magicsim.table import TABLE
 
 pytestmark = pytest.mark.browser
 SLOW_MS = 60_000
