@@ -107,7 +107,7 @@ class Session:
 
     def _built(self, scene: SceneConfig, wish: Wish) -> LiveSensor:
         self._told("building the block and its lattice")
-        live = LiveSensor(scene, workspace=self.workspace, quality=self.quality)
+        live = LiveSensor(scene, workspace=self.workspace, quality=self.quality, told=self._told)
         live.set_exposure_grey(wish.exposure_grey)
         return live
 

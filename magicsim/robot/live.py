@@ -19,6 +19,7 @@ from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
+from magicsim.robot.waiting import Told, on_stderr, waiting
 from magicsim.robot.workspace import Workspace, bounded
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
@@ -29,6 +30,7 @@ from magicsim.simulation.truth import frame_truth
 
 MAX_SEED = 2**31
 MIN_FRAME_RATE, MAX_FRAME_RATE = 0.001, 1000
+RENDERING = "rendering a frame (the first ones render the untouched sensor too)"
 STRONGEST = 1000.0
 """Strength of the LEDs, in units of the rig's radiance."""
 
@@ -43,7 +45,12 @@ class LiveSensor:
     """
 
     def __init__(
-        self, scene: SceneConfig, *, workspace: Workspace | None = None, quality: str | Quality = "full"
+        self,
+        scene: SceneConfig,
+        *,
+        workspace: Workspace | None = None,
+        quality: str | Quality = "full",
+        told: Told = on_stderr,
     ) -> None:
         """Builds geometry and lattice; the renderer loads when the first frame is taken.
 
@@ -51,6 +58,7 @@ class LiveSensor:
             scene: Design, rig, object, contact and render settings; its keyframes do not matter.
             workspace: Where the object may go. The lattice is fine where it can touch, so a small one is faster.
             quality: `full`, or `control` for a coarser and faster sensor, see `magicsim.robot.quality`.
+            told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
             ConfigError: The workspace goes too deep, the scene depends on time, or the camera codes a video.
@@ -68,8 +76,10 @@ class LiveSensor:
             raise ConfigError(msg)
         self.workspace = workspace or Workspace()
         self.quality = find_quality(quality)
+        self._told = told
         placed = bounded(self.quality.applied(scene), self.workspace)
-        self._darkroom: Darkroom | None = Darkroom(Sensor(placed, newton=self.quality.newton))
+        with waiting("building block and lattice", told):
+            self._darkroom: Darkroom | None = Darkroom(Sensor(placed, newton=self.quality.newton))
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)
         self.reset()
@@ -255,7 +265,8 @@ class LiveSensor:
         """
         moment = self.now()
         if self.sensor.scene.rig.camera.history:
-            self._memory = self._open.passed(moment)
+            with waiting(RENDERING, self._told):
+                self._memory = self._open.passed(moment)
         self._index += 1
         self._time_s += 1 / self._frames_per_second
         return moment
@@ -266,7 +277,8 @@ class LiveSensor:
         Raises:
             RenderError: The image is not valid.
         """
-        return self._open.develop(moment)
+        with waiting(RENDERING, self._told):
+            return self._open.develop(moment)
 
     def frame(self) -> SimulatedFrame:
         """The next frame: RGB image, shape (rows, columns, 3), and ground truth."""
@@ -305,7 +317,8 @@ class LiveSensor:
         self.workspace.check(state)
         if state == self._state:
             return
-        deformation, slid_mm = travel(sensor, self._state, state, self._deformation, self._area_mm2)
+        with waiting("solving the contact", self._told):
+            deformation, slid_mm = travel(sensor, self._state, state, self._deformation, self._area_mm2)
         self._state, self._deformation, self._slid_mm = state, deformation, self._slid_mm + slid_mm
 
 
@@ -316,6 +329,7 @@ def live_sensor(
     seed: int | None = None,
     workspace: Workspace | None = None,
     quality: str | Quality = "full",
+    told: Told = on_stderr,
 ) -> LiveSensor:
     """A live sensor from a scene preset or file.
 
@@ -325,8 +339,10 @@ def live_sensor(
         seed: Seed instead of the file's.
         workspace: Where the object may go.
         quality: `full` or `control`, see `magicsim.robot.quality`.
+        told: Hears what takes longer than two seconds.
 
     Raises:
         MagicsimError: As `load_scene` and `LiveSensor`.
     """
-    return LiveSensor(load_scene(scene, overrides, seed=seed), workspace=workspace, quality=quality)
+    loaded = load_scene(scene, overrides, seed=seed)
+    return LiveSensor(loaded, workspace=workspace, quality=quality, told=told)
