@@ -66,7 +66,7 @@ class Controls:
                 for (name, (low, high)), value in zip(DESIGN_FIELDS.items(), wish.design, strict=True)
             ]
             build = self._gui.add_button("Build this design", hint="Builds the block anew and renders it untouched.")
-            build.on_click(lambda _: self._ask(replace(self._wish, design=self._designed())))
+            build.on_click(lambda _: self.ask(replace(self._wish, design=self._designed())))
         for label, key, motion in KEYS:
             command = self._gui.add_command(label, hotkey=key, modifier="shift")  # type: ignore[arg-type]
             command.on_trigger(self._pusher(motion))
@@ -79,7 +79,7 @@ class Controls:
     def drag(self, x_mm: float, y_mm: float, height_mm: float) -> None:
         """Asks for a place of the handle in 3D."""
         place = {"x_mm": x_mm, "y_mm": y_mm, "gap_mm": -height_mm}
-        self._ask(replace(self._wish, has_object=True).pushed(self._space, **_ways(self._wish, place)))
+        self.ask(replace(self._wish, has_object=True).pushed(self._space, **_ways(self._wish, place)))
 
     def follow(self, wish: Wish, *, is_last: bool) -> None:
         """Shows what was done; while newer wishes wait, only what was refused would be news.
@@ -101,7 +101,7 @@ class Controls:
         _put(self._lamp, wish.flashlight)
 
     def _pusher(self, motion: dict[str, float]) -> Callable[[object], None]:
-        return lambda _: self._ask(self._wish.pushed(self._space, **motion))
+        return lambda _: self.ask(self._wish.pushed(self._space, **motion))
 
     def _slider(self, name: str, label: str, low: float, high: float, step: float, value: float, hint: str) -> None:
         slider = self._gui.add_slider(label, low, high, step, min(max(value, low), high), hint=hint)
@@ -124,9 +124,10 @@ class Controls:
 
     def _change(self, event: Any, **values: Any) -> None:  # noqa: ANN401
         if event.client_id is not None:  # None where the window itself has set it
-            self._ask(replace(self._wish, **values))
+            self.ask(replace(self._wish, **values))
 
-    def _ask(self, wish: Wish) -> None:
+    def ask(self, wish: Wish) -> None:
+        """Asks for a wish, as a control does."""
         self._wish = wish
         self._asked(wish)
 

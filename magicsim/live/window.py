@@ -98,6 +98,15 @@ class LiveWindow:
         """What is being done and for how long [s]; None when nothing is."""
         return self._worker.busy
 
+    @property
+    def wish(self) -> Wish:
+        """What is asked for now."""
+        return self._controls.wish
+
+    def ask(self, wish: Wish) -> None:
+        """Asks for something as the page does; the newest wish wins, and this never waits."""
+        self._controls.ask(wish)
+
     def wait(self) -> None:
         """Waits until the window is closed by another thread."""
         self._ended.wait()

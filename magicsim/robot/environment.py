@@ -3,7 +3,9 @@
 Needs the extra `robot` (gymnasium). Importing this module registers `magicsim/GraspLift-v0`.
 """
 
+import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +41,16 @@ LEAST, MOST = 1e-6, 1e6
 """Of every number of the task, in its own unit."""
 ROOM_MM = 1.1
 """How far the object may be above where the fingers hold it in the search for balance [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cost:
+    """What one `reset` or step took."""
+
+    solve_s: float
+    """Contact and balance; in the first `reset` the sensor's geometry too [s]."""
+    light_s: float
+    """The picture; in the first `reset` the untouched sensor too [s]."""
 
 
 class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
@@ -135,6 +147,9 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._lift: Lift | None = None
         self._frame: SimulatedFrame | None = None
         self._steps = self._held = 0
+        self.cost = Cost(solve_s=0.0, light_s=0.0)
+        """Of the last `reset` or step; zero before."""
+        self._begun = 0.0
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -149,6 +164,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             ConfigError: An option that does not exist or is outside of the workspace.
         """
         super().reset(seed=seed)
+        self._begun = time.perf_counter()
         for name in options or {}:
             if name not in OPTIONS:
                 raise ConfigError(unknown_choice("option", name, OPTIONS))
@@ -180,6 +196,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if self._lift is None:
             msg = "step is not allowed yet: call reset() first"
             raise ConfigError(msg)
+        self._begun = time.perf_counter()
         lift, dt_s = self._lift, 1 / self._lift.live.frames_per_second
         before = lift.state
         asked = np.clip(np.asarray(action, float), -1, 1) * self.speed_mm_s * dt_s
@@ -240,7 +257,9 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._picture.show(image)
 
     def _observe(self, lift: Lift, speeds_mm_s: npt.NDArray[np.float64]) -> Observation:
+        solved = time.perf_counter()
         self._frame, state = lift.live.frame(), lift.state
+        self.cost = Cost(solve_s=solved - self._begun, light_s=time.perf_counter() - solved)
         if self.render_mode == "human":
             self._show(self._frame.image)
         values = [2 * (state.gap_mm + self._half_width_mm), state.finger_mm, *speeds_mm_s]

@@ -30,6 +30,11 @@ class Picture:
         self._title = title
         self._root, self._label, self._photo = _tk_window(title)
         self._page = None if self._root is not None else _Page(title)
+        self.is_open = True
+        """Whether it was not closed, by its user or by `close`."""
+        if self._root is not None:
+            self._root.bind("<Escape>", lambda _: self._end())
+            self._root.protocol("WM_DELETE_WINDOW", self._end)
 
     @property
     def address(self) -> str | None:
@@ -39,6 +44,8 @@ class Picture:
     def show(self, image: Image) -> None:
         """Shows an RGB image, shape (rows, columns, 3)."""
         encoded = base64.b64encode(cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes())
+        if not self.is_open:
+            return
         if self._page is not None:
             self._page.put(encoded)
             return
@@ -49,8 +56,12 @@ class Picture:
             self._label.configure(image=self._photo)
             self._root.update()
 
+    def _end(self) -> None:
+        self.is_open = False
+
     def close(self) -> None:
-        """Closes window or page."""
+        """Closes window or page; may be called again."""
+        self.is_open = False
         if self._page is not None:
             self._page.close()
             return
