@@ -75,6 +75,8 @@ FIGURES = (
     "python docs/pictures.py",
     "python docs/camera_pictures.py",
     "python docs/rooms.py",
+    "python docs/live_pictures.py",
+    "python benchmarks/control_loop.py --out docs/benchmarks/control-loop.json",
     "python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json",
     "python benchmarks/detail.py --out docs/benchmarks/detail.json",
     "python benchmarks/camera_at_rest.py --out docs/benchmarks",
@@ -105,7 +107,7 @@ FIGURES = (
 @nox.session
 def figures(session: nox.Session) -> None:
     """Every committed figure anew, which takes many hours: `nox -s figures`, or `-- WORD` for some."""
-    session.install("-e", ".[test,reference,video]", "taxim[jax-cpu]")
+    session.install("-e", ".[test,reference,video,browser]", "taxim[jax-cpu]")
     work = session.create_tmp()
     for command in FIGURES:
         if any(word in command for word in session.posargs) or not session.posargs:

@@ -4,8 +4,8 @@
 
 Each run is a list of poses as a controller gave them, a step each: a press that is held, a press that is sheared and
 released, and a grip that is twisted. Both qualities follow them in the same process, one after the other. A run is the
-second of its kind for its sensor, so that nothing is compiled in it. Seconds are those of a clock on the wall; with
-other work beside, only the ratio of the two qualities means anything.
+second of its kind for its sensor, so that nothing is compiled in it. `solve_s` and `light_s` are seconds of a clock on
+the wall, which other work beside stretches; `cpu_s` is what all threads of this process worked, which it hardly does.
 """
 
 import argparse
@@ -41,6 +41,7 @@ class Step:
 
     solve_s: float
     light_s: float
+    cpu_s: float
     force_n: tuple[float, float, float]
     iterations: int
     verdicts: dict[str, str]
@@ -57,18 +58,18 @@ def follow(live: LiveSensor, judges: Judges, poses: list[Pose]) -> tuple[list[St
     steps, images = [], []
     live.reset()
     for gap, x, twist in poses:
-        start = time.perf_counter()
+        start, worked = time.perf_counter(), time.process_time()
         live.move_to(gap_mm=gap, x_mm=x, twist_deg=twist)
         solved = time.perf_counter()
         frame = live.frame()
-        ended = time.perf_counter()
+        ended, spent = time.perf_counter(), time.process_time() - worked
         verdicts = {
             name: f"{each.proximity} {each.combined}" if not isinstance(each, str) else "none"
             for name, each in judges.verdicts(frame.image).items()
         }
         steps.append(
             Step(
-                solve_s=solved - start, light_s=ended - solved, force_n=frame.truth.force_n,
+                solve_s=solved - start, light_s=ended - solved, cpu_s=spent, force_n=frame.truth.force_n,
                 iterations=frame.truth.solve.iterations, verdicts=verdicts, in_contact=frame.truth.contact,
             )
         )  # fmt: skip
@@ -87,6 +88,7 @@ def rates(runs: dict[str, list[Step]]) -> dict[str, float]:
         solve, light = (statistics.median(getattr(step, field) for step in chosen) for field in ("solve_s", "light_s"))
         found |= {
             f"{name}_solve_s": round(solve, 3), f"{name}_light_s": round(light, 3),
+            f"{name}_cpu_s": round(statistics.median(step.cpu_s for step in chosen), 3),
             f"{name}_frames_per_second": round(1 / (solve + light), 2),
             f"{name}_forces_per_second": round(1 / max(solve, 1e-4), 1),
         }  # fmt: skip
