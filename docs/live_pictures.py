@@ -36,7 +36,7 @@ def opened(browser: object, window: LiveWindow, size: tuple[int, int]) -> Page:
     """The window's page, drawn."""
     page: Page = browser.new_page(viewport={"width": size[0], "height": size[1]})  # type: ignore[attr-defined]
     page.goto(window.address)
-    page.wait_for_selector("table.forces", timeout=60_000)
+    page.wait_for_selector("table.forces", state="attached", timeout=240_000)
     hide = page.get_by_text("Software WebGL rendering detected")
     if hide.count():
         page.locator(".mantine-Notification-closeButton").first.evaluate("each => each.click()")

@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import cv2
@@ -46,6 +46,8 @@ class RunSummary:
     """Balanced accuracy of contact with the `calibrated` profile; None where a class has no frames."""
     proximity_accuracy: float | None
     """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
+    at_rest: dict[str, dict[str, float]]
+    """Mean and standard deviation of E, C and S over the reference frames, by the `calibrated` profile; empty without."""
     not_judged: str | None
     """Profiles that gave no verdicts, and why; None where all did, or where the scene has no reference frames."""
     report: str | None
@@ -155,7 +157,8 @@ def _summary(
     seconds: float,
     seconds_total: float,
 ) -> RunSummary:
-    score = next((each.score for each in judgements if each.profile == PROFILES[0]), None)
+    first = next((each for each in judgements if each.profile == PROFILES[0]), None)
+    score = first.score if first else None
     return RunSummary(
         frames=len(episode.frames),
         seconds=round(seconds, 3),
@@ -164,6 +167,7 @@ def _summary(
         estimator=sensor.renderer.estimator,
         contact_accuracy=score.contact.accuracy if score else None,
         proximity_accuracy=score.proximity.accuracy if score else None,
+        at_rest={name: asdict(each) for name, each in first.at_rest.items()} if first else {},
         not_judged=refused,
         report=str(out / REPORT) if scene.output.report else None,
         out=str(out),

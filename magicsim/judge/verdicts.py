@@ -1,11 +1,17 @@
 """Runs the detectors over an episode and scores them against its ground truth."""
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.detectors.scoring.score import score_verdicts
-from magicsim.simulation.episode import Episode, Judgement
+from magicsim.simulation.episode import Episode, FeatureAtRest, Judgement
 
+FEATURES = ("entropy", "correlation", "similarity")
+"""Measures of a frame whose spread at rest is told."""
 PROFILES = ("calibrated", "published")
 """Profiles that every report shows; scores of the first one are the headline."""
 
@@ -23,6 +29,7 @@ def judge(episode: Episode, profile_name: str) -> Judgement:
     """
     profile = load_profile(profile_name)
     references = fuse([frame.image for frame in episode.references], profile)
+    resting = detect_all([frame.image for frame in episode.references], references, profile)
     verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
     score = score_verdicts(verdicts, [frame.truth.frame_class for frame in episode.scored])
     return Judgement(
@@ -30,4 +37,9 @@ def judge(episode: Episode, profile_name: str) -> Judgement:
         thresholds={"tau_e": profile.tau_e, "tau_c": profile.tau_c, "tau_g": profile.tau_g},
         verdicts=tuple(verdicts),
         score=score,
+        at_rest={name: _at_rest([getattr(each, name) for each in resting]) for name in FEATURES},
     )
+
+
+def _at_rest(values: Sequence[float]) -> FeatureAtRest:
+    return FeatureAtRest(mean=float(np.mean(values)), sd=float(np.std(values, ddof=1)) if len(values) > 1 else 0.0)

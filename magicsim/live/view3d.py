@@ -31,7 +31,7 @@ class View3D:
         """
         self._server, self._dragged = server, dragged
         server.scene.set_up_direction("+z")
-        server.initial_camera.position = (17.0, -27.0, -15.0)
+        server.initial_camera.position = (21.0, -33.0, -18.0)
         server.initial_camera.look_at = (0.0, 0.0, 0.5)
         self._edges: npt.NDArray[np.int64] | None = None
         self._lines: viser.LineSegmentsHandle | None = None

@@ -1,6 +1,7 @@
 """What one simulated episode holds: frames, ground truth, and the verdicts on them."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -93,6 +94,21 @@ class Episode:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FeatureAtRest:
+    """One of E, C and S on the untouched sensor."""
+
+    mean: float
+    sd: float
+    """From one reference frame to the next: the camera's own repeatability."""
+
+    def distance(self, value: float) -> float:
+        """How far a value is from rest, signed [standard deviations]: d' of a frame. Infinite where nothing varies."""
+        if self.sd > 0:
+            return (value - self.mean) / self.sd
+        return 0.0 if value == self.mean else float(np.copysign(np.inf, value - self.mean))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Judgement:
     """What the detectors with one profile say about an episode's frames after the references."""
 
@@ -104,3 +120,5 @@ class Judgement:
     """One per frame after the references, in order."""
     score: DetectionScore
     """Against ground truth."""
+    at_rest: Mapping[str, FeatureAtRest] = field(default_factory=dict)
+    """`entropy`, `correlation` and `similarity` of the reference frames."""
