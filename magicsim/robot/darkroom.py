@@ -84,6 +84,11 @@ class Darkroom:
         self._seen.clear()
 
     @property
+    def is_metered(self) -> bool:
+        """Whether the untouched sensor was rendered and the camera exposed on it."""
+        return self._shot is not None
+
+    @property
     def _ready(self) -> Shot:
         if self._shot is None:
             untouched = self._radiance(UNTOUCHED, self.sensor.rest)

@@ -30,7 +30,7 @@ from magicsim.simulation.truth import frame_truth
 
 MAX_SEED = 2**31
 MIN_FRAME_RATE, MAX_FRAME_RATE = 0.001, 1000
-RENDERING = "rendering a frame (the first ones render the untouched sensor too)"
+FIRST_PICTURE, PICTURE = "rendering the untouched sensor and a frame", "rendering a frame"
 STRONGEST = 1000.0
 """Strength of the LEDs, in units of the rig's radiance."""
 
@@ -265,7 +265,7 @@ class LiveSensor:
         """
         moment = self.now()
         if self.sensor.scene.rig.camera.history:
-            with waiting(RENDERING, self._told):
+            with waiting(self._rendering, self._told):
                 self._memory = self._open.passed(moment)
         self._index += 1
         self._time_s += 1 / self._frames_per_second
@@ -277,7 +277,7 @@ class LiveSensor:
         Raises:
             RenderError: The image is not valid.
         """
-        with waiting(RENDERING, self._told):
+        with waiting(self._rendering, self._told):
             return self._open.develop(moment)
 
     def frame(self) -> SimulatedFrame:
@@ -297,6 +297,10 @@ class LiveSensor:
     ) -> None:
         """Closes."""
         self.close()
+
+    @property
+    def _rendering(self) -> str:
+        return PICTURE if self._open.is_metered else FIRST_PICTURE
 
     @property
     def _open(self) -> Darkroom:

@@ -34,7 +34,7 @@ def loaded_by(statement: str) -> set[str]:
     "packages",
     [
         "magicsim",
-        "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.light, magicsim.report, magicsim.robot",
+        "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.light, magicsim.report, magicsim.robot, magicsim.live",
         "magicsim.errors, magicsim.config.models",
     ],
 )
