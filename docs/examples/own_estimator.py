@@ -12,7 +12,7 @@ from magicsim.scenes.view import View
 
 
 class FirstSurface(mi.SamplingIntegrator):
-    """Distance from the pinhole to the first surface on each pixel's ray, in all three channels [mm]."""
+    """Distance along each pixel's ray, from 0.1 mm before the pinhole to the first surface [mm]; three times."""
 
     def sample(self, scene, sampler, ray, medium=None, active=True):  # noqa: ANN001, ANN201 - Mitsuba's signature
         """See `mitsuba.SamplingIntegrator.sample`."""

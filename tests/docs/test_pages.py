@@ -102,6 +102,20 @@ def test_table_of_objects_lists_the_keys_of_each_kind(kind: str):
     assert words == set(OBJECT_KINDS[kind].model_fields) - set(ObjectBase.model_fields) - {"kind"}
 
 
+def test_readme_is_read_to_its_end():
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 130
+    assert {"<!-- demo -->", "<!-- test -->"} <= set(lines[:40])
+    cells = [cell for line in lines if line.startswith("|") for cell in line.strip("|").split("|")]
+    assert max(len(cell.split()) for cell in cells) <= 20
+
+
+def test_contents_of_the_results_are_their_headings():
+    text = (DOCS / "results.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^ *- \[(.+)\]\(#[\w-]+\)$", text, re.MULTILINE)
+    assert listed == re.findall(r"^##+ (.+)$", text, re.MULTILINE)
+
+
 def test_every_example_stands_in_the_gallery():
     gallery = (DOCS / "gallery.md").read_text(encoding="utf-8")
     assert all(script.name in gallery for script in EXAMPLES.glob("*.py"))
