@@ -19,6 +19,11 @@ from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, re
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
+COARSEST_EDGE, EDGE_STEP = 30.0, 1.15
+"""Factor of the spacing at edges at which it is given up to have more planes there, and of one that is tried to the
+next."""
+BESIDE_MM = 0.3
+"""Nodes of the face that are so near to what touches it are moved with it [mm]."""
 FINEST_MM = 0.1
 """Smallest spacing that a small zone asks for."""
 MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
@@ -137,6 +142,7 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
         _check_size(whole, MAX_NODES)
         return lattice_on(whole, design)
     planes = _graded(_as_triple(lattice_planes(_fine_enough(design, zone), resolve_grid(design))), zone, design)
+    planes = _split_at_edges(planes, zone, design)
     _check_size(planes, MAX_GRADED_NODES)
     return replace(lattice_on(planes, design), zone=zone)
 
@@ -217,6 +223,30 @@ def _graded(planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDes
         graded_planes(planes[axis], low[axis], high[axis], options.growth, keep_mm=faces[axis]) for axis in range(3)
     )
     return x, y, z
+
+
+def _split_at_edges(
+    planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDesign
+) -> tuple[Array, Array, Array]:
+    """Planes with more of them at the edges of what touches, as fine as `edge_nodes` lets them be."""
+    edges, options = zone.edges, design.lattice
+    if edges is None or options.cells_across == 0:
+        return planes
+    scale = 1.0
+    while scale < COARSEST_EDGE:
+        x, y, z = planes
+        found = (
+            edges.split(x, 0, scale=scale), edges.split(y, 1, scale=scale), edges.split_depth(z, scale=scale)
+        )  # fmt: skip
+        below = zone.grown(BESIDE_MM)
+        counts = [
+            int(((each >= low) & (each <= high)).sum())
+            for each, low, high in zip(found, below.low_mm, below.high_mm, strict=False)
+        ]
+        if math.prod(counts) <= options.edge_nodes:
+            return found
+        scale *= EDGE_STEP
+    return planes
 
 
 def _inside_core(lattice: Lattice, grid: CellGrid) -> npt.NDArray[np.bool_]:

@@ -39,6 +39,7 @@ from magicsim.deform.problem import NewtonOptions, Problem
 from magicsim.deform.relaxation import Branches, Relaxation
 from magicsim.deform.strides import Care, Strides
 from magicsim.deform.table import has_settled
+from magicsim.deform.touching import touching_points
 from magicsim.deform.way import first_contact, pose_between, reach_mm, way_length_mm
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -251,7 +252,10 @@ class ContactSolver:
         forces = face.area_mm2[:, None] * traction
         friction = np.linalg.norm(contact.shear_mpa, axis=1)
         tolerance = problem.options.tolerance_mm
-        touching = contact.gap_mm <= max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm)
+        touching = touching_points(
+            self.lattice, face, contact.points_mm, contact.gap_mm,
+            gap_limit_mm=max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm),
+        )  # fmt: skip
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,
