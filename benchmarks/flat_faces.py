@@ -2,8 +2,8 @@
 
     python benchmarks/flat_faces.py [--only punch] [--out FILE.json]
 
-Each object is pressed into the default design by 0.6 and on by 0.05 mm: as it ships, without planes at the object's edges
-(`lattice.edge_nodes=0`, as it was), and as the reference on a quarter of the block with nodes half as far apart
+Each object is pressed into the default design by 0.6 and on by 0.05 mm: as it ships, without planes at the object's
+edges (`lattice.edge_nodes=0`), and as the reference on a quarter of the block with nodes half as far apart
 everywhere and three times closer at the edges. Processor seconds of both steps are beside them; only their ratios say
 anything.
 """
@@ -15,16 +15,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from magicsim.config import load_preset
-from magicsim.deform.central import QUARTERS, central_lattice
-from magicsim.deform.face import point_spacing_mm
-from magicsim.deform.lattice import Lattice, build_lattice, lattice_on
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.press import compile_kernels
-from magicsim.deform.zone import contact_zone
+from magicsim.config.models import load_preset
+from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.indentation.press import compile_kernels
+from magicsim.deform.lattice.central import QUARTERS, central_lattice
+from magicsim.deform.lattice.structure import Lattice, build_lattice, lattice_on
+from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 OBJECTS = {
     "punch": "punch:radius_mm=3",
