@@ -1,9 +1,9 @@
 """Which contact points touch where a face waves."""
 
 import numpy as np
-from magicsim.deform.touching import WAVE_MM, touching_points
 
 from magicsim.deform.contact.face import contact_face
+from magicsim.deform.contact.touching import WAVE_MM, touching_points
 from magicsim.deform.lattice.structure import box_lattice
 
 PLANES = np.linspace(-3, 3, 7)
