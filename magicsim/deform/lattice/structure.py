@@ -24,8 +24,9 @@ COARSEST_EDGE, EDGE_STEP = 30.0, 1.15
 next."""
 BESIDE_MM = 0.3
 """Nodes of the face that are so near to what touches it are moved with it [mm]."""
-FINEST_MM = 0.1
-"""Smallest spacing that a small zone asks for."""
+FINEST_MM, FINEST_BALL_MM = 0.1, 0.05
+"""Smallest spacing that a small zone asks for, and below balls of radii under twice the first one, half of the radius but
+not less than the second [mm]."""
 MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
 """Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""
 
@@ -206,7 +207,10 @@ def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
     options = design.lattice
     if options.cells_across == 0 or not zone.is_blunt:
         return design
-    asked, usual = max(2 * zone.radius_mm / options.cells_across, FINEST_MM), node_spacing_mm(design)
+    finest = float(np.clip(zone.feature_mm / 2, FINEST_BALL_MM, FINEST_MM))
+    # a zone is known to the distance of its points: of balls as small as these the radius says more
+    radius = zone.radius_mm if finest == FINEST_MM else min(zone.radius_mm, zone.feature_mm)
+    asked, usual = max(2 * radius / options.cells_across, finest), node_spacing_mm(design)
     update = {"lattice": options.model_copy(update={"spacing_mm": min(asked, usual)})}
     return design.model_copy(update=update) if asked < usual else design
 

@@ -6,6 +6,7 @@ lattice, so a coarse cell is a whole number of fine ones and the faces between s
 the force of a fingertip-sized object changes by at most `FAR_FIELD_BOUND`.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Self
@@ -40,6 +41,8 @@ class Zone:
     """Largest x and y [mm]."""
     is_blunt: bool = False
     """Whether what touches it has no feature much smaller than it."""
+    feature_mm: float = math.inf
+    """Smallest feature of what touches it [mm]."""
     edges: Edges | None = None
     """Edges of what touches it; None where it has none."""
 
@@ -89,7 +92,7 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
     edges = pressed_edges(
         indenters, pitch_mm=node_spacing_mm(design), half_face_mm=(half_x, half_y), half_width_mm=zone.radius_mm
     )
-    return replace(zone, is_blunt=is_tiny or feature > BLUNT * zone.radius_mm, edges=edges)
+    return replace(zone, is_blunt=is_tiny or feature > BLUNT * zone.radius_mm, feature_mm=feature, edges=edges)
 
 
 def graded_planes(planes_mm: Array, low_mm: float, high_mm: float, growth: float, *, keep_mm: Array) -> Array:

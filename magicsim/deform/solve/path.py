@@ -130,7 +130,7 @@ class ContactSolver:
         if not self.can_touch(indenter):
             self._refuse_overlap(self._rest, indenter, Effort())
             return self._rest
-        buried = burial_fault(indenter)
+        buried = burial_fault(self.lattice, indenter)
         if buried is not None:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
