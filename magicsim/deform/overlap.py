@@ -33,9 +33,9 @@ MOST_EXTENTS = 2.5
 diameters were the deepest that had an equilibrium; deeper ones end, after minutes, without."""
 STRETCH_DEPTH, MOST_STRETCHED = 4.0, 1.12
 """Depth in radii over which the face around a buried ball is stretched by one more of its length, and the node spacing
-that a stretched face may have, in radii of the ball: one that is wider slides off it node by node, and its path does not
-end. Measured on balls of 0.2 mm with nodes 0.11 mm apart (stretched by 1.5 at two radii and by 2 at four, the deepest
-that was solved) and of 0.1 mm. Up to its diameter any ball may be pressed."""
+that a stretched face may have, in radii of the ball: one that is wider slides off it node by node, and its path does
+not end. Measured on a ball of 0.2 mm radius with nodes 0.11 mm apart (stretched by 1.5 at two radii and by 2 at four, the
+deepest that was solved) and on one of 0.1 mm. Up to its diameter any ball may be pressed."""
 SAMPLE_MM = 0.05
 """Spacing of the face's samples near the object [mm]: a face that bends with a radius of a tenth of a millimetre is
 met to 0.003 mm."""
@@ -76,8 +76,8 @@ def burial_fault(lattice: Lattice, indenter: Indenter) -> str | None:
             return None
         return (
             f"the object is pressed {depth:.3g} mm deep and measures {extent:.3g} mm: the face stretches around it to "
-            f"{spacing * (1 + depth / (STRETCH_DEPTH * radius)):.2g} mm between nodes, wider than it can follow; at most "
-            f"{most:.2g} mm deep, or an object of at least {_smallest_extent_mm(depth, spacing):.2g} mm"
+            f"{spacing * (1 + depth / (STRETCH_DEPTH * radius)):.2g} mm between nodes, wider than it can follow; "
+            f"at most {most:.2g} mm deep, or an object of at least {_smallest_extent_mm(depth, spacing):.2g} mm"
         )
     return (
         f"the object is pressed {depth:.3g} mm deep and measures {extent:.3g} mm: the face would close above it; at "

@@ -25,7 +25,7 @@ next."""
 BESIDE_MM = 0.3
 """Nodes of the face that are so near to what touches it are moved with it [mm]."""
 FINEST_MM, FINEST_BALL_MM = 0.1, 0.05
-"""Smallest spacing that a small zone asks for, and below balls of radii under twice the first one, half of the radius but
+"""Smallest spacing that a small zone asks for; below balls of radii under twice the first one it is half of the radius,
 not less than the second [mm]."""
 MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
 """Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""

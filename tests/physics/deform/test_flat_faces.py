@@ -1,4 +1,4 @@
-"""Flat faces and edges at the default settings: planes at the edges are as good as a lattice that is fine everywhere."""
+"""Flat faces and edges at the default settings, beside lattices that are finer at the edges."""
 
 from dataclasses import replace
 

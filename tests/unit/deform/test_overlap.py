@@ -64,9 +64,7 @@ def test_a_ball_deeper_than_a_face_can_follow_is_refused_at_once() -> None:
 
 def test_a_ball_around_which_the_face_stretches_beyond_its_nodes_is_refused_at_once() -> None:
     design = load_preset(ElastomerDesign, "design", "mini-magictac", [])
-    with pytest.raises(
-        ConvergenceError, match=r"pressed 0.5 mm deep and measures 0.2 mm: the face stretches .* at most"
-    ):
+    with pytest.raises(ConvergenceError, match=r"pressed 0.5 mm deep .* the face stretches .* at most"):
         press(design, parse_object("sphere:radius_mm=0.1"), depth_mm=0.5)
 
 
