@@ -209,7 +209,7 @@ def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
         return design
     finest = float(np.clip(zone.feature_mm / 2, FINEST_BALL_MM, FINEST_MM))
     # a zone is known to the distance of its points: of balls as small as these the radius says more
-    radius = zone.radius_mm if finest == FINEST_MM else min(zone.radius_mm, zone.feature_mm)
+    radius = zone.radius_mm if zone.feature_mm > 2 * FINEST_MM else min(zone.radius_mm, zone.feature_mm)
     asked, usual = max(2 * radius / options.cells_across, finest), node_spacing_mm(design)
     update = {"lattice": options.model_copy(update={"spacing_mm": min(asked, usual)})}
     return design.model_copy(update=update) if asked < usual else design
