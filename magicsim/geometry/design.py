@@ -146,6 +146,8 @@ class LatticeOptions(Config):
     """How deep they stay fine below what can be touched, before the margin, in units of its half width."""
     cells_across: Annotated[int, Field(ge=0, le=20)] = 4
     """Least number of cells across what a small blunt object can touch, of 0.1 mm or more; 0 keeps `spacing_mm`."""
+    edge_nodes: Annotated[int, Field(ge=0, le=20_000)] = 256
+    """Most nodes of the face below what touches where a lattice is made finer at its edges; 0 keeps `spacing_mm`."""
 
 
 class ElastomerDesign(Config):
