@@ -13,6 +13,7 @@ from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.sensor import Sensor
 
 SMALL = [
+    "rig=digit-rgb",
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28",
     "object.radius_mm=30", "object.color=[1,1,1]",
 ]  # fmt: skip

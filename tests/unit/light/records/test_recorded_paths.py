@@ -17,7 +17,13 @@ from magicsim.scenes.view import View
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
-SMALL = ["design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28"]
+SMALL = [
+    "rig=digit-rgb",
+    "design.footprint_mm=[8,9]",
+    "rig.camera.field_mm=7",
+    "rig.camera.columns=24",
+    "rig.camera.rows=28",
+]
 SAMPLES, SEED = 5, 3
 
 

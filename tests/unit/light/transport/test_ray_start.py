@@ -10,7 +10,13 @@ from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
-SMALL = ["design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28"]
+SMALL = [
+    "rig=digit-rgb",
+    "design.footprint_mm=[8,9]",
+    "rig.camera.field_mm=7",
+    "rig.camera.columns=24",
+    "rig.camera.rows=28",
+]
 RAYS = 200_000
 
 
