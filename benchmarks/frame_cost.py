@@ -73,7 +73,7 @@ def measure(scene: str, settings: list[str], repeat: int) -> dict[str, object]:
         settings: Overrides.
         repeat: How many times.
     """
-    sensor = Sensor(load_scene(scene, settings))
+    sensor = Sensor.for_scene(load_scene(scene, settings))
     plan = plan_scene(sensor.scene)
     sensor.warm_up(plan)
     sensor.renderer.metered()

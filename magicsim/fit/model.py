@@ -74,7 +74,7 @@ def render_bases(
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    sensor = Sensor(with_values(scene, values))
+    sensor = Sensor.for_scene(with_values(scene, values))
     views = [sensor.view(state, equilibria.of(sensor, state)) for state in states]
     first, second = 2 * pair, 2 * pair + 1
     return [(sensor.renderer.basis(view, turn=first), sensor.renderer.basis(view, turn=second)) for view in views]

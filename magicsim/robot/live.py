@@ -63,7 +63,7 @@ class LiveSensor:
             )
             raise ConfigError(msg)
         self.workspace = workspace or Workspace()
-        self._darkroom: Darkroom | None = Darkroom(Sensor(bounded(scene, self.workspace)))
+        self._darkroom: Darkroom | None = Darkroom(Sensor.for_scene(bounded(scene, self.workspace)), scene.output)
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)
         self.reset()
@@ -77,7 +77,7 @@ class LiveSensor:
         Raises:
             ConfigError: The seed is not allowed.
         """
-        asked = self.sensor.scene.seed if seed is None else seed
+        asked = self.sensor.seed if seed is None else seed
         check_number("seed", asked, 0, MAX_SEED - 1, whole=True)
         self._seed = int(asked)
         self._index, self._time_s = 0, 0.0
@@ -239,7 +239,7 @@ class LiveSensor:
             RenderError: The camera's next frame depends on this one, whose image is not valid.
         """
         moment = self.now()
-        if self.sensor.scene.rig.camera.history:
+        if self.sensor.rig.camera.history:
             self._memory = self._open.passed(moment)
         self._index += 1
         self._time_s += 1 / self._frames_per_second
@@ -284,7 +284,7 @@ class LiveSensor:
         if state.gap_mm is None and state != lit:
             msg = "gap_mm is missing: there is no object yet, so the first motion must say how far away it is"
             raise ConfigError(msg)
-        if state.has_object and sensor.scene.object is None:
+        if state.has_object and sensor.object is None:
             msg = "object is missing: the scene of this sensor has none to move"
             raise ConfigError(msg)
         self.workspace.check(state)

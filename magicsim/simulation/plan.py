@@ -43,6 +43,8 @@ class Decision:
 class ScenePlan:
     """The work of one episode."""
 
+    scene: SceneConfig
+    """What happens."""
     frames: tuple[FramePlan, ...]
     kept: tuple[Decision, ...]
     left_out: tuple[Decision, ...]
@@ -70,7 +72,7 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
             seen[state] = index
     kept, left_out = _explain(scene, frames)
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
-    return ScenePlan(frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
+    return ScenePlan(scene=scene, frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
 
 
 def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
