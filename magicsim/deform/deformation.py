@@ -1,4 +1,4 @@
-"""The result of a solve: where the lattice is, and what the object does to it."""
+"""The result of a solve: where the lattice is, and what the object does to it; and a lattice that is only displaced."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -29,6 +29,19 @@ class Before:
     """Of the cells, shape (cells,) [MPa]."""
     pose: Pose
     """Of the object."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Displacement:
+    """Where a touched lattice is said to be; nothing is known of forces, and no equilibrium is claimed."""
+
+    displacements_mm: Array
+    """Displacements of the nodes, shape (nodes, 3) [mm]."""
+
+    @property
+    def is_rest(self) -> bool:
+        """Whether nothing touches: never."""
+        return False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

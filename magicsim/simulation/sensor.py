@@ -11,7 +11,7 @@ from magicsim.camera.effects.video import check_codec
 from magicsim.camera.exposure import Exposure, FloatImage, meter
 from magicsim.camera.stream import CameraStream
 from magicsim.deform.contact.face import point_spacing_mm
-from magicsim.deform.deformation import Deformation
+from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.indentation.timed import body_branches
 from magicsim.deform.lattice.follow import follow_map
@@ -202,7 +202,7 @@ class Sensor:
         moved = self._printed_nodes.displaced(deformation.displacements_mm) - self.printed.nodes_mm
         return moved.astype(np.float32)
 
-    def view(self, state: FrameState, deformation: Deformation) -> View:
+    def view(self, state: FrameState, deformation: Deformation | Displacement) -> View:
         """Meshes, object and light of a state as the renderer wants them.
 
         Raises:
@@ -213,13 +213,13 @@ class Sensor:
         if deformation.is_rest or indenter is None:
             return View(indenter=indenter, flashlight_x_mm=light)
         body, infill = deformed_vertices(
-            self.meshes, deformation, indenter, self.contact, still_mm=self.settings.still_mm
+            self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm
         )
         if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
             check_walls(infill, self.elastomer.infill, self.elastomer.grid)
         return View(body=body, infill=infill, indenter=indenter, flashlight_x_mm=light)
 
-    def radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
+    def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
         return self.renderer.radiance(self.view(state, deformation))
 

@@ -169,7 +169,8 @@ def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) ->
     first = turns[0]
     for number, state in enumerate(first.states, 1):
         depth = -(state.gap_mm or 0.0)
-        deformation = moved(first, state, pressed(depth)) if depth > 0 else first.rest
+        press = pressed(depth) if depth > 0 else None
+        deformation = moved(first, state, press) if press is not None else first.rest
         before = time.perf_counter()
         view = first.view(state, deformation)
         shown = []
@@ -182,7 +183,7 @@ def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) ->
                     x_mm=state.x_mm,
                     y_mm=state.y_mm,
                     radiance=radiance,
-                    force_n=float(deformation.force_n[2]),
+                    force_n=float(press.force_n[2]) if press is not None else 0.0,
                     seconds=now - before,
                 )
             )
