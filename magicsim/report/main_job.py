@@ -2,13 +2,14 @@
 
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import cv2
 import tomli_w
 
+from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import FrameError
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.table import TABLE, frame_file, write_lattice, write_table
@@ -74,17 +75,8 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         before = time.perf_counter()
         judgements, refused = judged(episode)
         judging = time.perf_counter() - before
-        write_frames(folder, episode)
-        write_table(folder / TABLE, episode, judgements)
-        if scene.output.displacements:
-            write_lattice(folder / LATTICE, sensor.printed)
-        if scene.output.preview:
-            verdicts = judgements[0].verdicts if judgements else ()
-            animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
-        if scene.output.report:
-            facts = describe(scene, sensor.renderer.estimator) | ({"Not judged": refused} if refused else {})
-            (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")
-        (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
+        facts = describe(scene, sensor.renderer.estimator) | ({"Not judged": refused} if refused else {})
+        write_episode(folder, episode, judgements, sensor.printed, facts)
     seconds = episode.seconds + judging
     return _summary(scene, out, episode, judgements, refused, sensor, seconds, time.perf_counter() - start)
 
@@ -106,6 +98,31 @@ def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
             refusals.append(f"profile '{name}': {error}")
             LOGGER.warning("no verdicts of profile '%s': %s; frames and truth are written without", name, error)
     return judgements, "; ".join(refusals) or None
+
+
+def write_episode(
+    folder: Path, episode: Episode, judgements: Sequence[Judgement], printed: Lattice, facts: Mapping[str, str]
+) -> None:
+    """Fills the folder of an episode: frames, table, and what its scene's output asks for.
+
+    Args:
+        folder: From `magicsim.folder.result_folder`.
+        episode: What happened.
+        judgements: From `judged`.
+        printed: All planes of the design's lattice, which the displacements refer to.
+        facts: Names and values at the head of the report.
+    """
+    scene = episode.scene
+    write_frames(folder, episode)
+    write_table(folder / TABLE, episode, judgements)
+    if scene.output.displacements:
+        write_lattice(folder / LATTICE, printed)
+    if scene.output.preview:
+        verdicts = judgements[0].verdicts if judgements else ()
+        animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
+    if scene.output.report:
+        (folder / REPORT).write_text(render_report(episode, judgements, dict(facts)), encoding="utf-8")
+    (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
 
 
 def write_frames(folder: Path, episode: Episode) -> None:

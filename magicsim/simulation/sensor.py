@@ -18,6 +18,7 @@ from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.deform.solve.rigid_motion import is_there
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
@@ -53,6 +54,7 @@ class Sensor:
         seed: int = 0,
         step_s: float = STEP_S,
         untouched: UntouchedStates | None = None,
+        newton: NewtonOptions | None = None,
     ) -> None:
         """Builds geometry, lattice and renderer.
 
@@ -67,6 +69,7 @@ class Sensor:
             seed: Of everything random in rendering.
             step_s: Time from one state to the next, for a body that relaxes [s].
             untouched: Untouched states of sensors that other episodes share.
+            newton: When a load step is good enough; the solver's own by default.
 
         Raises:
             ConfigError: The camera's codec is not installed.
@@ -77,6 +80,7 @@ class Sensor:
         self.design, self.rig, self.object = design, rig, thing
         self.contact, self.settings = contact or ContactSettings(), render or RenderSettings()
         self.states, self.seed, self.step_s = tuple(states), seed, step_s
+        self._newton = newton
         self.elastomer: Elastomer = build_elastomer(design)
         self.printed: Lattice = build_lattice(design)
         """All planes of the design's lattice, which the displacements of an episode refer to."""
@@ -89,12 +93,15 @@ class Sensor:
         self.rest = Deformation.rest(self.lattice)
 
     @classmethod
-    def for_scene(cls, scene: SceneConfig, *, untouched: UntouchedStates | None = None) -> Self:
+    def for_scene(
+        cls, scene: SceneConfig, *, untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None
+    ) -> Self:
         """The sensor of a scene, fine where the scene's object touches.
 
         Args:
             scene: What happens; its states are those of the sensor.
             untouched: Untouched states of sensors that other episodes share.
+            newton: When a load step is good enough; the solver's own by default.
 
         Raises:
             MagicsimError: As the sensor itself.
@@ -109,6 +116,7 @@ class Sensor:
             seed=scene.seed,
             step_s=1 / scene.frames_per_second,
             untouched=untouched,
+            newton=newton,
         )
 
     def reseeded(self, turn: int) -> Self:
@@ -123,15 +131,17 @@ class Sensor:
         other.renderer = self.renderer.reseeded(seed=other.seed, anchor_seed=other.settings.anchor_seed)
         return other
 
-    def with_rig(self, rig: Rig) -> Self:
+    def with_rig(self, rig: Rig, *, is_alike: bool = False) -> Self:
         """This sensor in another rig; geometry and lattice are shared.
 
         Args:
             rig: What surrounds it then.
+            is_alike: Whether only what comes after the radiance differs, such as exposure: nothing is rendered anew.
         """
         other = copy(self)
         other.rig = rig
-        other.renderer = other._build_renderer(None)
+        if not is_alike:
+            other.renderer = other._build_renderer(None)
         return other
 
     def _zone(self) -> Zone | None:
@@ -190,6 +200,7 @@ class Sensor:
         if self._solver is None:
             self._solver = ContactSolver(
                 self.lattice,
+                options=self._newton,
                 friction=self.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=body_branches(self.design, self.lattice) if self.contact.rate_dependent else None,

@@ -35,6 +35,7 @@ def loaded_by(statement: str) -> set[str]:
     [
         "magicsim",
         "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.light, magicsim.report, magicsim.robot",
+        "magicsim.live",
         "magicsim.errors, magicsim.config",
     ],
 )
