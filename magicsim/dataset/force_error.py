@@ -13,7 +13,7 @@ Share = tuple[float, float]
 LATTICE: Share = (-0.05, 0.05)
 """Node spacing of a printed cell below round objects (docs/physics/mechanics.md, "How far off it is")."""
 EDGES: Share = (-0.16, 0.16)
-"""The same below flat faces and edges, measured on punch, box and pen."""
+"""Node spacing below flat faces and edges, measured on punch, box and pen."""
 FLAT_KINDS = frozenset({"punch", "box", "cone", "dots", "lines", "mesh"})
 """Objects with flat faces or edges."""
 TIME: Share = (-0.29, 0.6)

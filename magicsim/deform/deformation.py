@@ -24,11 +24,11 @@ class Before:
     """Where a path stood one state earlier."""
 
     displacements_mm: Array
-    """Of the nodes, shape (nodes, 3) [mm]."""
+    """Displacements of the nodes, shape (nodes, 3) [mm]."""
     pressure_mpa: Array
-    """Of the cells, shape (cells,) [MPa]."""
+    """Pressure of the cells, shape (cells,) [MPa]."""
     pose: Pose
-    """Of the object."""
+    """Pose of the object."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +49,7 @@ class Deformation:
     """One quasi-static equilibrium of the lattice, valid by construction."""
 
     displacements_mm: Array
-    """Of the nodes, shape (nodes, 3) [mm]."""
+    """Displacements of the nodes, shape (nodes, 3) [mm]."""
     pressure_mpa: Array
     """Volumetric stress lambda (J - 1) of each cell, negative in compression, shape (cells,) [MPa]."""
     contact_points_mm: Array

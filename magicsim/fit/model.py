@@ -30,7 +30,7 @@ class Comparison:
     means: Array
     """Predicted less observed block means [grey levels], shape (states, blocks down, blocks across, 3)."""
     contrasts: Array
-    """The same of the spread inside the blocks."""
+    """Predicted less observed spread inside the blocks [grey levels], of that shape."""
 
     @property
     def residuals(self) -> Array:

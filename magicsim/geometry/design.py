@@ -148,7 +148,7 @@ class ElastomerDesign(Config):
         return self.cell_mm > 0
 
     def mounted(self, mounting: Mounting) -> Self:
-        """The same print held in another way."""
+        """This print held in another way."""
         return self.model_copy(update={"mounting": mounting})
 
     @model_validator(mode="after")

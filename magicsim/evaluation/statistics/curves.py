@@ -19,7 +19,7 @@ DEPTHS_MM = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.6, 1.0, 2.0)
 """Edges of the bins of depth [mm]: up to 0.3 mm too shallow to be scored, beyond it scored."""
 ROUNDING_MM = 1e-9
 ROUNDING = 1e-6
-"""Of counts of frames, which are whole."""
+"""Rounding of counts of frames, which are whole."""
 NOTHING_NEAR = {FrameClass.CLEAR, FrameClass.LIGHT}
 NO_TOUCH = {FrameClass.CLEAR, FrameClass.NEAR, FrameClass.LIGHT}
 

@@ -69,7 +69,7 @@ class Film:
     camera: Camera
     exposure: Exposure
     seed: int
-    """Of the camera's noise."""
+    """Seed of the camera's noise."""
     untouched: Shown
     approach: tuple[Shown, ...]
     """On the axis, gaps falling."""
