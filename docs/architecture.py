@@ -12,8 +12,9 @@ PACKAGE = Path(__file__).resolve().parents[1] / "magicsim"
 MAKES = {
     "wording": "text", "errors": "one line each", "conventions": "units, frames", "frame_class": "true classes",
     "config": "TOML to models", "folder": "whole results", "notebook": "tables, curves", "sampling": "random numbers",
-    "geometry": "meshes, distances", "camera": "8-bit frames", "scenes": "what happens", "deform": "displacements, forces",
-    "light": "radiance", "simulation": "labelled frames", "workers": "many processes", "judge": "scored verdicts",
+    "geometry": "meshes, distances", "camera": "8-bit frames", "scenes": "what happens",
+    "deform": "displacements, forces", "light": "radiance",
+    "simulation": "labelled frames", "workers": "many processes", "judge": "scored verdicts",
     "report": "pages", "fit": "fitted constants", "dataset": "shards", "robot": "live sensors",
     "evaluation": "detectors compared", "sweep": "designs compared", "bench": "error against time", "live": "a window",
     "cli": "one function a command",
