@@ -133,6 +133,10 @@ class Unevenness(Config):
         return self
 
 
+FAR_FIELD_BOUND = 0.01
+"""Largest relative change of a force by the coarse far field as it is by default; a test holds it."""
+
+
 class LatticeOptions(Config):
     """Resolution of the lattice that carries the deformation."""
 

@@ -10,8 +10,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 
-from magicsim.deform.lattice.zone import FAR_FIELD_BOUND
-from magicsim.geometry.design import LatticeOptions
+from magicsim.geometry.design import FAR_FIELD_BOUND, LatticeOptions
 from magicsim.geometry.grid import node_spacing_mm, resolve_grid
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline

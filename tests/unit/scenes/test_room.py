@@ -94,7 +94,7 @@ def test_a_file_that_is_no_image_is_one_line(tmp_path):
     [
         ((LIT, "rig.room='kitchen'"), "kitchen.*office"),
         ((LIT, "rig.room='nowhere.png'"), "does not exist"),
-        (("rig.room='office'",), "not allowed with ambient = 0"),
+        (("rig.room='office'", "rig.ambient=[0.0,0.0,0.0]"), "not allowed with ambient = 0"),
     ],
 )
 def test_rooms_that_cannot_be_are_one_line(settings, message):
