@@ -24,7 +24,7 @@ RAYS = 200_000
 def hits():
     """A pressed sensor, and where rays from everywhere in it meet its surfaces."""
     scene = load_scene("pressed", SMALL)
-    sensor, frame = Sensor(scene), timeline(scene)[0]
+    sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
     loaded = sensor.renderer.world(sensor.view(frame, sensor.deform(frame, sensor.rest))).scene
     random = mi.PCG32(size=RAYS)
     x, y, z, u, v = (random.next_float32() for _ in range(5))
