@@ -1,10 +1,12 @@
 """What a printed elastomer is made of: the configuration model of `geometry/*.toml`."""
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config.models import Config
+from magicsim.config.models import Config, load_preset
 
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
 """From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""
@@ -173,3 +175,17 @@ class ElastomerDesign(Config):
 
 MIN_WALL_MM = 0.05
 """Thinnest wall: thinner ones could close below the renderer's safe gap when the grid deforms."""
+
+
+def load_design(name: str | Path, overrides: Sequence[str] = ()) -> ElastomerDesign:
+    """Reads the design of a block by preset name or path.
+
+    Args:
+        name: Design preset, such as `mini-magictac`, or TOML file.
+        overrides: `dotted.key=value` settings.
+
+    Raises:
+        PresetError: The design does not exist.
+        ConfigError: The content is not acceptable.
+    """
+    return load_preset(ElastomerDesign, "design", name, overrides)

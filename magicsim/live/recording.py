@@ -8,8 +8,8 @@ from pathlib import Path
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
 from magicsim.folder import new_folder
-from magicsim.judge.main_job import describe, judged, write_episode
 from magicsim.live.wish import Wish
+from magicsim.report.main_job import describe, judged, write_episode
 from magicsim.robot.moment import FULL
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.simulation.episode import Episode, SimulatedFrame

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from magicsim.judge.verdicts import FeatureAtRest, Judgement
 from magicsim.report.story import tell_phases
 from magicsim.report.text import number
-from magicsim.simulation.episode import FeatureAtRest, Judgement, SimulatedFrame
+from magicsim.simulation.episode import SimulatedFrame
 
 MEASURES = {"entropy": ("E [bit]", "tau_e"), "correlation": ("C", "tau_c"), "similarity": ("S", "tau_g")}
 """Measures of a verdict, how they are called, and their thresholds."""

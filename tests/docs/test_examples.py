@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import magicsim
 from magicsim import load_scene, simulate
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import load_recipe
@@ -117,3 +118,48 @@ def test_own_sensor_ends_in_frames_and_forces():
     at_rest = episode.references[0].image.astype(float)
     assert at_rest[:, :half, 0].mean() > 1.2 * at_rest[:, half:, 0].mean()
     assert at_rest[:, half:, 1].mean() > 1.2 * at_rest[:, :half, 1].mean()
+
+
+TINY = [
+    "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.5", "rig.camera.columns=24", "rig.camera.rows=32",
+    "rig.camera.field_mm=10", "render.samples=2", "render.particles=2000", "render.anchor_samples=2",
+    "render.anchor_particles=4000",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def whole_api():
+    return load(EXAMPLES / "whole_api.py")
+
+
+def test_every_public_name_is_used_in_the_example():
+    text = (EXAMPLES / "whole_api.py").read_text(encoding="utf-8")
+    older = {"detect_sources", "evaluate_suite", "generate_dataset", "render_still"}  # other names of others
+    assert {name for name in set(magicsim.__all__) - older if f"magicsim.{name}(" not in text} == set()
+
+
+def test_whole_api_presses_prints_and_calibrates(whole_api, tmp_path):
+    assert whole_api.press([*SMALL_BLOCK, "lattice.spacing_mm=2"]) > 0.5
+    volume, scale = whole_api.print_and_calibrate(tmp_path, SMALL_BLOCK)
+    assert 0 < volume < 12 * 12 * 6.6
+    assert 0.01 < scale < 1
+
+
+def test_whole_api_renders_and_films(whole_api):
+    assert whole_api.render_and_film(TINY) == ((32, 24, 3),) * 3
+
+
+@pytest.mark.slow
+def test_whole_api_measures_hardness(whole_api):
+    assert 10 < whole_api.harden(SMALL_BLOCK) < 60
+
+
+@pytest.mark.slow
+def test_whole_api_simulates_judges_detects_and_fits(whole_api, tmp_path):
+    frames, _ = whole_api.simulate_and_judge(tmp_path, TINY)
+    assert frames == 104
+    assert np.load(tmp_path / "episode.npz")["images"].shape == (104, 32, 24, 3)
+    contact, profile = whole_api.detect_and_fit(tmp_path, TINY)
+    assert contact in list(Contact)
+    assert profile.endswith("mine.toml")
+    assert whole_api.fit_a_sensor(tmp_path, [*TINY, "rig.camera.columns=32", "rig.camera.rows=40"]) >= 0

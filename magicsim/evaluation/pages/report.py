@@ -8,7 +8,7 @@ from pathlib import Path
 import tomli_w
 from markupsafe import Markup
 
-from magicsim.detectors.scoring import truth
+from magicsim import frame_class as truth
 from magicsim.evaluation.evaluate import Evaluation
 from magicsim.evaluation.pages.plots import plot_detection, plot_roc
 from magicsim.evaluation.pages.sheet import changed_sheet, sheet

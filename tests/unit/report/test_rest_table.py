@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from magicsim.judge.verdicts import FeatureAtRest
 from magicsim.report.page import render_report
 from magicsim.report.rest_table import rest_rows
-from magicsim.simulation.episode import FeatureAtRest
 
 from .synthetic import make_episode, make_judgement
 

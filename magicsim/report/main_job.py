@@ -13,12 +13,12 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import FrameError
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.table import TABLE, frame_file, write_lattice, write_table
-from magicsim.judge.verdicts import PROFILES, judge
+from magicsim.judge.verdicts import PROFILES, Judgement, judge
 from magicsim.light.variant import activate_variant
 from magicsim.report.animation.preview import animate
 from magicsim.report.page import render_report
 from magicsim.scenes.scene import SceneConfig
-from magicsim.simulation.episode import Episode, Judgement
+from magicsim.simulation.episode import Episode
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with
 
@@ -47,7 +47,7 @@ class RunSummary:
     proximity_accuracy: float | None
     """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
     at_rest: dict[str, dict[str, float]]
-    """Mean and standard deviation of E, C and S over the reference frames, by the `calibrated` profile; empty without."""
+    """Mean and standard deviation of E, C and S over the reference frames, by `calibrated`; empty without."""
     not_judged: str | None
     """Profiles that gave no verdicts, and why; None where all did, or where the scene has no reference frames."""
     report: str | None
