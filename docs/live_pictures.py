@@ -1,4 +1,4 @@
-"""Makes the pictures of the live window, in Chromium: a ball above the sensor, pressed and sheared, and on a phone.
+"""Makes the pictures of the live window, in Chromium: a ball pressed and sheared, at desktop and phone width.
 
     python docs/live_pictures.py [--scene grip] [--set dotted.key=value ...] [--out docs]
 
@@ -45,7 +45,7 @@ def opened(browser: object, window: LiveWindow, size: tuple[int, int]) -> Page:
 
 
 def main() -> None:
-    """Takes three pictures."""
+    """Takes two pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", default="grip")
     parser.add_argument("--set", dest="settings", action="append", default=[])
@@ -59,13 +59,9 @@ def main() -> None:
     with LiveWindow(scene, folder=folder) as window, sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=found, args=["--no-sandbox", "--enable-unsafe-swiftshader"])
         start = window.wish
-        for name, path in (
-            ("near", [replace(start, gap_mm=2.0)]),
-            ("pressed", [replace(start, gap_mm=gap, x_mm=x) for gap, x in ((-0.4, 0.0), (-0.9, 0.0), (-0.9, 0.5))]),
-        ):
-            for wish in path:
-                settle(window, wish)
-            opened(browser, window, DESKTOP).screenshot(path=options.out / f"live-{name}.png")
+        for gap_mm, x_mm in ((2.0, 0.0), (-0.4, 0.0), (-0.9, 0.0), (-0.9, 0.5)):
+            settle(window, replace(start, gap_mm=gap_mm, x_mm=x_mm))
+        opened(browser, window, DESKTOP).screenshot(path=options.out / "live-pressed.png")
         opened(browser, window, PHONE).screenshot(path=options.out / "live-phone.png")
         browser.close()
 
