@@ -35,11 +35,10 @@ def settle(window: LiveWindow, wish: Wish) -> None:
 def opened(browser: object, window: LiveWindow, size: tuple[int, int]) -> Page:
     """The window's page, drawn."""
     page: Page = browser.new_page(viewport={"width": size[0], "height": size[1]})  # type: ignore[attr-defined]
+    page.set_default_timeout(240_000)
     page.goto(window.address)
-    page.wait_for_selector("table.forces", state="attached", timeout=240_000)
-    hide = page.get_by_text("Software WebGL rendering detected")
-    if hide.count():
-        page.locator(".mantine-Notification-closeButton").first.evaluate("each => each.click()")
+    page.wait_for_selector("table.forces", state="attached")
+    page.add_style_tag(content=".mantine-Notification-root { display: none }")  # that no graphics card draws
     page.wait_for_timeout(3000)
     return page
 
@@ -61,8 +60,10 @@ def main() -> None:
         start = window.wish
         for gap_mm, x_mm in ((2.0, 0.0), (-0.4, 0.0), (-0.9, 0.0), (-0.9, 0.5)):
             settle(window, replace(start, gap_mm=gap_mm, x_mm=x_mm))
-        opened(browser, window, DESKTOP).screenshot(path=options.out / "live-pressed.png")
-        opened(browser, window, PHONE).screenshot(path=options.out / "live-phone.png")
+        for name, size in (("pressed", DESKTOP), ("phone", PHONE)):
+            page = opened(browser, window, size)
+            page.screenshot(path=options.out / f"live-{name}.png")
+            page.close()
         browser.close()
 
 
