@@ -58,6 +58,10 @@ class Tolerances(Config):
     """Added to the infill's refractive index."""
     stiffness: Number = 1.0
     """Factor on the elastic moduli of body and infill."""
+    wall_spread_mm: Number = 0.0
+    """`unevenness.wall_sd_mm` of the print, beside the design's [mm]."""
+    wave_mm: Number = 0.0
+    """`unevenness.wave_sd_mm` of the print, beside the design's [mm]."""
     led_strength: Number = 1.0
     """Factor on each LED strip, drawn for each."""
 
