@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from magicsim.dataset.recipe import load_recipe
     from magicsim.deform.durometer import durometer
     from magicsim.deform.press import press
+    from magicsim.deform.press_curve import press_curve
     from magicsim.detector_fit import calibrate
     from magicsim.detectors.offline import detect_sources
     from magicsim.evaluate.run import evaluate_suite
@@ -35,6 +36,7 @@ __all__ = [
     "load_sweep",
     "plan_scene",
     "press",
+    "press_curve",
     "render_still",
     "run_sweep",
     "simulate",
@@ -52,6 +54,7 @@ _HOMES = {
     "load_sweep": "magicsim.sweep.sweep_file",
     "plan_scene": "magicsim.plan",
     "press": "magicsim.deform.press",
+    "press_curve": "magicsim.deform.press_curve",
     "render_still": "magicsim.still",
     "run_sweep": "magicsim.sweep.run",
     "simulate": "magicsim.simulation",

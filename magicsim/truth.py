@@ -7,8 +7,9 @@ from scipy.spatial import cKDTree
 
 from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
 from magicsim.deform.face import POINT_SPACING_MM
+from magicsim.deform.path_force import as_vector
 from magicsim.detectors.truth import classify_frame
-from magicsim.episode import FrameTruth, SolveFigures, Vector
+from magicsim.episode import FrameTruth, SolveFigures
 from magicsim.scenes.timeline import FrameState
 
 Array = npt.NDArray[np.float64]
@@ -107,9 +108,3 @@ def _between(points: Array, values: Array, places: Array) -> Array:
         _, nearest = cKDTree(points).query(places[outside])
         found[outside] = values[nearest]
     return np.asarray(found)
-
-
-def as_vector(values: Array) -> Vector:
-    """Three numbers of an array, shape (3,)."""
-    x, y, z = values.tolist()
-    return (x, y, z)

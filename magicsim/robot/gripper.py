@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
+from magicsim.deform.path_force import as_vector
 from magicsim.episode import FrameTruth, SimulatedFrame, Vector
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.objects import AnyObject
@@ -21,7 +22,6 @@ from magicsim.robot.live import MAX_SEED, LiveSensor
 from magicsim.robot.moment import Moment
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
-from magicsim.truth import as_vector
 
 Array = npt.NDArray[np.float64]
 BALANCE_N = 0.01

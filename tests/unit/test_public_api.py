@@ -25,7 +25,7 @@ def test_each_public_function_is_that_of_its_own_module():
 def test_public_names_are_listed_before_they_are_loaded():
     assert set(magicsim.__all__) == {
         "calibrate", "detect_sources", "durometer", "evaluate_suite", "generate_dataset", "load_recipe", "load_scene",
-        "load_suite", "load_sweep", "plan_scene", "press", "render_still", "run_sweep", "simulate",
+        "load_suite", "load_sweep", "plan_scene", "press", "press_curve", "render_still", "run_sweep", "simulate",
     }  # fmt: skip
     assert set(magicsim.__all__) <= set(dir(magicsim))
 
