@@ -10,9 +10,10 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from magicsim.config_problems import describe_problems
-from magicsim.documents import MAX_DEPTH, parse_toml, read_toml
+from magicsim.documents import MAX_DEPTH, parse_toml
 from magicsim.errors import ConfigError
 from magicsim.presets import find_preset
+from magicsim.toml_paths import read_with_paths
 from magicsim.wording import NAME_LENGTH, shortened
 
 
@@ -51,7 +52,7 @@ def load_preset(model: type[ConfigT], kind: str, name: str | Path, overrides: Se
         ConfigError: The content is not acceptable.
     """
     path = find_preset(kind, name)
-    data = apply_overrides(read_toml(path), overrides)
+    data = apply_overrides(read_with_paths(path), overrides)
     return validate(model, data, source=path.name)
 
 
@@ -100,7 +101,7 @@ def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> C
     """Checks plain data against a model.
 
     Raises:
-        ConfigError: One line about the first problem, and how many more there are.
+        ConfigError: One line about all problems.
     """
     try:
         return model.model_validate(data)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.deformation import Deformation
-from magicsim.episode import SimulatedFrame
+from magicsim.episode import FrameLabels, SimulatedFrame
 from magicsim.scenes.brightness import BrightnessWatch
 from magicsim.scenes.camera_stream import CameraMemory, CameraStream, Instant
 from magicsim.scenes.exposure import FloatImage
@@ -66,8 +66,12 @@ class Shot:
         frame = SimulatedFrame(
             image=image,
             truth=frame_truth(state, deformation, index=at.index, time_s=at.time_s, is_reference=is_reference),
-            contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
-            displacements_mm=displacements_mm,
-            depth_map_mm=depth_map_mm(deformation, landing) if landing is not None and output.depth_map else None,
+            labels=FrameLabels(
+                contact_mask=contact_mask(deformation, landing)
+                if landing is not None and output.contact_mask
+                else None,
+                displacements_mm=displacements_mm,
+                depth_map_mm=depth_map_mm(deformation, landing) if landing is not None and output.depth_map else None,
+            ),
         )
         return frame, later

@@ -59,7 +59,7 @@ def _schema(judgements: Sequence[Judgement]) -> pa.Schema:
 
 def _row(frame: SimulatedFrame) -> dict[str, Any]:
     truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
-    moved = frame.displacements_mm
+    moved = frame.labels.displacements_mm
     return {
         "frame": truth.index,
         "file": frame_file(truth.index),
@@ -80,7 +80,7 @@ def _row(frame: SimulatedFrame) -> dict[str, Any]:
         "min_jacobian": solve.min_jacobian,
         "max_penetration_mm": solve.max_penetration_mm,
         "force_balance": solve.force_balance,
-        "contact_mask_png": _png(frame.contact_mask) if frame.contact_mask is not None else None,
+        "contact_mask_png": _png(frame.labels.contact_mask) if frame.labels.contact_mask is not None else None,
         "displacements_mm": moved.ravel() if moved is not None else None,
     }
 

@@ -60,7 +60,7 @@ class ObjectRecipe(Config):
     gap_mm: Number | None = None
     bend_radius_mm: Number | None = None
     path: str | None = None
-    """Of kind `mesh`: one file, relative to the current directory."""
+    """Of kind `mesh`: one file; a relative path starts beside the recipe, or in the current folder."""
     folder: str | None = None
     """Of kind `mesh` instead of `path`: every mesh file in a folder is as likely as any other."""
     scale: Number | None = None

@@ -76,7 +76,7 @@ def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
 def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
     truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
     pose = _pose(scene, state)
-    depth = frame.depth_map_mm
+    depth, mask = frame.labels.depth_map_mm, frame.labels.contact_mask
     return {
         "image": _png(cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)),
         "step": truth.index,
@@ -89,9 +89,9 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         "force_n": list(truth.force_n),
         "torque_nmm": list(truth.torque_nmm),
         "contact_area_mm2": truth.contact_area_mm2,
-        "contact_mask": _png(frame.contact_mask.astype(np.uint8) * 255) if frame.contact_mask is not None else None,
+        "contact_mask": _png(mask.astype(np.uint8) * 255) if mask is not None else None,
         "depth_map_mm": np.rint(depth / DEPTH_STEP_MM) * DEPTH_STEP_MM + 0.0 if depth is not None else None,
-        "displacements_mm": frame.displacements_mm,
+        "displacements_mm": frame.labels.displacements_mm,
         "object_position_mm": pose.position_mm.tolist() if pose is not None else None,
         "object_rotation": pose.rotation.ravel().tolist() if pose is not None else None,
         "twist_deg": state.twist_deg,

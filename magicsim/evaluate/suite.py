@@ -8,13 +8,13 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config import Config, apply_overrides, validate
-from magicsim.documents import read_toml
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects_base import AngleDeg
 from magicsim.presets import find_preset
 from magicsim.scenes.rig import PlaceMm, Rig
 from magicsim.scenes.scene import FrameNumber, FrameRate, GapMm, RenderSettings, Seed
+from magicsim.toml_paths import read_with_paths
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 Role = Literal["training", "held_out"]
@@ -204,12 +204,12 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
         ConfigError: The content is not acceptable.
     """
     path = find_preset("suite", name)
-    data = read_toml(path)
+    data = read_with_paths(path)
     named = {"design", "rig"}
     data = apply_overrides(data, [each for each in overrides if each.partition("=")[0].strip() in named])
     for kind in sorted(named):
         if isinstance(data.get(kind), str):
-            data[kind] = read_toml(find_preset(kind, data[kind]))
+            data[kind] = read_with_paths(find_preset(kind, data[kind]))
     data = apply_overrides(data, [each for each in overrides if each.partition("=")[0].strip() not in named])
     for each in data.get("recordings", ()) if isinstance(data.get("recordings"), list) else ():
         if isinstance(each, dict) and isinstance(each.get("folder"), str):

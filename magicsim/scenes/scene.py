@@ -9,13 +9,13 @@ from pydantic import Field, model_validator
 
 from magicsim.camera.shutter import readout_fits, readout_problem
 from magicsim.config import Config, apply_overrides, validate
-from magicsim.documents import read_toml
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.objects import ObjectConfig
 from magicsim.geometry.objects_base import AngleDeg
 from magicsim.presets import find_preset
 from magicsim.scenes.rig import PlaceMm, Rig
 from magicsim.scenes.viewing import check_view
+from magicsim.toml_paths import read_with_paths
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
@@ -202,12 +202,12 @@ def read_scene_file(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]
         PresetError: Its design, its rig or its object does not exist.
         ConfigError: A file cannot be read, or an override has the wrong form.
     """
-    data = read_toml(path)
+    data = read_with_paths(path)
     for kind in ("design", "rig", "object"):
         chosen = [override for override in overrides if override.partition("=")[0].strip() == kind]
         data = apply_overrides(data, chosen)
         if isinstance(data.get(kind), str):
-            data[kind] = read_toml(_beside(kind, data[kind], path))
+            data[kind] = read_with_paths(_beside(kind, data[kind], path))
     placed = {"design", "rig", "object"}
     return apply_overrides(data, [o for o in overrides if o.partition("=")[0].strip() not in placed])
 

@@ -13,6 +13,8 @@ LAYERS = (
         "wording",
         "documents",
         "presets",
+        "catalogue",
+        "toml_paths",
         "conventions",
         "config",
         "config_problems",

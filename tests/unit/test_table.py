@@ -12,7 +12,7 @@ from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.score import score_verdicts
 from magicsim.detectors.truth import FrameClass
 from magicsim.detectors.verdict import NUMBERS, WORDS
-from magicsim.episode import Episode, FrameTruth, Judgement, SimulatedFrame, SolveFigures
+from magicsim.episode import Episode, FrameLabels, FrameTruth, Judgement, SimulatedFrame, SolveFigures
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.table import frame_file, write_lattice, write_table
@@ -40,8 +40,7 @@ def frame(index: int, state: FrameState, *, mask: np.ndarray | None, moved: np.n
             frame_class=None if index < 2 else FrameClass.CONTACT if pressed else FrameClass.CLEAR,
             solve=SolveFigures(iterations=9, min_jacobian=0.8, max_penetration_mm=1e-3, force_balance=1e-9),
         ),
-        contact_mask=mask,
-        displacements_mm=moved,
+        labels=FrameLabels(contact_mask=mask, displacements_mm=moved),
     )
 
 

@@ -9,7 +9,7 @@ from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.score import score_verdicts
 from magicsim.detectors.truth import FrameClass, classify_frame
 from magicsim.detectors.verdict import Verdict
-from magicsim.episode import Episode, FrameTruth, Judgement, SimulatedFrame, SolveFigures
+from magicsim.episode import Episode, FrameLabels, FrameTruth, Judgement, SimulatedFrame, SolveFigures
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 
@@ -117,8 +117,7 @@ def _frame(
                 force_balance=3e-8 if solved else 0.0,
             ),
         ),
-        contact_mask=None,
-        displacements_mm=None,
+        labels=FrameLabels(),
     )
 
 
