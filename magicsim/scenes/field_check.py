@@ -56,7 +56,7 @@ def _reach_mm(scene: SceneConfig) -> Array:
     slopes = (corners - middle) / focal_px(scene.design, scene.rig)
     # Rays in the planes x = 0 and y = 0, which refract the least and land the farthest.
     straight = landing_mm(slopes * np.eye(2)[:, None], scene.design, scene.rig)
-    return np.abs(np.diagonal(straight, axis1=0, axis2=2)).max(0)
+    return np.asarray(np.abs(np.diagonal(straight, axis1=0, axis2=2)).max(0))
 
 
 def _object(scene: SceneConfig) -> list[str]:
