@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from magicsim.catalogue import PLURALS, entries
 from magicsim.cli.app import Json, Seed, Settings, app, fields_of, print_object
+from magicsim.config.catalogue import PLURALS, entries
 from magicsim.errors import ConfigError, unknown_choice
 
 

@@ -27,7 +27,7 @@ from magicsim.cli import (  # noqa: F401
 )
 from magicsim.cli.app import app
 from magicsim.errors import ConfigError, MagicsimError, unknown_choice
-from magicsim.scenes.variant import VARIANT_VARIABLE, VARIANTS
+from magicsim.light.variant import VARIANT_VARIABLE, VARIANTS
 from magicsim.wording import one_line
 
 STOPPED, UNREAD, TERMINATED = 130, 141, 143

@@ -10,7 +10,7 @@ from magicsim.errors import ConfigError
 
 if TYPE_CHECKING:
     from magicsim.geometry.design import ElastomerDesign
-    from magicsim.geometry.objects import ObjectBase
+    from magicsim.geometry.objects.kinds import ObjectBase
 
 
 @app.command
@@ -29,9 +29,9 @@ def press(
 
     With --curve the press is solved once, depth after depth, and force against depth goes to a table or a picture.
     """
-    from magicsim.config import load_preset
+    from magicsim.config.models import load_preset
     from magicsim.geometry.design import ElastomerDesign
-    from magicsim.geometry.objects import parse_object
+    from magicsim.geometry.objects.kinds import parse_object
 
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
@@ -42,7 +42,7 @@ def press(
         values = _curve(block, thing, depth_mm, points, friction, curve, title)
         print_result(values, as_json=json)
         return
-    from magicsim.deform.press import press as solve
+    from magicsim.deform.indentation.press import press as solve
     from magicsim.progress import show_progress
 
     with show_progress(f"{design}: press") as progress:
@@ -63,12 +63,12 @@ def durometer(
 
     The block lies on a table, with `mounting.friction`, whatever its own mounting is, or is bonded to it.
     """
-    from magicsim.config import load_preset
+    from magicsim.config.models import load_preset
     from magicsim.geometry.design import ElastomerDesign
 
     del seed  # nothing here is random; the option exists on every command
     block = load_preset(ElastomerDesign, "design", design, settings or [])
-    from magicsim.deform.durometer import durometer as test
+    from magicsim.deform.indentation.durometer import durometer as test
     from magicsim.progress import show_progress
 
     with show_progress(f"{design}: cone") as progress:
@@ -86,9 +86,9 @@ def _curve(
     target: Path,
     title: str,
 ) -> dict[str, Any]:
-    from magicsim.deform.press_curve import MAX_POINTS, press_curve
+    from magicsim.config.ranges import check_number
+    from magicsim.deform.indentation.press_curve import MAX_POINTS, press_curve
     from magicsim.progress import show_progress
-    from magicsim.ranges import check_number
     from magicsim.report.curve_file import check_curve_file, write_curve
 
     check_curve_file(target)

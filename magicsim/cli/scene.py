@@ -30,8 +30,8 @@ def simulate(
 def _run(
     name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
 ) -> None:
+    from magicsim.cli.foresight import check_memory, long_work
     from magicsim.folder import MARKER, check_target
-    from magicsim.foresight import check_memory, long_work
     from magicsim.progress import show_progress
     from magicsim.scenes.scene import load_scene
 
@@ -45,7 +45,7 @@ def _run(
     if (line := long_work(scene)) is not None:
         sys.stderr.write(f"{line}\n")
     limit_threads(threads)
-    from magicsim.run import run_scene
+    from magicsim.judge.main_job import run_scene
 
     with show_progress(f"{name}: {scene.references + scene.frame_count} frames") as progress:
         summary = run_scene(scene, out, progress=progress)
@@ -58,9 +58,9 @@ def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json
 
     The name or file of a design stands for the demo's scene on that design.
     """
-    from magicsim.plan import plan_scene
     from magicsim.scenes.field_check import field_warnings
     from magicsim.scenes.scene import load_scene
+    from magicsim.simulation.plan import plan_scene
 
     name, more = _scene_of(scene)
     loaded = load_scene(name, [*more, *(settings or [])], seed=seed)
@@ -79,8 +79,8 @@ def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json
 
 def _scene_of(name: str) -> tuple[str, list[str]]:
     """A scene and settings of it: the scene of that name, or the demo on the design of that name."""
-    from magicsim.documents import read_toml
-    from magicsim.presets import find_preset, preset_names
+    from magicsim.config.documents import read_toml
+    from magicsim.config.presets import find_preset, preset_names
 
     if name not in preset_names("scene") and name in preset_names("design"):
         return "demo", [f"design={name}"]

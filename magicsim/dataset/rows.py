@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from magicsim.camera.calibration import Calibration
 from magicsim.dataset.columns import DRAWN
 from magicsim.dataset.features import Column, schema_of_columns
-from magicsim.episode import SimulatedFrame
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.pose import Pose
-from magicsim.scenes.calibration import Calibration
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
+from magicsim.simulation.episode import SimulatedFrame
 
 DEPTH_STEP_MM = 2.0**-12
 """Depth maps are rounded to this step [mm], far below their error: what is rounded compresses."""
@@ -43,7 +43,7 @@ def episode_table(
     rows = [_row(frame, scene) | shared for frame in frames]
     arrays = []
     for column in columns:
-        values: list[Any] = [row.get(column.name) for row in rows]
+        values: list[Any] = [row[column.name] if row.get(column.name) is not None else column.empty for row in rows]
         nested = column.feature["_type"] == "Array2D"
         arrays.append(_nested(values, column.arrow) if nested else pa.array(values, column.arrow))
     return pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
@@ -64,6 +64,8 @@ def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
         "object_roughness": thing.roughness if thing is not None else None,
         "friction": scene.contact.friction,
         "led_radiance": [each for strip in rig.strips for each in strip.radiance],
+        "room": rig.room,
+        "room_radiance": list(rig.room_light),
         "flashlight_radiance": list(rig.flashlight.radiance),
         "camera_matrix": [each for row in calibration.camera_matrix for each in row],
         "camera_distortion": list(calibration.distortion),

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config
+from magicsim.config.models import Config
 
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
 """From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""

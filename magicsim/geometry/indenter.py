@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.geometry.objects import ObjectBase
+from magicsim.geometry.objects.kinds import ObjectBase
 from magicsim.geometry.pose import Pose
-from magicsim.geometry.shapes import Shape
+from magicsim.geometry.shapes.solids import Shape
 
 Array = npt.NDArray[np.float64]
 

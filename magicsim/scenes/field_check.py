@@ -7,10 +7,10 @@ reaches over it, and where it presses on the rim, contact beside the face is lef
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.viewing import focal_px, landing_mm
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.objects_base import ObjectBase
+from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.scenes.scene import Keyframe, SceneConfig
-from magicsim.scenes.viewing import focal_px, landing_mm
 
 Array = npt.NDArray[np.float64]
 RIM_POINTS = 64

@@ -16,9 +16,9 @@ from magicsim.camera.settings import (
     PixelFaults,
     Shutter,
 )
-from magicsim.config import Config
+from magicsim.camera.window import Window
+from magicsim.config.models import Config
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
-from magicsim.scenes.window import Window
 
 FARTHEST_MM = 2000.0
 """Half of a room's width [mm]: what is further away matters to no frame."""
@@ -43,6 +43,8 @@ Coefficient = Annotated[float, Field(ge=-1, le=1)]
 Pixel = Annotated[int, Field(ge=0, le=2047)]
 PixelCount = Annotated[int, Field(ge=8, le=2048)]
 Offset = Annotated[float, Field(ge=-1024, le=1024)]
+DARK = "dark"
+"""The room without light."""
 Side = Literal["-x", "+x", "-y", "+y"]
 
 
@@ -235,12 +237,12 @@ class Rig(Config):
     """Radiance of the room below the contact face, relative units: the same all around, or the mean of `room`."""
     room: str | None = None
     """Where that light comes from: `office`, `window`, `bench`, or an equirectangular image (PNG or JPEG, sRGB), whose
-    middle is what the sensor looks at; none is even light."""
+    middle is what the sensor looks at; none is even light, and `dark` turns the room off, whatever `ambient` is."""
     camera: Camera = Camera()
 
     @model_validator(mode="after")
     def _check_room(self) -> Self:
-        if self.room is not None:
+        if self.room is not None and self.room != DARK:
             from magicsim.scenes.room import room_radiance
 
             room_radiance(self.room)
@@ -250,9 +252,14 @@ class Rig(Config):
         return self
 
     @property
+    def room_light(self) -> Rgb:
+        """Mean radiance of the room, 0 in a dark one."""
+        return (0.0, 0.0, 0.0) if self.room == DARK else self.ambient
+
+    @property
     def lit(self) -> tuple[bool, bool, bool]:
         """Whether any light of the untouched sensor shines in red, green and blue."""
         red, green, blue = (
-            any(each) for each in zip(self.ambient, *(strip.radiance for strip in self.strips), strict=True)
+            any(each) for each in zip(self.room_light, *(strip.radiance for strip in self.strips), strict=True)
         )
         return red, green, blue

@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magicsim.config import load_preset
-from magicsim.deform.press import press
-from magicsim.deform.press_curve import PressCurve, press_curve
-from magicsim.deform.symmetry import left_by_mirrors
+from magicsim.config.models import load_preset
+from magicsim.deform.indentation.press import press
+from magicsim.deform.indentation.press_curve import PressCurve, press_curve
+from magicsim.deform.indentation.symmetry import left_by_mirrors
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 from magicsim.report.curve_file import COLUMNS, write_curve
 
 BLOCK = load_preset(

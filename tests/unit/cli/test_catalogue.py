@@ -3,13 +3,15 @@ import subprocess
 
 import pytest
 
+from magicsim.config.presets import preset_names
+
 from .conftest import Shell
 
 
 def test_list_names_presets_of_a_kind_a_line_each(shell: Shell):
     lines = shell("list", "rigs").out.splitlines()
-    assert [line.split()[0] for line in lines] == ["digit-rgb", "digit-webcam"]
-    assert shell.json("list", "rigs")["rigs"][0]["name"] == "digit-rgb"
+    assert [line.split()[0] for line in lines] == preset_names("rig")
+    assert shell.json("list", "rigs")["rigs"][0]["name"] == preset_names("rig")[0]
     every = shell("list").out
     assert all(name in every for name in ("designs:", "mini-magictac", "sweeps:", "cell-skin"))
     assert "did you mean 'objects'" in shell.refusal("list", "object")

@@ -4,7 +4,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from magicsim.presets import find_preset
+from magicsim.config.presets import find_preset
 
 from .conftest import Shell
 from .small import settings
