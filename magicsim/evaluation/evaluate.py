@@ -10,7 +10,6 @@ from typing import Any
 from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
 from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
-from magicsim.evaluate.rest import Rest, rest_streams
 from magicsim.evaluation.baseline import Baseline, paired
 from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.detector import MakeDetector
@@ -27,6 +26,7 @@ from magicsim.evaluation.statistics.curves import (
 from magicsim.evaluation.statistics.intervals import Estimate, estimate, exact_share
 from magicsim.evaluation.statistics.measures import MEASURES
 from magicsim.evaluation.statistics.regression import Change, compare
+from magicsim.evaluation.statistics.rest import Rest, rest_streams
 from magicsim.evaluation.statistics.tally import tally
 from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig
 from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
