@@ -20,10 +20,12 @@ def demo(
 
 @app.command
 def simulate(
-    scene: str, *, out: Annotated[Path | None, Parameter(name="--out")] = None, settings: Settings = None,
-    seed: Seed = None, threads: Threads = None, json: Json = False,
+    scene: str, *, out: Annotated[Path | None, Parameter(name="--out")] = None,
+    mcap: Annotated[bool, Parameter(negative="", help="Write episode.mcap too; sets output.mcap.")] = False,
+    settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Simulate any scene file or preset: frames, ground truth, verdicts, report."""
+    settings = [*(settings or []), *(["output.mcap=true"] if mcap else [])]
     _run(scene, out or Path(f"magicsim-{Path(scene).stem}"), settings, seed, threads, as_json=json)
 
 
@@ -37,11 +39,15 @@ def _run(
 
     scene = load_scene(name, settings or [], seed=seed)
     check_target(out)
+    check_memory(scene)
+    if scene.output.mcap:
+        from magicsim.judge.main_job import load_mcap
+
+        load_mcap()  # what is missing is told before anything is rendered
     if (out / MARKER).is_file():
         sys.stderr.write(
             f"'{out}' holds an earlier result: it stays until the new one is whole, and is then replaced\n"
         )
-    check_memory(scene)
     if (line := long_work(scene)) is not None:
         sys.stderr.write(f"{line}\n")
     limit_threads(threads)

@@ -94,3 +94,19 @@ def test_frames_that_no_detector_can_judge_are_kept(shell: Shell, tmp_path: Path
     columns = pq.read_schema(tmp_path / "out" / "episode.parquet").names
     assert "gap_mm" in columns
     assert "calibrated_contact" not in columns
+
+
+def test_mcap_is_written_beside_the_frames_of_a_simulation(shell: Shell, tmp_path: Path, monkeypatch):
+    pytest.importorskip("foxglove")
+    reader = pytest.importorskip("mcap.reader")
+    small = settings("output.report=false", "output.preview=false", "keyframes=[{frame=0, gap_mm=1.0}]")
+    found = shell.json("simulate", "near", "--out", "out", "--mcap", *small)
+    with (tmp_path / "out" / "episode.mcap").open("rb") as file:
+        summary = reader.make_reader(file).get_summary()
+    counts = {
+        channel.topic: summary.statistics.channel_message_counts[key] for key, channel in summary.channels.items()
+    }
+    assert counts["/tactile/image"] == counts["/tactile/truth"] == found["frames"] == 7
+    monkeypatch.setitem(sys.modules, "foxglove", None)
+    monkeypatch.delitem(sys.modules, "magicsim.dataset.export.mcap_episode")
+    assert "pip install 'magicsim[mcap]'" in shell.refusal("simulate", "near", "--out", "out", "--mcap", *small)

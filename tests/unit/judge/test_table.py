@@ -75,7 +75,7 @@ def test_there_is_one_row_a_frame_references_included(tmp_path: Path, episode: E
     assert table["step"].to_pylist() == [0, 1, 2, 3]
     assert table["is_reference"].to_pylist() == [True, True, False, False]
     assert table["file"].to_pylist()[3] == frame_file(3) == "frames/00003.png"
-    assert table["frame_class"].to_pylist() == [None, None, "Clear", "Contact"]
+    assert table["frame_class"].to_pylist() == ["", "", "Clear", "Contact"]
 
 
 def test_truth_comes_back_with_its_units_in_the_column_names(tmp_path: Path, episode: Episode):
