@@ -25,4 +25,4 @@ if __name__ == "__main__":
         assert frame["task"] in {"touch", "flashlight"}
     batch = next(iter(torch.utils.data.DataLoader(frames, batch_size=4)))
     assert batch["observation.images.tactile"].shape == (4, 3, rows, columns)
-    print(f"lerobot reads {len(frames)} frames of {frames.num_episodes} episodes at {frames.fps} frames a second")
+    sys.stdout.write(f"{len(frames)} frames of {frames.num_episodes} episodes at {frames.fps} frames a second\n")

@@ -15,4 +15,4 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as work:
         whole = Path(work) / "whole"
         generate_dataset(small_recipe("episodes=5"), whole, options=WorkerOptions(workers=1), simulator=FAKE)
-        print(export_dataset(whole, Path(sys.argv[1]), "lerobot"))
+        export_dataset(whole, Path(sys.argv[1]), "lerobot")
