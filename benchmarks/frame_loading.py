@@ -1,7 +1,7 @@
-"""How many rows a second `magicsim.dataset.torch` gives to a training loop.
+"""How many rows a second `magicsim.dataset.torch` gives to a training loop, with frames of the demo.
 
-magicsim dataset default --out touches --set episodes=4
-python benchmarks/frame_loading.py touches    # a minute; needs the extra `learn`
+magicsim demo --out demo
+python benchmarks/frame_loading.py demo        # a minute; needs the extra `learn`
 """
 
 import argparse
@@ -11,59 +11,69 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import torch
 from torch.utils.data import DataLoader
 
-from magicsim.dataset.frames import open_frames
+from magicsim.dataset.features import Column, image, value, vector
+from magicsim.dataset.frames import FrameTable
 from magicsim.dataset.torch import TouchDataset
 
-COLUMNS = ("image", "contact_mask", "force_n", "torque_nmm", "depth_mm", "contact")
-BATCH, SECONDS = 32, 15.0
+COLUMNS: tuple[Column, ...] = (
+    image("image", ""), image("contact_mask", ""), vector("force_n", 3, ""), vector("torque_nmm", 3, ""),
+    value("depth_mm", "float64", ""), value("contact", "bool", ""),
+)  # fmt: skip
+REPEATED, BATCH, SECONDS, SINGLE = 20, 32, 12.0, 300
+"""How often the run's frames stand in the table, rows of a batch, time of each measurement [s], rows that are timed
+one by one."""
+
+
+def table_of(run: Path, keep: Path) -> FrameTable:
+    """A run's frames as a dataset's, in a file below `keep`."""
+    rows = pq.read_table(run / "episode.parquet").to_pylist()
+    for row in rows:
+        row["image"] = {"bytes": (run / row["file"]).read_bytes(), "path": None}
+    schema = pa.schema([pa.field(each.name, each.arrow) for each in COLUMNS])
+    arrays = [pa.array([row[each.name] for row in rows], each.arrow) for each in COLUMNS]
+    path = keep / "frames.arrow"
+    with pa.OSFile(str(path), "wb") as sink, pa.ipc.new_file(sink, schema) as writer:
+        for _ in range(REPEATED):
+            writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
+    count = REPEATED * len(rows)
+    return FrameTable(columns=COLUMNS, rows=np.arange(count), split_of=np.full(count, "train"), path=path)
 
 
 def rows_a_second(samples: TouchDataset, *, workers: int) -> float:
     """Shuffled rows a second, from when the workers have started."""
-    loader = DataLoader(
-        samples, BATCH, shuffle=True, num_workers=workers, persistent_workers=workers > 0, drop_last=True
-    )
-    rows = 0
-    begin = None
-    while begin is None or time.perf_counter() - begin < SECONDS:
-        for batch in loader:
-            if begin is None:
-                begin = time.perf_counter()  # the first batch waits for the processes
-                continue
-            rows += len(batch["force_n"])
-            if time.perf_counter() - begin > SECONDS:
-                break
+    loader = DataLoader(samples, BATCH, shuffle=True, num_workers=workers, drop_last=True)
+    batches = iter(loader)
+    next(batches)  # waits for the processes
+    rows, begin = 0, time.perf_counter()
+    while time.perf_counter() - begin < SECONDS:
+        batch = next(batches, None)
+        if batch is None:
+            break
+        rows += len(batch["force_n"])
     return rows / (time.perf_counter() - begin)
 
 
-def main() -> None:
-    """Measures a dataset."""
+if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="a dataset of magicsim")
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args()
+    parser.add_argument("run", type=Path, help="what `magicsim demo --out` wrote")
     torch.set_num_threads(1)
     with tempfile.TemporaryDirectory() as keep:
-        begin = time.perf_counter()
-        frames = open_frames(options.folder, COLUMNS, keep=Path(keep))
-        opened_s = time.perf_counter() - begin
-        image = frames[0]["image"]
-        size = frames.path.stat().st_size
+        frames = table_of(parser.parse_args().run, Path(keep))
+        samples = TouchDataset(frames)
+        begin = time.process_time()
+        for number in range(SINGLE):
+            samples[number]
         found = {
-            "rows": len(frames), "image": list(image.shape), "bytes_a_row": round(size / len(frames)),
-            "seconds_to_open_first": round(opened_s, 2), "batch": BATCH,
-            "rows_a_second": {
-                str(workers): round(rows_a_second(TouchDataset(frames), workers=workers), 1) for workers in (0, 1, 2)
-            },
-        }  # fmt: skip
-    text = json.dumps(found, indent=2)
-    if options.out is not None:
-        options.out.write_text(f"{text}\n", encoding="utf-8")
-    sys.stdout.write(f"{text}\n")
-
-
-if __name__ == "__main__":
-    main()
+            "processor_ms_a_row": round(1e3 * (time.process_time() - begin) / SINGLE, 2),
+            "rows": len(frames),
+            "image": list(frames[0]["image"].shape),
+            "bytes_a_row": round(frames.path.stat().st_size / len(frames)),
+            "rows_a_second": {str(count): round(rows_a_second(samples, workers=count)) for count in (0, 2)},
+        }
+    sys.stdout.write(json.dumps(found, indent=2) + "\n")

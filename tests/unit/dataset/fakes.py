@@ -44,6 +44,7 @@ def fake_rows(task: SampleTask) -> bytes:
             row[column.name] = _value(column, random, episode.scene.rig.camera)
         rows.append(row | task.constants | {"episode": episode.index, "step": step, "sensor": episode.sensor})
         rows[-1] |= {"contact": False, "force_n": [0.0] * 3, "force_balance": 0.0, "seed": episode.scene.seed}
+        rows[-1] |= {"is_reference": step < episode.scene.references}
         rows[-1] |= {"path_kind": episode.path_kind, "time_s": step / 15, "gap_mm": math.nan}
         rows[-1] |= {"object_rotation": TURNED, "camera_rotation": TURNED}
     arrays = [pa.array([row[column.name] for row in rows], column.arrow) for column in task.columns]
