@@ -20,6 +20,7 @@ from magicsim.cli import (  # noqa: F401
     detect,
     fit,
     light,
+    live,
     machine,
     mechanics,
     scene,

@@ -42,8 +42,8 @@ def press(
         values = _curve(block, thing, depth_mm, points, friction, curve, title)
         print_result(values, as_json=json)
         return
+    from magicsim.cli.progress import show_progress
     from magicsim.deform.indentation.press import press as solve
-    from magicsim.progress import show_progress
 
     with show_progress(f"{design}: press") as progress:
         result = solve(
@@ -68,8 +68,8 @@ def durometer(
 
     del seed  # nothing here is random; the option exists on every command
     block = load_preset(ElastomerDesign, "design", design, settings or [])
+    from magicsim.cli.progress import show_progress
     from magicsim.deform.indentation.durometer import durometer as test
-    from magicsim.progress import show_progress
 
     with show_progress(f"{design}: cone") as progress:
         mounting = block.mounting.model_copy(update={"base": base})
@@ -86,9 +86,9 @@ def _curve(
     target: Path,
     title: str,
 ) -> dict[str, Any]:
+    from magicsim.cli.progress import show_progress
     from magicsim.config.ranges import check_number
     from magicsim.deform.indentation.press_curve import MAX_POINTS, press_curve
-    from magicsim.progress import show_progress
     from magicsim.report.curve_file import check_curve_file, write_curve
 
     check_curve_file(target)

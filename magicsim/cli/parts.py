@@ -17,7 +17,12 @@ class Part:
 
 
 OPTIONAL = (
-    ("PARDISO", "pypardiso", "SuperLU solves contact: forces within tolerance of the same, in ten times the processor time", "x86-64 only"),
+    (
+        "PARDISO",
+        "pypardiso",
+        "SuperLU solves contact: forces within tolerance of the same, in ten times the processor time",
+        "x86-64 only",
+    ),
     ("lib3mf", "lib3mf", "no export to .3mf; .stl and .glb remain", "not for Linux on ARM"),
     ("video", "av", "no H.264 camera (rig.camera.compression)", "video"),
     ("robot", "gymnasium", "no Gymnasium environment; LiveSensor and DigitCamera remain", "robot"),

@@ -33,15 +33,15 @@ def _run(
     name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
 ) -> None:
     from magicsim.cli.foresight import check_memory, long_work
+    from magicsim.cli.progress import show_progress
     from magicsim.folder import MARKER, check_target
-    from magicsim.progress import show_progress
     from magicsim.scenes.scene import load_scene
 
     scene = load_scene(name, settings or [], seed=seed)
     check_target(out)
     check_memory(scene)
     if scene.output.mcap:
-        from magicsim.judge.main_job import load_mcap
+        from magicsim.report.main_job import load_mcap
 
         load_mcap()  # what is missing is told before anything is rendered
     if (out / MARKER).is_file():
@@ -51,7 +51,7 @@ def _run(
     if (line := long_work(scene)) is not None:
         sys.stderr.write(f"{line}\n")
     limit_threads(threads)
-    from magicsim.judge.main_job import run_scene
+    from magicsim.report.main_job import run_scene
 
     with show_progress(f"{name}: {scene.references + scene.frame_count} frames") as progress:
         summary = run_scene(scene, out, progress=progress)

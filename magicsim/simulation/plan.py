@@ -154,13 +154,14 @@ def _why_no_solve(frame: FramePlan) -> str:
 
 
 def _rough_edges(scene: SceneConfig) -> list[Decision]:
-    """What a lattice coarser than the object's edges leaves out; smooth objects have the cells that they need."""
-    edge, cells = getattr(scene.object, "edge_radius_mm", math.inf), node_spacing_mm(scene.design)
-    if edge >= cells:
+    """What a lattice coarser than the object's edges leaves out, where it is not made finer there."""
+    edge, cells = getattr(scene.object, "edge_radius_mm", None) or math.inf, node_spacing_mm(scene.design)
+    options = scene.design.lattice
+    if edge >= cells or (options.edge_nodes > 0 and options.cells_across > 0):
         return []
     reason = (
         f"edges of {edge:.3g} mm on cells of up to {cells:.3g} mm: where they touch, and on the flat faces between "
-        "them, area, mask and picture of the contact are rough; design.lattice.spacing_mm refines"
+        "them, area, mask and picture of the contact are rough; design.lattice.edge_nodes and spacing_mm refine"
     )
     return [Decision(stage="lattice as fine as the object's edges", reason=reason)]
 

@@ -24,6 +24,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.kinds import ObjectBase, SphereObject
+from magicsim.notebook.figures import curve, figures_table
 
 Array = npt.NDArray[np.float64]
 MAX_TWIST_DEG = 360.0
@@ -33,6 +34,8 @@ MAX_SPEED_MM_S = 1e4
 MAX_HOLD_S = 1e6
 DIGITS = 12
 """Of a depth, which is the difference of two heights [mm]."""
+MIN_POINTS = 2
+"""Places of a path that make a curve."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +76,18 @@ class PressResult:
     def as_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
         return asdict(self) | {"history": [each.as_dict() for each in self.history]}
+
+    def __str__(self) -> str:
+        """One line: force, torque, area."""
+        force = ", ".join(f"{each:.3f}" for each in self.force_n)
+        torque = ", ".join(f"{each:.3f}" for each in self.torque_nmm)
+        return f"force ({force}) N, torque ({torque}) N mm, contact area {self.contact_area_mm2:.2f} mm2"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the force along the path, and the figures of its end."""
+        values = asdict(self)
+        del values["history"]
+        return _force_curve(self.history) + figures_table("Press", values)
 
 
 def press(
@@ -243,6 +258,19 @@ def _history(
             )
         )
     return tuple(found)
+
+
+def _force_curve(history: Sequence[object]) -> str:
+    """Normal force along a path of several places, against time where it has one, and else against depth."""
+    if len(history) < MIN_POINTS:
+        return ""
+    has_time = all(getattr(each, "time_s", None) is not None for each in history)
+    name, label = ("time_s", "time [s]") if has_time else ("depth_mm", "depth [mm]")
+    places = [float(getattr(each, name)) for each in history]
+    if len(set(places)) < MIN_POINTS:
+        return ""
+    forces = [float(getattr(each, "force_n")[2]) for each in history]  # noqa: B009
+    return curve(places, forces, x_label=label, y_label="normal force [N]")
 
 
 def _summarise(states: Sequence[Deformation], history: tuple[PathForce, ...], seconds: float) -> PressResult:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from magicsim.deform.contact.augmented import dragged_anchors
 from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face
+from magicsim.deform.contact.touching import touching_points
 from magicsim.deform.deformation import Before, Deformation
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.pattern import block_pattern
@@ -49,6 +50,8 @@ LOGGER = logging.getLogger(__name__)
 TOUCHING_SHARE = 0.01
 """Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
 ROUNDING = 1e-9
+BALANCE_SHARE = 100.0
+"""Largest force balance in units of the residual that ends the iterations, where that is not `MAX_BALANCE`'s."""
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
 RESTARTS = (1 / 4, 4)
@@ -66,6 +69,7 @@ class ContactSolver:
         lattice: Lattice,
         *,
         tolerance_mm: float = 0.002,
+        options: NewtonOptions | None = None,
         max_step_mm: float = 0.5,
         friction: float = 0.0,
         point_spacing_mm: float = POINT_SPACING_MM,
@@ -76,6 +80,7 @@ class ContactSolver:
         Args:
             lattice: The block.
             tolerance_mm: Largest penetration at any contact point [mm].
+            options: All tolerances and limits of a load step, instead of that one.
             max_step_mm: Longest motion of the object between two load steps [mm], before anything else is tried.
             friction: Coulomb's coefficient between object and face.
             point_spacing_mm: Largest distance between contact points at rest [mm].
@@ -93,7 +98,7 @@ class ContactSolver:
             face,
             pattern,
             symmetric_solver(pattern.indptr, pattern.indices),
-            NewtonOptions(tolerance_mm=tolerance_mm),
+            options or NewtonOptions(tolerance_mm=tolerance_mm),
             friction=friction,
             shear_modulus_mpa=lattice.shear_modulus_mpa + added,
         )
@@ -129,7 +134,7 @@ class ContactSolver:
         if not self.can_touch(indenter):
             self._refuse_overlap(self._rest, indenter, Effort())
             return self._rest
-        buried = burial_fault(indenter)
+        buried = burial_fault(self.lattice, indenter)
         if buried is not None:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
@@ -227,7 +232,8 @@ class ContactSolver:
         return None if strides.gave_up else state
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
-        has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= MAX_BALANCE
+        balance = max(MAX_BALANCE, BALANCE_SHARE * problem.options.residual)
+        has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= balance
         return (
             has_converged
             and has_settled(iterate.elastic.table)
@@ -256,7 +262,10 @@ class ContactSolver:
         forces = face.area_mm2[:, None] * traction
         friction = np.linalg.norm(contact.shear_mpa, axis=1)
         tolerance = problem.options.tolerance_mm
-        touching = contact.gap_mm <= max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm)
+        touching = touching_points(
+            self.lattice, face, contact.points_mm, contact.gap_mm,
+            gap_limit_mm=max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm),
+        )  # fmt: skip
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,

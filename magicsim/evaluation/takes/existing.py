@@ -17,9 +17,9 @@ from magicsim.detectors.sources.source import read_image
 from magicsim.errors import ConfigError
 from magicsim.evaluation.suite import SuiteConfig, SuiteRecording
 from magicsim.evaluation.takes.footage import RECORDED, EpisodeTag, Footage, Labels, recorded_footage
-from magicsim.evaluation.takes.recording import TABLE as TRUTH
-from magicsim.evaluation.takes.recording import read_recording
 from magicsim.folder import MARKER
+from magicsim.judge.recording import TABLE as TRUTH
+from magicsim.judge.recording import read_recording
 from magicsim.scenes.scene import SceneConfig
 
 Frame = npt.NDArray[np.uint8]
