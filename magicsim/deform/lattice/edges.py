@@ -37,7 +37,7 @@ FINEST_EDGE_MM, FINE_SHARE = 0.1, 0.05
 """Planes are never closer than this across an edge [mm], nor than this part of the half width of what touches: the
 force of a flat face is off by about a third of the spacing at its edge over its half width."""
 DEEP_SHARE = 0.08
-"""Nor than this part of the depth of the press: cells that are fine beside a sharp edge fold where it is pressed deep."""
+"""Nor than this part of the depth of the press: finer cells beside a sharp edge fold where it is pressed deep."""
 SPREAD = 0.6
 """Increase of the spacing per distance from the edge."""
 DEPTH_SHARE = 3.0
