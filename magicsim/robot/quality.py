@@ -15,11 +15,11 @@ class Quality:
 
     name: str
     lattice: dict[str, Any] = field(default_factory=dict)
-    """Of `design.lattice`."""
+    """Settings of `design.lattice`."""
     render: dict[str, Any] = field(default_factory=dict)
-    """Of `render`; the smaller number is taken where the scene's own is coarser still."""
+    """Settings of `render`; the smaller number is taken where the scene's own is coarser still."""
     output: dict[str, Any] = field(default_factory=dict)
-    """Of `output`."""
+    """Settings of `output`."""
     newton: NewtonOptions = field(default_factory=NewtonOptions)
     """When a load step is good enough: what is left of its residual is corrected by the next one."""
 

@@ -7,7 +7,6 @@ Each size runs in a process of its own, so that its peak memory is its own:
 
 import json
 import logging
-import resource
 import subprocess
 import sys
 import time
@@ -28,7 +27,7 @@ from magicsim.errors import ConvergenceError
 
 LOGGER = logging.getLogger(__name__)
 SPACINGS_MM = (1.5, 1.0, 0.75, 0.6, 0.5, 0.4, 0.33)
-"""Of the uniform block: 4 500 to 400 000 unknowns."""
+"""Spacings of the uniform block: 4 500 to 400 000 unknowns."""
 QUICK_SPACINGS_MM = (1.5, 1.0, 0.75)
 START_MM, STEP_MM = 0.75, 0.25
 """The timed step begins at this depth and is this long."""
@@ -43,7 +42,7 @@ class CostRow:
     spacing_mm: float
     unknowns: int
     iterations: int
-    """Of the timed step."""
+    """Iterations of the timed step."""
     seconds: float | None
     """Median of the timed step."""
     runs: int
@@ -86,7 +85,7 @@ def measure_step(spacing_mm: float) -> CostRow:
         runs=len(seconds),
         seconds_per_iteration=median / iterations if median is not None else None,
         seconds_setup=setup,
-        memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        memory_mb=_peak_memory_mb(),
         outcome=outcome,
     )
 
@@ -169,3 +168,12 @@ def _unknowns(spacing_mm: float) -> int:
 
 if __name__ == "__main__":
     sys.stdout.write(json.dumps(asdict(measure_step(float(sys.argv[1])))) + "\n")
+
+
+def _peak_memory_mb() -> float:
+    """Most memory that this process has held [MB]; 0 on Windows, which has no `getrusage`."""
+    try:
+        import resource
+    except ImportError:
+        return 0.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -76,7 +76,7 @@ class CameraNoise(Config):
     full_well_e: Number | None = None
     read_noise_e: Number | None = None
     vibration_px: Number | None = None
-    """Of the whole image [px]."""
+    """Vibration of the whole image [px]."""
     exposure_ms: Number | None = None
     """`shutter.exposure_ms`."""
     flicker_depth: Number | None = None
@@ -112,7 +112,7 @@ class Labels(Config):
     depth_map: bool = True
     """How far the contact face is pressed in, in image space."""
     displacements: bool = True
-    """Of every lattice node."""
+    """Displacements of every lattice node."""
 
 
 class Recipe(Config):
@@ -146,9 +146,11 @@ class Recipe(Config):
     objects: tuple[ObjectRecipe, ...] = ()
     paths: Annotated[tuple[PathRecipe, ...], Field(min_length=1)]
     contact: ContactSettings = ContactSettings()
-    """Of which the friction is drawn with each path."""
+    """How skin and object meet; the friction is drawn with each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
+    license: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.-]*$", max_length=60)] | None = None
+    """What the dataset's card names as its licence, such as `cc-by-4.0`: yours to choose, none by default."""
     timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
     """Longest time for one attempt at an episode [s]."""
 
@@ -171,8 +173,8 @@ class Recipe(Config):
         return self
 
     def config_hash(self) -> str:
-        """SHA-256 of everything that rows depend on: not of how many episodes there are or how long one may take."""
-        data = self.model_dump(mode="json", exclude={"episodes", "timeout_s"})
+        """SHA-256 of everything that rows depend on: neither of their number, nor of time or licence."""
+        data = self.model_dump(mode="json", exclude={"episodes", "license", "timeout_s"})
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 

@@ -79,7 +79,7 @@ def test_lights_and_exposure_change_the_frame(session: Session):
 
 
 def test_recording_is_an_episode_that_can_be_simulated_again(session: Session, tmp_path):
-    recording = Recording(session.live.sensor.scene, session.references, session.live.sensor.printed, session.now)
+    recording = Recording(session.live.scene, session.references, session.live.sensor.printed, session.now)
     for gap in (2.0, 1.0):
         recording.add(session.look(session.go(replace(session.now, gap_mm=gap))).frame)
     recording.write(tmp_path / "take", estimator="fluence")

@@ -30,7 +30,7 @@ def test_frames_are_those_of_the_simulated_scene(settings: list[str]):
         )
         assert (ours.contact_mask == theirs.contact_mask).all()
         assert (ours.displacements_mm == theirs.displacements_mm).all()
-        assert (ours.depth_map_mm is None) == (theirs.depth_map_mm is None) == (not settings)
+        assert (ours.labels.depth_map_mm is None) == (theirs.labels.depth_map_mm is None) == (not settings)
         if settings:
             assert (ours.depth_map_mm == theirs.depth_map_mm).all()
             assert ours.image.shape == (20, 12, 3)
@@ -77,7 +77,7 @@ def test_stream_repeats_from_its_seed(live: LiveSensor):
 
     assert all((a == b).all() for a, b in zip(stream(5), stream(5), strict=True))
     assert (stream(5)[0] != stream(6)[0]).any()
-    assert (stream(None)[0] == stream(live.sensor.scene.seed)[0]).all()
+    assert (stream(None)[0] == stream(live.sensor.seed)[0]).all()
 
 
 def test_object_at_plus_x_and_plus_y_is_right_and_up_in_the_image(live: LiveSensor):
