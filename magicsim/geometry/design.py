@@ -133,6 +133,10 @@ class Unevenness(Config):
         return self
 
 
+FAR_FIELD_BOUND = 0.01
+"""Largest relative change of a force by the coarse far field as it is by default; a test holds it."""
+
+
 class LatticeOptions(Config):
     """Resolution of the lattice that carries the deformation."""
 
@@ -184,7 +188,7 @@ class ElastomerDesign(Config):
         return self.model_copy(update={"unevenness": Unevenness()})
 
     def mounted(self, mounting: Mounting) -> Self:
-        """The same print held in another way."""
+        """This print held in another way."""
         return self.model_copy(update={"mounting": mounting})
 
     @model_validator(mode="after")

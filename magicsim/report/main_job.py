@@ -23,6 +23,7 @@ from magicsim.report.animation.preview import animate
 from magicsim.report.page import render_report
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.episode import Episode
+from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with
 
@@ -74,8 +75,8 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
     """
     start = time.perf_counter()
     with result_folder(out) as folder:
-        sensor = Sensor(scene)
-        episode = simulate_with(sensor, progress=progress)
+        sensor = Sensor.for_scene(scene)
+        episode = simulate_with(sensor, plan_scene(scene), progress=progress)
         before = time.perf_counter()
         judgements, refused = judged(episode)
         judging = time.perf_counter() - before

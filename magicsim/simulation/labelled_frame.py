@@ -11,7 +11,9 @@ from magicsim.camera.exposure import FloatImage
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
-from magicsim.scenes.scene import SceneConfig
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import FrameLabels, SimulatedFrame
 from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
@@ -19,9 +21,10 @@ from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shot:
-    """Everything that turns a radiance into a labelled frame of one scene."""
+    """Everything that turns a radiance into a labelled frame of one sensor."""
 
-    scene: SceneConfig
+    output: OutputSettings
+    """What a frame holds beside its image."""
     camera: CameraStream
     """Exposed on the untouched sensor."""
     landing_mm: npt.NDArray[np.float64] | None
@@ -30,13 +33,13 @@ class Shot:
     """Tells frames that are black or saturated."""
 
     @classmethod
-    def of(cls, scene: SceneConfig, camera: CameraStream) -> Self:
-        """For a scene whose camera is exposed on the untouched sensor."""
-        needed = scene.output.contact_mask or scene.output.depth_map
-        watch = BrightnessWatch(rig=scene.rig)
+    def of(cls, design: ElastomerDesign, rig: Rig, output: OutputSettings, camera: CameraStream) -> Self:
+        """For a sensor whose camera is exposed on its untouched state."""
+        needed = output.contact_mask or output.depth_map
+        watch = BrightnessWatch(rig=rig)
         watch.see_exposure(camera.exposure)
-        landing = pixel_landing_mm(scene.design, scene.rig) if needed else None
-        return cls(scene=scene, camera=camera, landing_mm=landing, watch=watch)
+        landing = pixel_landing_mm(design, rig) if needed else None
+        return cls(output=output, camera=camera, landing_mm=landing, watch=watch)
 
     def take(
         self,
@@ -60,7 +63,7 @@ class Shot:
             displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
             is_reference: Whether the frame makes the references.
         """
-        output, landing = self.scene.output, self.landing_mm
+        output, landing = self.output, self.landing_mm
         image, later = self.camera.take(radiance, memory, at)
         self.watch.see(image, index=at.index, flashlight=state.flashlight)
         frame = SimulatedFrame(

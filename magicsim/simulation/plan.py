@@ -10,8 +10,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 
-from magicsim.deform.lattice.zone import FAR_FIELD_BOUND
-from magicsim.geometry.design import LatticeOptions
+from magicsim.geometry.design import FAR_FIELD_BOUND, LatticeOptions
 from magicsim.geometry.grid import node_spacing_mm, resolve_grid
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
@@ -43,6 +42,8 @@ class Decision:
 class ScenePlan:
     """The work of one episode."""
 
+    scene: SceneConfig
+    """What happens."""
     frames: tuple[FramePlan, ...]
     kept: tuple[Decision, ...]
     left_out: tuple[Decision, ...]
@@ -70,7 +71,7 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
             seen[state] = index
     kept, left_out = _explain(scene, frames)
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
-    return ScenePlan(frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
+    return ScenePlan(scene=scene, frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
 
 
 def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:

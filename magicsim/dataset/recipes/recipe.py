@@ -76,7 +76,7 @@ class CameraNoise(Config):
     full_well_e: Number | None = None
     read_noise_e: Number | None = None
     vibration_px: Number | None = None
-    """Of the whole image [px]."""
+    """Vibration of the whole image [px]."""
     exposure_ms: Number | None = None
     """`shutter.exposure_ms`."""
     flicker_depth: Number | None = None
@@ -112,7 +112,7 @@ class Labels(Config):
     depth_map: bool = True
     """How far the contact face is pressed in, in image space."""
     displacements: bool = True
-    """Of every lattice node."""
+    """Displacements of every lattice node."""
 
 
 class Recipe(Config):
@@ -146,7 +146,7 @@ class Recipe(Config):
     objects: tuple[ObjectRecipe, ...] = ()
     paths: Annotated[tuple[PathRecipe, ...], Field(min_length=1)]
     contact: ContactSettings = ContactSettings()
-    """Of which the friction is drawn with each path."""
+    """How skin and object meet; the friction is drawn with each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
     license: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.-]{0,59}$")] | None = None

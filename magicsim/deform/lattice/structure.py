@@ -32,7 +32,7 @@ MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
 
 
 WEIGHT_N_PER_MM3 = 1.12e-5
-"""Of a printed block: 1.145 g/cm3 times gravity, the density of Agilus30."""
+"""Specific weight of a printed block: 1.145 g/cm3 times gravity, the density of Agilus30."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,7 +3,7 @@
 An object deforms the block near the contact; a few heights away the lattice only has to be stiff enough. Planes keep
 their spacing inside the zone and its margin, and spread geometrically beyond it. They stay on the planes of the uniform
 lattice, so a coarse cell is a whole number of fine ones and the faces between skin and core are kept. By default
-the force of a fingertip-sized object changes by at most `FAR_FIELD_BOUND`.
+the force of a fingertip-sized object changes by at most `magicsim.geometry.design.FAR_FIELD_BOUND`.
 """
 
 import math
@@ -27,8 +27,6 @@ BLUNT = 0.5
 TINY = 3.5
 """Sides of a zone, in spacings of its points, below which they cannot tell whether the object is blunt: a ball of a
 radius of 0.05 mm needs the finest cells to be found at all."""
-FAR_FIELD_BOUND = 0.01
-"""Largest relative change of a force by the coarse far field as it is by default; a test holds it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
