@@ -8,7 +8,7 @@ too far to be seen, is left to the renderer (`magicsim.scenes.reach`).
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from magicsim.deform.zone import FAR_FIELD_BOUND
 from magicsim.geometry.design import LatticeOptions
@@ -62,12 +62,13 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         touching = can_touch(state)
         relaxing = touching and scene.contact.rate_dependent
         before = frames[-1] if touching and frames and states[index - 1] == state else None
-        earlier = seen.get(state) if not touching else None
+        look = as_seen(scene, state) if leave_out else state
+        earlier = seen.get(look) if not touching else None
         if before is not None and leave_out and not relaxing:  # paths in contact have a history
             earlier = before.same_as if before.same_as is not None else index - 1
         frames.append(FramePlan(state=state, solve=touching and earlier is None, same_as=earlier))
         if leave_out and earlier is None and not touching:
-            seen[state] = index
+            seen[look] = index
     kept, left_out = _explain(scene, frames)
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
     return ScenePlan(frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
@@ -78,6 +79,18 @@ def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
     untouched = round(100 * scene.render.anchor_samples / scene.render.samples) + 200
     references = [untouched if number == 0 else 1 for number in range(scene.references)]
     return references + [1 + 100 * (frame.same_as is None) + 80 * frame.solve for frame in plan.frames]
+
+
+def as_seen(scene: SceneConfig, state: FrameState) -> FrameState:
+    """The state without what a coat hides: flashlight, and an object that does not touch.
+
+    Args:
+        scene: What happens.
+        state: Where everything is.
+    """
+    if not scene.design.is_opaque:
+        return state
+    return replace(state, flashlight=False, light_x_mm=0.0) if can_touch(state) else UNTOUCHED
 
 
 def can_touch(state: FrameState) -> bool:
@@ -132,11 +145,15 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     lightened = sum(frame.same_as is None and (_scatters(scene) or frame.state.has_object) for frame in frames)
     why_not = "same pose and light as an earlier frame"
     decide("light pass", lightened, "the light changes", why_not if lightened == rendered else "nothing scatters")
+    if scene.design.is_opaque:
+        reason = "design.coat is opaque: what is outside is not seen, only what it does to the face"
+        left_out.append(Decision(stage="object, flashlight and room in the optical scene", reason=reason))
     decide("camera pass", rendered, "the image changes", "same pose and light as an earlier frame")
-    objects = sum(frame.state.has_object for frame in frames)
-    decide("object in the optical scene", objects, "the object is there", "no object")
-    lit = sum(frame.state.flashlight for frame in frames)
-    decide("flashlight in the optical scene", lit, "the light is on", "the light is off")
+    if not scene.design.is_opaque:
+        objects = sum(frame.state.has_object for frame in frames)
+        decide("object in the optical scene", objects, "the object is there", "no object")
+        lit = sum(frame.state.flashlight for frame in frames)
+        decide("flashlight in the optical scene", lit, "the light is on", "the light is off")
     references = f"{scene.references} frames: one untouched state, each frame with noise of its own"
     if scene.references:
         kept.append(Decision(stage="reference frames", reason=references))

@@ -19,7 +19,7 @@ from magicsim.deform.zone import Zone, contact_zone
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.meshes import attach_meshes, deformed_vertices
-from magicsim.plan import ScenePlan, can_touch
+from magicsim.plan import ScenePlan, as_seen, can_touch
 from magicsim.scenes.camera_stream import CameraStream
 from magicsim.scenes.exposure import Exposure, FloatImage, meter
 from magicsim.scenes.finish import Finish
@@ -135,6 +135,7 @@ class Sensor:
         Raises:
             RenderError: A wall or the skin is too thin to be rendered.
         """
+        state = as_seen(self.scene, state)
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
         if deformation.is_rest or indenter is None:
@@ -144,7 +145,11 @@ class Sensor:
         )
         if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
             check_walls(infill, self.elastomer.infill, self.elastomer.grid)
-        return View(body=body, infill=infill, indenter=indenter, flashlight_x_mm=light)
+        shown = None if self.scene.design.is_opaque else indenter
+        markers = None
+        if self.meshes.markers is not None:
+            markers = self.meshes.markers.displaced(deformation.displacements_mm)
+        return View(body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light)
 
     def radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
@@ -214,7 +219,7 @@ def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
     rig = sensor.scene.rig
     if max(rig.ambient) == 0 or (rig.camera.flicker is None and rig.camera.led_drift is None):
         return None
-    if not any(max(strip.radiance) for strip in rig.strips):
+    if not any(max(radiance) for radiance in rig.lamps):
         return untouched
     dark = sensor.scene.model_copy(update={"rig": rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)})})
     return np.asarray(np.maximum(untouched - build_renderer(dark, sensor.elastomer).radiance(View()), 0), np.float32)

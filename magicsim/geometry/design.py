@@ -5,6 +5,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config import Config
+from magicsim.geometry.coat import Coat, OpaqueCoat
+from magicsim.geometry.markers import Markers
 
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
 """From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""
@@ -134,6 +136,10 @@ class ElastomerDesign(Config):
     materials: Materials
     mounting: Mounting = Mounting()
     lattice: LatticeOptions = LatticeOptions()
+    coat: Coat | None = None
+    """What covers the contact face; bare by default."""
+    markers: Markers | None = None
+    """What is printed on or below it; nothing by default."""
 
     @property
     def height_mm(self) -> float:
@@ -145,6 +151,23 @@ class ElastomerDesign(Config):
         """Whether cells are printed inside."""
         return self.cell_mm > 0
 
+    @property
+    def is_opaque(self) -> bool:
+        """Whether nothing outside is seen through the contact face."""
+        return isinstance(self.coat, OpaqueCoat)
+
+    @property
+    def face_is_special(self) -> bool:
+        """Whether the contact face is anything but bare."""
+        return self.coat is not None or (self.markers is not None and self.markers.depth_mm == 0)
+
+    @property
+    def scatters(self) -> bool:
+        """Whether body or infill scatter light."""
+        infill = self.materials.infill
+        in_cells = self.has_grid and infill is not None and infill.sigma_s_per_mm > 0
+        return self.materials.body.sigma_s_per_mm > 0 or in_cells
+
     def mounted(self, mounting: Mounting) -> Self:
         """The same print held in another way."""
         return self.model_copy(update={"mounting": mounting})
@@ -155,6 +178,9 @@ class ElastomerDesign(Config):
         if not low <= self.height_mm <= high:
             msg = f"height 2 * skin_mm + core_mm = {self.height_mm:g} mm is not allowed: must be {low:g} to {high:g} mm"
             raise ValueError(msg)
+        problem = self.markers.problem(self.footprint_mm, self.height_mm) if self.markers is not None else None
+        if problem is not None:
+            raise ValueError(problem)
         if not self.has_grid:
             return self
         if not CELL_MM[0] <= self.cell_mm <= CELL_MM[1]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
+import numpy.typing as npt
 
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
@@ -14,6 +15,7 @@ FACE_EDGE_MM = 0.5
 """Length to which the edges of the block are split [mm]: fine enough to bend around a fingertip-sized object.
 Diagonals of the triangles inside a face are up to twice as long."""
 VOLUME_TOLERANCE = 1e-6
+ON_FACE_MM = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +29,11 @@ class Elastomer:
     infill: SurfaceMesh | None
     """All infill cells, disjoint, x-fastest; cell of a triangle is `triangle // triangles_per_cell`."""
     triangles_per_cell: int
+
+    @property
+    def is_face(self) -> npt.NDArray[np.bool_]:
+        """Body vertices on the contact face, shape (body vertices,)."""
+        return np.asarray(self.body.vertices[:, 2] < ON_FACE_MM)
 
 
 def build_elastomer(design: ElastomerDesign) -> Elastomer:

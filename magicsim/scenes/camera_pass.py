@@ -14,6 +14,7 @@ from typing import Any
 
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.cached_light import CachedLight
+from magicsim.scenes.coating import meet_face
 from magicsim.scenes.finish import Finish
 from magicsim.scenes.medium import (
     Coefficients,
@@ -79,6 +80,7 @@ def gather_radiance(
     environment = scene.environment()
     collisions, waiting_collisions = mi.UInt32(0), mi.UInt32(0)
     at = Whereabouts.unknown()
+    coating, asked = shapes.coating, mi.Bool(False)
     while active:
         if dr.hint(fresh, mode="symbolic"):
             stream = starts.stream(index)
@@ -87,6 +89,8 @@ def gather_radiance(
             weight, in_body, depth = starts.weight(), starts.in_body(), mi.UInt32(starts.depth)
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
+            if coating is not None:
+                asked = mi.Bool(False)
         si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         if shapes.outside is not None:
@@ -145,11 +149,15 @@ def gather_radiance(
 
         reflectance, reflected, refracted, scale = fresnel(si, segment, constants)
         first_hit = depth == 0
-        leaving = segment.on_body & ~segment.entering & (reflectance < 1) & ~scatter
+        face = meet_face(coating, si, segment, reflectance, sampler, active)
+        reflectance, interface = face.reflectance, segment.on_body & ~face.painted
+        if coating is not None:
+            weight *= face.kept
+        leaving = interface & ~segment.entering & (reflectance < 1) & ~scatter
         split = leaving & ~waiting
         reflect = ~first_hit & ~split & (sampler.next_float32(active) < reflectance)
         known = first_hit | split
-        dielectric = (segment.on_body | segment.on_infill) & ~scatter
+        dielectric = (interface | segment.on_infill) & ~scatter
         local = dr.select(reflect, reflected, refracted)
         branch = dr.select(known, 1 - reflectance, 1) * dr.select(reflect, 1, scale)
         keep_reflected = dr.minimum(dr.max(weight) * reflectance / ROULETTE_WEIGHT, 1)
@@ -169,10 +177,20 @@ def gather_radiance(
         local = dr.select(on_object, mirrored, local)
         opaque = active & segment.opaque & ~on_object
         if dr.hint(opaque, mode="symbolic"):
-            radiance += weight * si.emitter(scene).eval(si, opaque)
+            radiance += weight * si.emitter(scene).eval(si, opaque & ~asked)
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo
             weight *= value
+        if coating is not None:
+            painted = active & face.painted
+            within = painted & ~segment.entering
+            radiance[within] += weight * coating.lit(
+                scene, si, face, constants, mi.Point2f(sampler.next_float32(active), sampler.next_float32(active)), within
+            )
+            away, share, on_ground = coating.bounce(si, face, sample1, sample2)
+            local = dr.select(painted, away, local)
+            weight[painted] *= share
+            asked = within & on_ground
         outward = mi.Frame3f.cos_theta(local) > 0
         in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         spawned = leave(si, si.to_world(local))
@@ -192,6 +210,8 @@ def gather_radiance(
         weight = dr.select(resume, waiting_weight, weight)
         collisions = dr.select(resume, waiting_collisions, collisions)
         in_body |= resume
+        if coating is not None:
+            asked &= ~resume
         at.kind[resume] = NOWHERE
         waiting &= ~resume
         # A lane takes the samples of its pixel one after the other, so that few wait for the longest path of all.

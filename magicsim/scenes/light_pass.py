@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from magicsim.errors import RenderError
 from magicsim.scenes.backend import dr, mi
+from magicsim.scenes.coating import meet_face
 from magicsim.scenes.light_starts import TURNS, LightStarts
 from magicsim.scenes.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
 from magicsim.scenes.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
@@ -175,6 +176,12 @@ def deposit_tracks(
         scatter |= collide
 
         reflectance, reflected, refracted = fresnel(si, segment, constants)[:3]
+        face = meet_face(shapes.coating, si, segment, reflectance, sampler, active & ~scatter)
+        reflectance = face.reflectance
+        if shapes.coating is not None:
+            if balance:
+                stopped += dr.select(active, weight * (1 - face.kept), 0)
+            weight *= face.kept
         choice = sampler.next_float32(active)
         reflect = choice < reflectance
         local = dr.select(reflect, reflected, refracted)
@@ -191,6 +198,12 @@ def deposit_tracks(
             if balance:
                 stopped += weight * (1 - value)
             weight *= value
+        if shapes.coating is not None:
+            away, value, _ = shapes.coating.bounce(si, face, sample1, sample2)
+            local = dr.select(face.painted, away, local)
+            if balance:
+                stopped += dr.select(face.painted, weight * (1 - value), 0)
+            weight[face.painted] *= value
         outward = mi.Frame3f.cos_theta(local) > 0
         arrived = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         in_body = dr.select(scatter, segment.in_body, arrived)

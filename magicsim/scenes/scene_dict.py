@@ -12,7 +12,21 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.scenes.backend import mi
 from magicsim.scenes.film import film
 from magicsim.scenes.finish import COLORS, Finish
-from magicsim.scenes.names import BLOCK, BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
+from magicsim.scenes.marker_discs import marker_bsdf, marker_discs
+from magicsim.scenes.names import (
+    BLOCK,
+    BODY,
+    ENVIRONMENT,
+    FACE,
+    FLASHLIGHT,
+    GHOST,
+    HOUSING,
+    INFILL,
+    MARKERS,
+    OBJECT,
+    PLACE,
+    RING,
+)
 from magicsim.scenes.rig import LedStrip, Rig
 from magicsim.scenes.room import room_radiance
 
@@ -50,6 +64,8 @@ def lights_inside(rig: Rig) -> list[str]:
 def lights_off(rig: Rig) -> list[str]:
     """Names of the lights whose radiance is 0: they are there, reflect, and send out nothing."""
     off = [_strip_name(index) for index, strip in enumerate(rig.strips) if not any(strip.radiance)]
+    off += [f"led{index}" for index, led in enumerate(rig.leds) if not any(led.radiance)]
+    off += [RING] if rig.ring is not None and not any(rig.ring.radiance) else []
     return off if any(rig.flashlight.radiance) else [*off, FLASHLIGHT]
 
 
@@ -65,23 +81,26 @@ def with_lens(body: Array, elastomer: Elastomer, rig: Rig) -> Array:
     return moved
 
 
-def block_shapes(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
+def block_shapes(elastomer: Elastomer, rig: Rig, *, parted_face: bool = False) -> dict[str, Any]:
     """Body, with the lens plate, and infill at rest, by name.
 
     Args:
         elastomer: The block.
         rig: What surrounds it.
+        parted_face: Whether the contact face is a shape of its own, with a material that the renderer itself knows.
     """
     materials = elastomer.design.materials
     body_medium = _medium(materials.body)
-    shapes = {
-        BODY: mesh_shape(
-            SurfaceMesh(vertices=with_lens(elastomer.body.vertices, elastomer, rig), faces=elastomer.body.faces),
-            BODY,
-            {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0},
-            interior=body_medium,
-        )
-    }
+    body, placed = elastomer.body, with_lens(elastomer.body.vertices, elastomer, rig)
+    bare = {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0}
+    shapes = {}
+    if parted_face:
+        from magicsim.scenes.face_shape import face_bsdf, face_places, parted
+
+        body, face = parted(elastomer)
+        material, texture = face_bsdf(elastomer), face_places(elastomer)
+        shapes[FACE] = mesh_shape(_moved(face, placed), FACE, material, interior=body_medium, texture=texture)
+    shapes[BODY] = mesh_shape(_moved(body, placed), BODY, bare, interior=body_medium)
     if elastomer.infill is not None and materials.infill is not None:
         infill = materials.infill
         shapes[INFILL] = mesh_shape(
@@ -92,6 +111,10 @@ def block_shapes(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
             exterior=body_medium,
         )
     return shapes
+
+
+def _moved(mesh: SurfaceMesh, vertices: Array) -> SurfaceMesh:
+    return SurfaceMesh(vertices=vertices, faces=mesh.faces)
 
 
 def in_group(shapes: dict[str, Any]) -> dict[str, Any]:
@@ -127,11 +150,17 @@ def scene_dict(
     }
     for index, strip in enumerate(rig.strips):
         scene[_strip_name(index)] = _strip(strip, elastomer)
+    if rig.leds or rig.ring is not None:
+        from magicsim.scenes.lamp_shapes import lamp_entries
+
+        scene |= lamp_entries(rig, elastomer.design.height_mm + rig.lens.thickness_mm)
+    if (discs := marker_discs(elastomer.design)) is not None:
+        scene[MARKERS] = mesh_shape(discs, MARKERS, marker_bsdf(elastomer.design))
     if content.flashlight:
         scene[FLASHLIGHT] = flashlight_entry(rig, 0.0)
     if content.furnace:
         scene[ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
-    elif max(rig.ambient) > 0:
+    elif max(rig.ambient) > 0 and not elastomer.design.is_opaque:
         scene |= _room(elastomer, rig)
     if content.object_mesh is not None:
         scene[content.object_name] = mesh_shape(content.object_mesh, content.object_name, content.object_finish.bsdf())
@@ -139,8 +168,9 @@ def scene_dict(
 
 
 def mesh_shape(
-    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None
-) -> Any:
+    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None,
+    texture: Array | None = None,
+) -> Any:  # fmt: skip
     """A mesh as the renderer's shape.
 
     Args:
@@ -149,6 +179,7 @@ def mesh_shape(
         bsdf: Entry of a scene's dictionary.
         interior: Medium inside, or None where it is clear.
         exterior: The same outside.
+        texture: Texture coordinates of the vertices, shape (vertices, 2), or None without.
     """
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(bsdf)
@@ -157,8 +188,11 @@ def mesh_shape(
         properties["interior"] = interior
     if exterior is not None:
         properties["exterior"] = exterior
-    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties)
+    textured = texture is not None
+    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties, has_vertex_texcoords=textured)
     parameters = mi.traverse(shape)
+    if texture is not None:
+        parameters["vertex_texcoords"] = np.ascontiguousarray(texture, np.float32).ravel()
     parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
     parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
     parameters.update()

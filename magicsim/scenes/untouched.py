@@ -107,7 +107,7 @@ def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -
     """Everything that the untouched state depends on."""
     data = [
         design.model_dump(mode="json"),
-        rig.model_dump(mode="json", include={"strips", "lens", "ambient", "room"}),
+        rig.model_dump(mode="json", include={"strips", "leds", "ring", "lens", "ambient", "room"}),
         _digest(rig),
         rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
         settings.model_dump(mode="json", include=OPTICAL_SETTINGS),
