@@ -70,6 +70,10 @@ class SimulatedFrame:
     """Lattice displacements, shape (nodes, 3) [mm]; None where not asked for."""
     depth_map_mm: npt.NDArray[np.float32] | None = None
     """How far the contact face is pressed in at each pixel, shape (rows, columns) [mm]; None where not asked for."""
+    markers_mm: npt.NDArray[np.float64] | None = None
+    """Centres of the markers in the sensor's frame, displaced, shape (markers, 3) [mm]; None without markers."""
+    markers_px: npt.NDArray[np.float64] | None = None
+    """Where the camera sees them, column and row, whole at pixel centres, shape (markers, 2) [px]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -142,7 +142,8 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
         "something moved",
         "nothing moved since an earlier frame that is reused",
     )
-    lightened = sum(frame.same_as is None and (_scatters(scene) or frame.state.has_object) for frame in frames)
+    met = not scene.design.is_opaque
+    lightened = sum(frame.same_as is None and (scene.design.scatters or (met and frame.state.has_object)) for frame in frames)
     why_not = "same pose and light as an earlier frame"
     decide("light pass", lightened, "the light changes", why_not if lightened == rendered else "nothing scatters")
     if scene.design.is_opaque:
@@ -180,11 +181,6 @@ def _rough_edges(scene: SceneConfig) -> list[Decision]:
         "them, area, mask and picture of the contact are rough; design.lattice.spacing_mm refines"
     )
     return [Decision(stage="lattice as fine as the object's edges", reason=reason)]
-
-
-def _scatters(scene: SceneConfig) -> bool:
-    body, infill = scene.design.materials.body, scene.design.materials.infill
-    return body.sigma_s_per_mm > 0 or (scene.design.has_grid and infill is not None and infill.sigma_s_per_mm > 0)
 
 
 def _force_bound(lattice: LatticeOptions) -> str:

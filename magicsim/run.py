@@ -13,6 +13,7 @@ from magicsim.episode import Episode, Judgement
 from magicsim.errors import FrameError
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge import PROFILES, judge
+from magicsim.marker_truth import MARKERS, write_markers
 from magicsim.report.page import render_report
 from magicsim.report.preview import animate
 from magicsim.scenes.scene import SceneConfig
@@ -75,6 +76,8 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         write_table(folder / TABLE, episode, judgements)
         if scene.output.displacements:
             write_lattice(folder / LATTICE, sensor.printed)
+        if sensor.markers is not None:
+            write_markers(folder / MARKERS, sensor.markers, scene.design, scene.rig)
         if scene.output.preview:
             verdicts = judgements[0].verdicts if judgements else ()
             animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)

@@ -18,6 +18,7 @@ from magicsim.deform.way import is_there
 from magicsim.deform.zone import Zone, contact_zone
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.marker_truth import MarkerTracks
 from magicsim.meshes import attach_meshes, deformed_vertices
 from magicsim.plan import ScenePlan, as_seen, can_touch
 from magicsim.scenes.camera_stream import CameraStream
@@ -54,6 +55,7 @@ class Sensor:
         self.lattice: Lattice = build_lattice(scene.design, zone=self._zone())
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
+        self.markers = MarkerTracks.of(scene.design, self.lattice)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = build_renderer(scene, self.elastomer, untouched=untouched)
         self._solver: ContactSolver | None = None
@@ -128,6 +130,10 @@ class Sensor:
     def wanted_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32] | None:
         """The same where the scene's output asks for it."""
         return self.printed_displacements_mm(deformation) if self.scene.output.displacements else None
+
+    def markers_mm(self, deformation: Deformation) -> npt.NDArray[np.float64] | None:
+        """Centres of the markers, shape (markers, 3) [mm]; None where the design has none."""
+        return self.markers.displaced_mm(deformation.displacements_mm) if self.markers is not None else None
 
     def view(self, state: FrameState, deformation: Deformation) -> View:
         """Meshes, object and light of a state as the renderer wants them.

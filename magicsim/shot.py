@@ -12,6 +12,7 @@ from magicsim.scenes.brightness import BrightnessWatch
 from magicsim.scenes.camera_stream import CameraMemory, CameraStream, Instant
 from magicsim.scenes.exposure import FloatImage
 from magicsim.scenes.film import pixel_landing_mm
+from magicsim.scenes.projection import project_px
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.truth import contact_mask, depth_map_mm, frame_truth
@@ -48,6 +49,7 @@ class Shot:
         *,
         displacements_mm: npt.NDArray[np.float32] | None,
         is_reference: bool,
+        markers_mm: npt.NDArray[np.float64] | None = None,
     ) -> tuple[SimulatedFrame, CameraMemory]:
         """One frame, and what the camera's next one inherits.
 
@@ -59,6 +61,7 @@ class Shot:
             at: Which frame of which stream; each has noise of its own.
             displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
             is_reference: Whether the frame makes the references.
+            markers_mm: Centres of the markers, shape (markers, 3) [mm], where there are any.
         """
         output, landing = self.scene.output, self.landing_mm
         image, later = self.camera.take(radiance, memory, at)
@@ -69,5 +72,7 @@ class Shot:
             contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
             displacements_mm=displacements_mm,
             depth_map_mm=depth_map_mm(deformation, landing) if landing is not None and output.depth_map else None,
+            markers_mm=markers_mm,
+            markers_px=project_px(markers_mm, self.scene.design, self.scene.rig) if markers_mm is not None else None,
         )
         return frame, later

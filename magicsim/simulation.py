@@ -115,6 +115,7 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             at,
             displacements_mm=sensor.wanted_displacements_mm(each.deformation),
             is_reference=each.is_reference,
+            markers_mm=sensor.markers_mm(each.deformation),
         )
         yield frame
 

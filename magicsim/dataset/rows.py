@@ -92,6 +92,8 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         "contact_mask": _png(frame.contact_mask.astype(np.uint8) * 255) if frame.contact_mask is not None else None,
         "depth_map_mm": np.rint(depth / DEPTH_STEP_MM) * DEPTH_STEP_MM + 0.0 if depth is not None else None,
         "displacements_mm": frame.displacements_mm,
+        "markers_mm": frame.markers_mm,
+        "markers_px": frame.markers_px,
         "object_position_mm": pose.position_mm.tolist() if pose is not None else None,
         "object_rotation": pose.rotation.ravel().tolist() if pose is not None else None,
         "twist_deg": state.twist_deg,
@@ -117,7 +119,7 @@ def _png(pixels: npt.NDArray[Any]) -> dict[str, Any]:
     return {"bytes": cv2.imencode(".png", pixels)[1].tobytes(), "path": None}
 
 
-def _nested(values: list[npt.NDArray[np.float32]], arrow: pa.DataType) -> pa.Array:
+def _nested(values: list[npt.NDArray[Any]], arrow: pa.DataType) -> pa.Array:
     """Matrices as lists of lists, without a Python object for each number."""
     flat = pa.array(np.concatenate([each.ravel() for each in values]), arrow.value_type.value_type)
     widths = np.concatenate([np.full(len(each), each.shape[1]) for each in values])

@@ -1,5 +1,6 @@
 """Markers on the contact face or below it: dots in a pattern, or a picture. Configuration of `[markers]` in a design."""
 
+import hashlib
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -123,6 +124,17 @@ class PictureMarkers(Config):
             )
         return None
 
+    @property
+    def is_grey(self) -> bool:
+        """Whether no printed pixel has a colour."""
+        pixels = self.pixels()
+        printed = pixels[pixels[..., 3] > 0]
+        return bool((np.ptp(printed[:, :3], axis=1) < GREY_STEP).all())
+
+    def digest(self) -> str:
+        """Of the file's content, which may be replaced by another of that name."""
+        return hashlib.sha256(Path(self.file).read_bytes()).hexdigest()
+
     def pixels(self) -> Array:
         """Linear RGB and opacity, shape (rows, columns, 4) in 0..1.
 
@@ -161,6 +173,8 @@ class PictureMarkers(Config):
         return np.stack([x, (opaque.shape[0] / 2 - rows - 0.5) * pixel], 1)
 
 
+GREY_STEP = 1 / 255
+"""Difference of channels up to which a pixel counts as grey."""
 HALF = 0.5
 """Opacity from which on a pixel belongs to a spot."""
 Markers = Annotated[DotMarkers | PictureMarkers, Field(discriminator="kind")]

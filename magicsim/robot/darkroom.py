@@ -42,6 +42,7 @@ class Darkroom:
             moment.at,
             displacements_mm=self.sensor.wanted_displacements_mm(moment.deformation),
             is_reference=False,
+            markers_mm=self.sensor.markers_mm(moment.deformation),
         )
         return frame
 

@@ -36,6 +36,8 @@ from magicsim.scenes.shapes import Shapes
 
 ROULETTE_WEIGHT = 1 / 32
 """Rays lighter than this survive in proportion to their weight: efficiency is flat from 1/32 to 1/64, lower above."""
+ASKED, MIRRORED = 1, 2
+"""What was asked for the lights: paint, straight away before; and paint before the reflection at the lens face."""
 FIRST_STREAM = 0xDA3E39CB94B95BDB
 """PCG32's own first stream."""
 
@@ -80,7 +82,7 @@ def gather_radiance(
     environment = scene.environment()
     collisions, waiting_collisions = mi.UInt32(0), mi.UInt32(0)
     at = Whereabouts.unknown()
-    coating, asked = shapes.coating, mi.Bool(False)
+    coating, asked, waiting_asked = shapes.coating, mi.UInt32(0), mi.UInt32(0)
     while active:
         if dr.hint(fresh, mode="symbolic"):
             stream = starts.stream(index)
@@ -90,7 +92,7 @@ def gather_radiance(
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
             if coating is not None:
-                asked = mi.Bool(False)
+                asked = mi.UInt32(0)
         si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         if shapes.outside is not None:
@@ -165,6 +167,9 @@ def gather_radiance(
         waiting_weight[set_aside] = weight * reflectance * dr.rcp(dr.maximum(keep_reflected, 1e-9))
         waiting_ray[set_aside] = leave(si, si.to_world(reflected))
         waiting_collisions[set_aside] = collisions
+        if coating is not None:
+            once = (asked == ASKED) & interface & ~segment.entering & coating.mirrored(si)
+            waiting_asked[set_aside] = dr.select(once, mi.UInt32(MIRRORED), 0)
         waiting |= set_aside
         weight[dielectric] *= branch
 
@@ -177,7 +182,7 @@ def gather_radiance(
         local = dr.select(on_object, mirrored, local)
         opaque = active & segment.opaque & ~on_object
         if dr.hint(opaque, mode="symbolic"):
-            radiance += weight * si.emitter(scene).eval(si, opaque & ~asked)
+            radiance += weight * si.emitter(scene).eval(si, opaque & (asked == 0))
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo
             weight *= value
@@ -185,12 +190,13 @@ def gather_radiance(
             painted = active & face.painted
             within = painted & ~segment.entering
             radiance[within] += weight * coating.lit(
-                scene, si, face, constants, mi.Point2f(sampler.next_float32(active), sampler.next_float32(active)), within
+                scene, si, face, constants, (points(sampler, active), points(sampler, active)), within
             )
             away, share, on_ground = coating.bounce(si, face, sample1, sample2)
             local = dr.select(painted, away, local)
             weight[painted] *= share
-            asked = within & on_ground
+            again = (asked == ASKED) & interface & ~segment.entering & reflect & coating.mirrored(si)
+            asked = dr.select(within & on_ground, mi.UInt32(ASKED), dr.select(again, mi.UInt32(MIRRORED), 0))
         outward = mi.Frame3f.cos_theta(local) > 0
         in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         spawned = leave(si, si.to_world(local))
@@ -211,7 +217,7 @@ def gather_radiance(
         collisions = dr.select(resume, waiting_collisions, collisions)
         in_body |= resume
         if coating is not None:
-            asked &= ~resume
+            asked = dr.select(resume, waiting_asked, asked)
         at.kind[resume] = NOWHERE
         waiting &= ~resume
         # A lane takes the samples of its pixel one after the other, so that few wait for the longest path of all.
@@ -219,3 +225,8 @@ def gather_radiance(
         index[fresh] += 1
         active &= ~fresh | (index < end)
     return radiance
+
+
+def points(sampler: Any, active: Any) -> Any:
+    """A uniform mi.Point2f."""
+    return mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))

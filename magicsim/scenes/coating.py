@@ -3,9 +3,10 @@
 Paint is a picture over the undeformed face. Each of its triangles has an affine map from places in the scene to texels
 of that picture, computed anew for each state of the mesh, so that colours move with the skin.
 
-Light that a camera path meets on paint comes from the lights in two ways that share no path: those in straight line
-within the body are asked for directly (a shadow ray to a random point of a random light), all others by going on in a
-random direction; such a path then does not count a light that it meets before anything else.
+Light that a camera path meets on paint comes from the lights in ways that share no path. Lights within the body, in
+straight line or by one reflection at the flat lens face, are asked for (shadow rays to a random point of each, and to its
+mirror image). All others are met by going on in a random direction; such a path then does not count a light
+that it meets straight away, or after that one reflection.
 """
 
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ from magicsim.scenes.aligned import aligned
 from magicsim.scenes.backend import dr, mi
 from magicsim.scenes.medium import Constants, Segment, scattering_stretch
 from magicsim.scenes.ray_start import leave
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene_dict import lights_inside
 from magicsim.scenes.shapes import mesh_of
 
 Array = npt.NDArray[np.float64]
@@ -28,6 +31,10 @@ NOT_ON_FACE = -1e9
 """Texel of triangles that do not belong to the contact face."""
 SHORT_OF_LIGHT = 1 - 1e-4
 """Part of the way to a light on which nothing may stand."""
+BELOW_PLATE_MM = 1e-4
+"""How near to the lens face a hit counts as on it, and a shadow ray goes on from it [mm]."""
+LEVEL = 0.999
+"""Least z of the lens face's normal."""
 CLEAR = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -57,6 +64,10 @@ class Coating:
     specular: Any
     """Share of light that paint mirrors."""
     roughness: Any
+    plate_mm: Any
+    """Height of the flat lens face [mm]."""
+    lights: tuple[str, ...]
+    """Names of those within the body."""
     film: tuple[Any, Any] | None
     """Reflectance and transmittance of the film; None without."""
 
@@ -131,27 +142,62 @@ class Coating:
         weight = dr.select(on_ground, met.color, mi.Color3f(lit))
         return mi.Vector3f(away.x, away.y, side * away.z), weight, on_ground
 
-    def lit(self, scene: Any, si: Any, met: Met, constants: Constants, sample: Any, active: Any) -> Any:
-        """Radiance that the ground of paint sends on of lights in straight line within the body, mi.Color3f.
+    def lit(self, scene: Any, si: Any, met: Met, constants: Constants, samples: tuple[Any, Any], active: Any) -> Any:
+        """Radiance that the ground of paint sends on of lights within the body, straight or mirrored, mi.Color3f.
 
         Args:
             scene: The loaded scene.
             si: Where a path meets the paint from within.
             met: What it meets.
             constants: Of the media.
-            sample: mi.Point2f, uniform.
+            samples: Two of mi.Point2f, uniform.
             active: Which paths ask.
         """
-        ds, weight = scene.sample_emitter_direction(si, sample, False, active)
-        cosine = dr.abs(dr.dot(si.n, ds.d))
-        same_side = dr.dot(si.n, ds.d) * mi.Frame3f.cos_theta(si.wi) > 0
-        ray = leave(si, ds.d)
-        ray.maxt = ds.dist * SHORT_OF_LIGHT
-        asked = active & same_side & (dr.max(weight) > 0)
-        seen = asked & ~scene.ray_test(ray, asked)
-        _, stretch = scattering_stretch(ray, ds.dist, constants.top_mm)
-        passed = dr.exp(-constants.body.sigma_t * stretch - constants.body.sigma_a * (ds.dist - stretch))
-        return dr.select(seen, met.color * (1 - self.specular) * weight * (cosine * dr.inv_pi * passed), 0)
+        found = mi.Color3f(0)
+        for emitter in self._inside(scene):
+            found += self._straight(scene, emitter, si, constants, samples[0], active)
+            found += self._reflected(scene, emitter, si, constants, samples[1], active)
+        return dr.select(active, found * met.color * ((1 - self.specular) * dr.inv_pi), 0)
+
+    def _inside(self, scene: Any) -> list[Any]:
+        return [shape.emitter() for shape in scene.shapes() if shape.id() in self.lights]
+
+    def _straight(self, scene: Any, emitter: Any, si: Any, constants: Constants, sample: Any, active: Any) -> Any:
+        """Irradiance of a random point of a light."""
+        ds, weight = emitter.sample_direction(si, sample, active)
+        asked = active & self._faces(si, ds.d) & (dr.max(weight) > 0)
+        passed = _unblocked(scene, leave(si, ds.d), ds.dist, constants, asked)
+        return weight * (passed * dr.abs(dr.dot(si.n, ds.d)))
+
+    def _reflected(self, scene: Any, emitter: Any, si: Any, constants: Constants, sample: Any, active: Any) -> Any:
+        """Irradiance of a random point of a light by way of the lens face: that of the light on the mirrored place."""
+        image = mi.SurfaceInteraction3f(si)
+        image.p.z = 2 * self.plate_mm - si.p.z
+        ds, weight = emitter.sample_direction(image, sample, active)
+        away = mi.Vector3f(ds.d.x, ds.d.y, -ds.d.z)
+        first = (image.p.z - self.plate_mm) / dr.maximum(away.z, 1e-9)
+        asked = active & self._faces(si, away) & (dr.max(weight) > 0) & (away.z > 0) & (first < ds.dist)
+        passed = _unblocked(scene, leave(si, away), first, constants, asked)
+        turned = mi.Ray3f(image.p + ds.d * (first + BELOW_PLATE_MM), ds.d)
+        passed *= _unblocked(scene, turned, ds.dist - first - BELOW_PLATE_MM, constants, asked & (passed > 0))
+        passed *= mi.fresnel(-dr.abs(ds.d.z), constants.body_ior)[0]
+        return weight * (passed * dr.abs(dr.dot(si.n, away)))
+
+    def mirrored(self, si: Any) -> Any:
+        """Whether a hit from within is on the flat lens face."""
+        return (si.p.z > self.plate_mm - BELOW_PLATE_MM) & (si.n.z > LEVEL)
+
+    def _faces(self, si: Any, direction: Any) -> Any:
+        return dr.dot(si.n, direction) * mi.Frame3f.cos_theta(si.wi) > 0
+
+
+def _unblocked(scene: Any, ray: Any, length: Any, constants: Constants, active: Any) -> Any:
+    """Part of the light that comes along a ray within the body, 0 where something stands in its way."""
+    ray.maxt = length * SHORT_OF_LIGHT
+    seen = active & ~scene.ray_test(ray, active)
+    _, stretch = scattering_stretch(ray, length, constants.top_mm)
+    passed = dr.exp(-constants.body.sigma_t * stretch - constants.body.sigma_a * (length - stretch))
+    return dr.select(seen, passed, 0)
 
 
 def meet_face(coating: Coating | None, si: Any, segment: Segment, reflectance: Any, sampler: Any, active: Any) -> Met:
@@ -173,8 +219,13 @@ def meet_face(coating: Coating | None, si: Any, segment: Segment, reflectance: A
 class FaceCoating:
     """Coat and markers of a block, which follow its mesh."""
 
-    def __init__(self, elastomer: Elastomer) -> None:
-        """Reads the paint of a design."""
+    def __init__(self, elastomer: Elastomer, rig: Rig) -> None:
+        """Reads the paint of a design.
+
+        Args:
+            elastomer: The block.
+            rig: Its lens.
+        """
         design, paint = elastomer.design, face_paint(elastomer.design)
         coat = design.coat
         texels = paint.texels if paint is not None else np.array(CLEAR).reshape(1, 1, 4)
@@ -184,6 +235,8 @@ class FaceCoating:
         self._rows, self._columns = texels.shape[:2]
         self._specular = dr.opaque(mi.Float, coat.specular if isinstance(coat, OpaqueCoat) else 0.0)
         self._roughness = dr.opaque(mi.Float, coat.roughness if isinstance(coat, OpaqueCoat) else 1.0)
+        self._plate = dr.opaque(mi.Float, design.height_mm + rig.lens.thickness_mm)
+        self._lights = tuple(lights_inside(rig))
         self._film = None
         if isinstance(coat, HalfMirror):
             self._film = tuple(dr.opaque(mi.Float, each) for each in (coat.reflectance, coat.transmittance))
@@ -197,9 +250,9 @@ class FaceCoating:
         self._coating: Coating | None = None
 
     @classmethod
-    def of(cls, elastomer: Elastomer) -> Self | None:
-        """That of a block, or None where its face is bare."""
-        return cls(elastomer) if elastomer.design.face_is_special else None
+    def of(cls, elastomer: Elastomer, rig: Rig) -> Self | None:
+        """That of a block on a rig, or None where its face is bare."""
+        return cls(elastomer, rig) if elastomer.design.face_is_special else None
 
     def on(self, body: Any) -> Coating:
         """The coating of the body's mesh as it is now.
@@ -219,7 +272,7 @@ class FaceCoating:
         maps[self._is_face] = affine_maps(vertices[faces], self._places[faces])
         return Coating(
             maps=mi.Float(aligned(maps, np.float32).ravel()), texels=self._texels, columns=self._columns,
-            rows=self._rows, specular=self._specular, roughness=self._roughness, film=self._film,
+            rows=self._rows, specular=self._specular, roughness=self._roughness, film=self._film, plate_mm=self._plate, lights=self._lights,
         )  # fmt: skip
 
 

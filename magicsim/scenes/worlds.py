@@ -59,7 +59,7 @@ class Worlds:
             self._kept[key] = World(self._elastomer, self._rig, content, self._integrator)
             if self._integrator["type"] == "fluence":
                 integrator = self._kept[key].scene.integrator()
-                integrator.inventory.know(CellTopology.of(self._elastomer), self._mesh, FaceCoating.of(self._elastomer))
+                integrator.inventory.know(CellTopology.of(self._elastomer), self._mesh, FaceCoating.of(self._elastomer, self._rig))
         changes = self._changes(self._shown.get(key, View()), view, object_vertices)
         if changes:
             self._kept[key].update(**changes)

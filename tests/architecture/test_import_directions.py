@@ -26,7 +26,7 @@ LAYERS = (
     {"deform"},
     {"scenes"},
     {"plan"},
-    {"episode", "truth", "meshes", "shot", "sensor", "simulation"},
+    {"episode", "marker_truth", "truth", "meshes", "shot", "sensor", "simulation"},
     {"workers"},
     {
         "bench",
