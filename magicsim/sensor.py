@@ -97,6 +97,7 @@ class Sensor:
             x_mm=state.x_mm,
             y_mm=state.y_mm,
             twist_deg=state.twist_deg,
+            design=self.scene.design,
         )
 
     def deform(self, state: FrameState, previous: Deformation) -> Deformation:
@@ -150,7 +151,7 @@ class Sensor:
             self.meshes, deformation, indenter, self.scene.contact, still_mm=self.scene.render.still_mm
         )
         if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
-            check_walls(infill, self.elastomer.infill, self.elastomer.grid)
+            check_walls(infill, self.elastomer.printed_cells, self.elastomer.grid)
         shown = None if self.scene.design.is_opaque else indenter
         markers = None
         if self.meshes.markers is not None:

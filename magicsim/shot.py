@@ -71,7 +71,7 @@ class Shot:
             truth=frame_truth(state, deformation, index=at.index, time_s=at.time_s, is_reference=is_reference),
             contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
             displacements_mm=displacements_mm,
-            depth_map_mm=depth_map_mm(deformation, landing) if landing is not None and output.depth_map else None,
+            depth_map_mm=depth_map_mm(deformation, landing, self.scene.design) if landing is not None and output.depth_map else None,
             markers_mm=markers_mm,
             markers_px=project_px(markers_mm, self.scene.design, self.scene.rig) if markers_mm is not None else None,
         )

@@ -110,7 +110,8 @@ def _pose(scene: SceneConfig, state: FrameState) -> Pose | None:
     if scene.object is None or state.gap_mm is None:
         return None
     placed = place_object(
-        scene.object, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg
+        scene.object, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg,
+        design=scene.design,
     )
     return placed.pose
 

@@ -116,7 +116,7 @@ def press(
     start = time.perf_counter()
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
     poses = [
-        place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist)
+        place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist, design=design)
         for stage, (shear, twist) in enumerate(stages)
         if stage == 0 or stages[stage] != stages[stage - 1]
     ]
@@ -130,7 +130,7 @@ def press(
     )
     steps = [(pose, math.inf) for pose in poses]
     if speed_mm_s is not None:
-        first = place_object(object_config, gap_mm=0.0)
+        first = place_object(object_config, gap_mm=0.0, design=design)
         lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
         steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     states = [Deformation.rest(lattice)]

@@ -35,6 +35,7 @@ INSET_MM = 0.2
 """How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
 HOUSING_RADIUS = 1.2
 """Radius of the housing that keeps the light of the room from camera and lens, in half diagonals of the footprint."""
+SIDE_STEPS = 401
 AIR_GAP_MM = 0.3
 """Gap between body and an LED strip behind air [mm]."""
 
@@ -246,15 +247,28 @@ def _strip(strip: LedStrip, elastomer: Elastomer) -> dict[str, Any]:
     height = elastomer.design.height_mm
     sign = 1.0 if strip.side[0] == "+" else -1.0
     offset = -INSET_MM if strip.coupling == "contact" else AIR_GAP_MM
-    half_height = max(height / 2 - strip.margin_mm, 0.1 * height)
+    low = _side_rise_mm(strip, elastomer)
+    middle, half_height = (low + height) / 2, max((height - low) / 2 - strip.margin_mm, 0.1 * (height - low))
     vertical = np.array([0.0, 0.0, half_height])
     if strip.side[1] == "x":
         along = np.array([0.0, length / 2 - strip.margin_mm, 0.0])
-        center, normal = np.array([sign * (width / 2 + offset), 0, height / 2]), np.array([-sign, 0.0, 0.0])
+        center, normal = np.array([sign * (width / 2 + offset), 0, middle]), np.array([-sign, 0.0, 0.0])
     else:
         along = np.array([width / 2 - strip.margin_mm, 0.0, 0.0])
-        center, normal = np.array([0, sign * (length / 2 + offset), height / 2]), np.array([0.0, -sign, 0.0])
+        center, normal = np.array([0, sign * (length / 2 + offset), middle]), np.array([0.0, -sign, 0.0])
     return _rectangle(center, along, vertical, normal, strip.radiance, strip.reflectance)
+
+
+def _side_rise_mm(strip: LedStrip, elastomer: Elastomer) -> float:
+    """Highest place of the contact face along the side of a strip, which stays inside the block [mm]."""
+    design = elastomer.design
+    if design.face is None:
+        return 0.0
+    axis, sign = "xy".index(strip.side[1]), 1.0 if strip.side[0] == "+" else -1.0
+    half = np.array(design.footprint_mm) / 2
+    places = np.zeros((SIDE_STEPS, 2))
+    places[:, axis], places[:, 1 - axis] = sign * half[axis], np.linspace(-half[1 - axis], half[1 - axis], SIDE_STEPS)
+    return float(design.rise_mm(places).max())
 
 
 def _rectangle(
