@@ -64,6 +64,7 @@ def docs(session: nox.Session) -> None:
 
 FIGURES = (
     "magicsim bench all --out docs/benchmarks",
+    "python benchmarks/light.py light-cost verdicts lattice blur visibility left-out --out docs/benchmarks",
     "python docs/pictures.py",
     "python docs/camera_pictures.py",
     "python docs/rooms.py",

@@ -15,22 +15,22 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
-from magicsim.detectors import load_profile
-from magicsim.evaluate.ablation import ABLATIONS, NOTHING, film_ablated
-from magicsim.evaluate.ablation_scores import (
+from laboratory.ablation.films import ABLATIONS, NOTHING, film_ablated
+from laboratory.ablation.scores import (
     MEASURED,
     ablated_footage,
     compare_scores,
     score_ablation,
     without_fusion,
 )
-from magicsim.evaluate.cases import list_cases
-from magicsim.evaluate.footage import Footage
-from magicsim.evaluate.suite import load_suite
-from magicsim.markdown import markdown_table
-from magicsim.operating_point.reading import scaled
+from laboratory.markdown import markdown_table
+from laboratory.operating_point.reading import scaled
+from matplotlib.figure import Figure
+
+from magicsim.detectors import load_profile
+from magicsim.evaluation.cases import list_cases
+from magicsim.evaluation.suite import load_suite
+from magicsim.evaluation.takes.footage import Footage
 
 COLUMNS, ROWS, FULL = 120, 160, 240
 QUALITY = (

@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.bench.compare import machine
+from magicsim.bench.deform.compare import machine
+from magicsim.camera.stream import CameraStream, Instant
 from magicsim.detectors import DetectorProfile, detect, fuse, load_profile
 from magicsim.errors import FrameError
-from magicsim.scenes.camera_stream import CameraStream, Instant
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.sensor import Sensor, sensor_camera
+from magicsim.simulation.sensor import Sensor, sensor_camera
 
 ROOMS = {
     "dark, aim 90": ("rig.ambient=[0.0,0.0,0.0]", "rig.camera.exposure_grey=90"),

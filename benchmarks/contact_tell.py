@@ -27,12 +27,12 @@ from sklearn.model_selection import GroupKFold
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from magicsim.geometry.objects import parse_object
-from magicsim.plan import can_touch
-from magicsim.scenes.exposure import expose, meter
+from magicsim.camera.exposure import expose, meter
+from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 Frame = npt.NDArray[np.uint8]

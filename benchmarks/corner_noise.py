@@ -14,11 +14,11 @@ import time
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.plan import can_touch
-from magicsim.scenes.exposure import meter
+from magicsim.camera.exposure import meter
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 ROWS, COLUMNS = 60, 50

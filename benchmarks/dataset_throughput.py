@@ -22,10 +22,10 @@ from pathlib import Path
 
 import numpy as np
 
-from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.generate import Standing, generate_dataset
 from magicsim.dataset.manifest import read_manifest
-from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.dataset.recipes.draw import draw_episodes
+from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.workers.options import choose_workers, usable_cores
 
 LOG = "episodes.jsonl"

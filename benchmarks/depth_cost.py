@@ -18,11 +18,11 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from magicsim.bench.render_statistics import deviation
-from magicsim.plan import can_touch
+from magicsim.bench.light.render_statistics import deviation
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 GAPS_MM = (1.0, -0.005, -0.05, -0.1, -0.3, -1.0, -2.0)
 SEEDS = (1, 2, 3, 4)

@@ -23,10 +23,10 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from magicsim.plan import can_touch
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 WINDOW_MM = 12.0

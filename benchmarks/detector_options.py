@@ -26,7 +26,7 @@ from magicsim.detectors import (
     score_verdicts,
 )
 from magicsim.errors import MagicsimError
-from magicsim.recorded import read_episode
+from magicsim.judge.recorded import read_episode
 
 CHANGES: tuple[dict[str, int | float | str], ...] = (
     {},

@@ -8,7 +8,8 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from magicsim.bench.optics import CASES, check_optics
+from laboratory.light.optics import CASES, check_optics
+
 from magicsim.errors import MagicsimError
 
 

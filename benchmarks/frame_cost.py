@@ -19,10 +19,10 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.deformation import Deformation
-from magicsim.plan import plan_scene
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import FrameState
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import plan_scene
+from magicsim.simulation.sensor import Sensor
 
 STILL_MM = 1e-4
 """A cell none of whose vertices moved by more stands still [mm]."""

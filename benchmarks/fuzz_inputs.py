@@ -35,26 +35,26 @@ import numpy as np
 import tomli_w
 import trimesh
 
-from magicsim.config import load_preset
-from magicsim.dataset.draw import draw_episodes
-from magicsim.dataset.recipe import load_recipe
-from magicsim.detectors.labels import read_labels
-from magicsim.detectors.profile_file import load_profile
-from magicsim.detectors.source import read_image
-from magicsim.detectors.video import quiet_opencv
-from magicsim.documents import read_toml
+from magicsim.config.documents import read_toml
+from magicsim.config.models import load_preset
+from magicsim.config.presets import FOLDERS, find_preset, preset_names
+from magicsim.dataset.recipes.draw import draw_episodes
+from magicsim.dataset.recipes.recipe import load_recipe
+from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.scoring.labels import read_labels
+from magicsim.detectors.sources.source import read_image
+from magicsim.detectors.sources.video import quiet_opencv
 from magicsim.errors import MagicsimError
-from magicsim.evaluate.baseline import load_baseline
-from magicsim.evaluate.recording import read_recording
-from magicsim.evaluate.suite import load_suite
+from magicsim.evaluation.baseline import load_baseline
+from magicsim.evaluation.suite import load_suite
+from magicsim.evaluation.takes.recording import read_recording
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.files.mesh_file import load_mesh
 from magicsim.geometry.grid import resolve_grid
-from magicsim.geometry.mesh_file import load_mesh
-from magicsim.geometry.objects import find_object
-from magicsim.plan import plan_scene
-from magicsim.presets import FOLDERS, find_preset, preset_names
+from magicsim.geometry.objects.kinds import find_object
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
+from magicsim.simulation.plan import plan_scene
 from magicsim.sweep.designs import count_designs, design_with
 from magicsim.sweep.sweep_file import load_sweep
 
@@ -312,7 +312,7 @@ def sample_files(folder: Path) -> list[tuple[str, bytes, Read]]:
 
 def read_solid(path: Path) -> object:
     """A mesh, scaled at random so that it is not kept from the file before."""
-    from magicsim.geometry import mesh_file
+    from magicsim.geometry.files import mesh_file
 
     mesh_file._load.cache_clear()
     return load_mesh(str(path))

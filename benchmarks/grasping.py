@@ -23,11 +23,11 @@ from scipy.stats import binomtest
 
 from magicsim.detectors import DetectorProfile, detect_all, fuse, load_profile, run_grasp
 from magicsim.detectors.combined import judge
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
+from magicsim.light.records.untouched import shared_states
 from magicsim.scenes.scene import Keyframe, SceneConfig, load_scene
-from magicsim.scenes.untouched import shared_states
-from magicsim.sensor import Sensor
-from magicsim.simulation import simulate_with
+from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.stream import simulate_with
 
 OBJECTS = (
     "sphere:radius_mm={size}", "cylinder:radius_mm={size},length_mm=14,axis=y,edge_radius_mm=0.5",

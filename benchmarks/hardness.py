@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import Any
 
-from magicsim.config import load_preset
-from magicsim.deform.durometer import FRICTION, SPACING_MM, durometer
+from magicsim.config.models import load_preset
+from magicsim.deform.indentation.durometer import FRICTION, SPACING_MM, durometer
 from magicsim.errors import MagicsimError
 from magicsim.geometry.design import Base, ElastomerDesign, Mounting
 from magicsim.geometry.grid import Place

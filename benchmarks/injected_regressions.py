@@ -15,14 +15,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from laboratory.injected_faults import FAULTS
+
 from magicsim.detectors import load_profile
-from magicsim.evaluate.baseline import load_baseline, paired, save_baseline
-from magicsim.evaluate.detector import MakeDetector, ProfileDetector
-from magicsim.evaluate.injected import FAULTS
-from magicsim.evaluate.judged import JudgedEpisode, judge_footage
-from magicsim.evaluate.regression import Change, compare
-from magicsim.evaluate.run import condition_of, film_suite
-from magicsim.evaluate.suite import SuiteConfig, load_suite
+from magicsim.evaluation.baseline import load_baseline, paired, save_baseline
+from magicsim.evaluation.detector import MakeDetector, ProfileDetector
+from magicsim.evaluation.evaluate import condition_of, film_suite
+from magicsim.evaluation.judged import JudgedEpisode, judge_footage
+from magicsim.evaluation.statistics.regression import Change, compare
+from magicsim.evaluation.suite import SuiteConfig, load_suite
 
 
 def judge(suite: SuiteConfig, cache: Path, make: MakeDetector) -> list[JudgedEpisode]:

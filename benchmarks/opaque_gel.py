@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.scenes.backend import mi
-from magicsim.scenes.film import film
-from magicsim.sensor import Sensor
+from magicsim.camera.film import film
+from magicsim.light.backend import mi
+from magicsim.simulation.sensor import Sensor
 
 SAMPLES = 64
 DEPTH = 6

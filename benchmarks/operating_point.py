@@ -19,15 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from magicsim.detectors import load_profile
-from magicsim.errors import MagicsimError
-from magicsim.fit.constants import CONSTANTS, value_of
-from magicsim.operating_point.counts import counts
-from magicsim.operating_point.ensemble import summarise
-from magicsim.operating_point.filming import QUALITY, film_states, search_scene
-from magicsim.operating_point.reading import read_states, scaled
-from magicsim.operating_point.search import (
+from laboratory.operating_point.counts import counts
+from laboratory.operating_point.ensemble import summarise
+from laboratory.operating_point.filming import QUALITY, film_states, search_scene
+from laboratory.operating_point.reading import read_states, scaled
+from laboratory.operating_point.search import (
     Candidate,
     as_row,
     camera_values,
@@ -36,8 +32,12 @@ from magicsim.operating_point.search import (
     optical_fields,
     search_step,
 )
-from magicsim.operating_point.tables import tables
-from magicsim.operating_point.targets import distances, total_distance
+from laboratory.operating_point.tables import tables
+from laboratory.operating_point.targets import distances, total_distance
+
+from magicsim.detectors import load_profile
+from magicsim.errors import MagicsimError
+from magicsim.fit.constants import CONSTANTS, value_of
 
 COLUMNS, ROWS, FULL = 120, 160, 240
 CAMERAS = 48
@@ -103,7 +103,10 @@ def default_reading(columns: int, rows: int, quality: tuple[str, ...]) -> dict[s
     """The default sensor at a size of the image."""
     scene = search_scene(columns, rows, quality)
     profile = scaled(load_profile("published"), columns=columns, full=FULL)
-    reading = read_states(film_states(scene, {}), scene.rig.camera, flashlight=1.0, crosstalk=0.0, profile=profile)
+    reading = read_states(
+        film_states(scene, {}), scene.rig.camera, ambient=float(np.mean(scene.rig.ambient)), flashlight=1.0,
+        crosstalk=0.0, profile=profile,
+    )  # fmt: skip
     return asdict(reading) | {"distance": total_distance(reading.quantities)}
 
 

@@ -26,18 +26,18 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from magicsim.config import load_preset
-from magicsim.deform import path
+from magicsim.config.models import load_preset
+from magicsim.deform.contact.face import ContactFace, face_weights, point_spacing_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.face import ContactFace, face_weights, point_spacing_mm
-from magicsim.deform.lattice import Lattice, build_lattice
+from magicsim.deform.indentation.press import compile_kernels
+from magicsim.deform.lattice.structure import Lattice, build_lattice
+from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.overlap import EDGE_SHARE, UNSEEN_MM, overlap_fault
-from magicsim.deform.press import compile_kernels
-from magicsim.deform.zone import contact_zone
+from magicsim.deform.solve import path
 from magicsim.errors import MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 Array = npt.NDArray[np.float64]
 DESIGN = ("footprint_mm=[6,6]", "core_mm=3.0", "lattice.cells_across=0")

@@ -22,16 +22,16 @@ import numpy.typing as npt
 from opaque_gel import DEPTH, REFLECTANCE, SAMPLES, opaque_scene
 from PIL import Image, ImageDraw
 
-from magicsim.bench.compare import machine
-from magicsim.bench.render_statistics import deviation, spread
-from magicsim.bench.rows import NOT_INSTALLED
-from magicsim.plan import can_touch
-from magicsim.scenes.backend import mi
-from magicsim.scenes.exposure import expose, meter
+from magicsim.bench.deform.compare import machine
+from magicsim.bench.deform.rows import NOT_INSTALLED
+from magicsim.bench.light.render_statistics import deviation, spread
+from magicsim.camera.exposure import expose, meter
+from magicsim.light.backend import mi
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import timeline
-from magicsim.scenes.untouched import UntouchedStates
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 Images = npt.NDArray[np.float32]
 SEEDS = 4

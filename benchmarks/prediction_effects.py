@@ -17,17 +17,17 @@ import numpy.typing as npt
 from hardness import Setting, sample
 from predictions import CORE_MM, DOMES_MM, NOMINAL, RESULT, SKINS_MM
 
-from magicsim.deform.central import central_lattice
-from magicsim.deform.energy import Elasticity
-from magicsim.deform.face import point_spacing_mm
-from magicsim.deform.hexahedron import GAUSS_GRADIENTS
-from magicsim.deform.lattice import Lattice
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.zone import contact_zone
+from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.lattice.central import central_lattice
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
+from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 Array = npt.NDArray[np.float64]
 SPACING_MM = 0.4

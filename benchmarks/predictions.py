@@ -33,17 +33,17 @@ import numpy as np
 from hardness import Setting, sample, workers
 from prediction_tables import markdown
 
-from magicsim.deform.face import point_spacing_mm
-from magicsim.deform.lattice import Lattice, build_lattice
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.resolved import resolved_lattice
-from magicsim.deform.zone import Zone, contact_zone
+from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.lattice.resolved import resolved_lattice
+from magicsim.deform.lattice.structure import Lattice, build_lattice
+from magicsim.deform.lattice.zone import Zone, contact_zone
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import MagicsimError
 from magicsim.folder import result_file
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import symmetric_place
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.objects import ObjectBase, parse_object
+from magicsim.geometry.objects.kinds import ObjectBase, parse_object
 
 HERE = Path(__file__).resolve().parent
 DOCS = HERE.parent / "docs"

@@ -14,10 +14,10 @@ from unittest.mock import patch
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform import durometer as module
-from magicsim.deform.energy import Elasticity
-from magicsim.deform.hexahedron import GAUSS_GRADIENTS
-from magicsim.deform.lattice import Lattice
+from magicsim.deform.indentation import durometer as module
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
+from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import Place
 

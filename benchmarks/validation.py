@@ -21,7 +21,7 @@ from typing import Any
 import secant_laws
 from hardness import READINGS, Setting, reading, sample
 
-from magicsim.config import load_preset
+from magicsim.config.models import load_preset
 from magicsim.errors import MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 

@@ -20,13 +20,13 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from magicsim.config import load_preset
-from magicsim.deform.cell_problem import effective_stiffness
-from magicsim.deform.energy import Elasticity
-from magicsim.deform.face import contact_face
-from magicsim.deform.lattice import Lattice, TableTop, box_lattice
-from magicsim.deform.linear import symmetric_solver
-from magicsim.deform.pattern import BlockPattern, block_pattern
+from magicsim.config.models import load_preset
+from magicsim.deform.contact.face import contact_face
+from magicsim.deform.lattice.cell_problem import effective_stiffness
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.pattern import BlockPattern, block_pattern
+from magicsim.deform.lattice.structure import Lattice, TableTop, box_lattice
+from magicsim.deform.linear.factorise import symmetric_solver
 from magicsim.geometry.design import ElastomerDesign
 
 Array = npt.NDArray[np.float64]
@@ -159,7 +159,7 @@ def squeeze(block: Block, *, imperfection: float, seed: int = 0) -> list[dict[st
 
 def lattice_stress_mpa(strain: float, stiffness: tuple[float, float]) -> float:
     """The same difference by the law of a core cell: mu (network) and beta (walls)."""
-    from magicsim.deform.walls import wall_energy
+    from magicsim.deform.lattice.walls import wall_energy
 
     mu, beta = stiffness
     along, across = (1 - strain) ** 2, 1 / (1 - strain)

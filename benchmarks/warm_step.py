@@ -9,15 +9,15 @@ import json
 import statistics
 import time
 
-from magicsim.config import load_preset
+from magicsim.config.models import load_preset
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice import build_lattice
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.press import compile_kernels
-from magicsim.deform.zone import contact_zone
+from magicsim.deform.indentation.press import compile_kernels
+from magicsim.deform.lattice.structure import build_lattice
+from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 STEP_MM, STEPS, REPEATS = 0.25, 6, 5
 BALL = parse_object("sphere:radius_mm=4")

@@ -3,20 +3,21 @@
     python detectors/calibrate.py              # six minutes on two cores, beside other work
 
 The episodes run the demo's story with a box, a cylinder, a small dark ball and a flat punch, off centre and with seeds
-of their own. Options are chosen among `CANDIDATES`, thresholds are fitted exactly (`magicsim.detectors.calibrate`).
+of their own. Options are chosen among `CANDIDATES`, thresholds are fitted exactly
+(`magicsim.detectors.profiles.calibrate`).
 """
 
 import argparse
 import logging
 from pathlib import Path
 
-from magicsim.detectors.calibrate import Calibration, Candidates, fit_profile
-from magicsim.detectors.episode import Episode as LabelledEpisode
-from magicsim.detectors.profile_file import load_profile, save_profile
-from magicsim.episode import Episode
-from magicsim.geometry.objects import parse_object
+from magicsim.detectors.profiles.calibrate import Calibration, Candidates, fit_profile
+from magicsim.detectors.profiles.profile_file import load_profile, save_profile
+from magicsim.detectors.scoring.episode import Episode as LabelledEpisode
+from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.simulation import simulate
+from magicsim.simulation.episode import Episode
+from magicsim.simulation.stream import simulate
 
 TRAINING = (
     # object, seed, offset along x and y [mm], depth in units of the demo's

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.evaluate.detector import Detection
+from magicsim.evaluation.detector import Detection
 
 Frame = npt.NDArray[np.uint8]
 DEVIATIONS = 6.0

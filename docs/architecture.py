@@ -8,20 +8,18 @@ from pathlib import Path
 
 LAYERS = (
     (("cli",), "one function a command"),
-    (("dataset", "sweep", "evaluate", "fit", "robot", "report", "bench"), "datasets, judgements, devices, figures"),
-    (("workers",), "tasks on many processes"),
-    (("simulation", "sensor", "truth", "episode"), "labelled frames"),
-    (("plan",), "what a scene needs, and what is left out"),
-    (("scenes",), "light and camera: radiance, 8-bit frames"),
-    (("camera",), "exposure, time and electronics of a camera"),
-    (("deform",), "lattice and contact: displacements, forces"),
-    (("geometry",), "designs and objects: meshes, distances"),
-    (("config", "presets", "folder", "conventions", "errors"), "the leaf: no part of the package below"),
+    (("judge", "evaluation", "sweep", "bench"), "verdicts, comparisons, figures"),
+    (("dataset", "fit", "robot", "report"), "datasets, devices, pages"),
+    (("simulation", "workers"), "labelled frames, on many processes"),
+    (("light",), "radiance of one state of one sensor"),
+    (("scenes", "camera", "deform"), "what happens, 8-bit frames, displacements"),
+    (("geometry", "sampling"), "designs, objects, meshes; random numbers"),
+    (("config", "folder", "errors", "conventions"), "the leaf: no part of the package below"),
 )
 """Parts of the package from top to bottom, and what each layer makes; a layer imports those below it."""
 ASIDE = ("detectors", ("NumPy and", "OpenCV", "alone: runs", "on a robot"))
 """The part that imports the leaf and nothing else; layers from `ASIDE_TOP` upwards may import it."""
-ASIDE_TOP, ASIDE_BOTTOM = 3, 8
+ASIDE_TOP, ASIDE_BOTTOM = 2, 6
 """Layers beside which it stands."""
 WIDTH, ROW, GAP, LEFT, COLUMN = 520, 50, 14, 10, 390
 

@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from magicsim.camera.dust import transmittance
+from magicsim.camera.effects.dust import transmittance
+from magicsim.camera.effects.spread import spread_light
 from magicsim.camera.settings import (
     H264,
     Diffraction,
@@ -26,12 +27,11 @@ from magicsim.camera.settings import (
     Shutter,
 )
 from magicsim.camera.shutter import between_frames
-from magicsim.camera.spread import spread_light
-from magicsim.scenes.camera_stream import CameraStream, Instant
+from magicsim.camera.stream import CameraStream, Instant
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.sensor import Sensor, room_radiance
+from magicsim.simulation.sensor import Sensor, room_radiance
 
 FloatImage = npt.NDArray[np.float32]
 Frame = npt.NDArray[np.uint8]

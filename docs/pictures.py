@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from magicsim.plan import can_touch
-from magicsim.scenes.exposure import expose, meter
+from magicsim.camera.exposure import expose, meter
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 STATES = {"rest": "at rest", "near": "ball 1 mm away", "pressed": "pressed 1 mm", "flashlight": "flashlight"}
 QUALITY = ("render.samples=16", "render.particles=300000")

@@ -6,20 +6,22 @@ The functions below are loaded when they are first used, so that importing the p
 import importlib
 from typing import TYPE_CHECKING
 
+from magicsim.moved import find_moved
+
 if TYPE_CHECKING:
     from magicsim.dataset.generate import generate_dataset
-    from magicsim.dataset.recipe import load_recipe
-    from magicsim.deform.durometer import durometer
-    from magicsim.deform.press import press
-    from magicsim.detector_fit import calibrate
+    from magicsim.dataset.recipes.recipe import load_recipe
+    from magicsim.deform.indentation.durometer import durometer
+    from magicsim.deform.indentation.press import press
     from magicsim.detectors.offline import detect_sources
-    from magicsim.evaluate.run import evaluate_suite
-    from magicsim.evaluate.suite import load_suite
-    from magicsim.plan import plan_scene
+    from magicsim.evaluation.evaluate import evaluate_suite
+    from magicsim.evaluation.suite import load_suite
+    from magicsim.judge.profile_fit import calibrate
     from magicsim.scenes.scene import load_scene
-    from magicsim.simulation import simulate
-    from magicsim.still import render_still
-    from magicsim.sweep.run import run_sweep
+    from magicsim.simulation.plan import plan_scene
+    from magicsim.simulation.still import render_still
+    from magicsim.simulation.stream import simulate
+    from magicsim.sweep.comparison import run_sweep
     from magicsim.sweep.sweep_file import load_sweep
 
 __version__ = "0.1.0"
@@ -41,21 +43,23 @@ __all__ = [
 ]
 
 _HOMES = {
-    "calibrate": "magicsim.detector_fit",
+    "calibrate": "magicsim.judge.profile_fit",
     "detect_sources": "magicsim.detectors.offline",
-    "durometer": "magicsim.deform.durometer",
-    "evaluate_suite": "magicsim.evaluate.run",
+    "durometer": "magicsim.deform.indentation.durometer",
+    "evaluate_suite": "magicsim.evaluation.evaluate",
     "generate_dataset": "magicsim.dataset.generate",
-    "load_recipe": "magicsim.dataset.recipe",
+    "load_recipe": "magicsim.dataset.recipes.recipe",
     "load_scene": "magicsim.scenes.scene",
-    "load_suite": "magicsim.evaluate.suite",
+    "load_suite": "magicsim.evaluation.suite",
     "load_sweep": "magicsim.sweep.sweep_file",
-    "plan_scene": "magicsim.plan",
-    "press": "magicsim.deform.press",
-    "render_still": "magicsim.still",
-    "run_sweep": "magicsim.sweep.run",
-    "simulate": "magicsim.simulation",
+    "plan_scene": "magicsim.simulation.plan",
+    "press": "magicsim.deform.indentation.press",
+    "render_still": "magicsim.simulation.still",
+    "run_sweep": "magicsim.sweep.comparison",
+    "simulate": "magicsim.simulation.stream",
 }
+
+find_moved()
 
 
 def __getattr__(name: str) -> object:

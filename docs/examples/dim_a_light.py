@@ -6,9 +6,9 @@ python docs/examples/dim_a_light.py        # mean radiance before and after, som
 import numpy as np
 
 from magicsim import load_scene
-from magicsim.scenes.relight import relight
+from magicsim.light.relight import relight
 from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 
 def images(settings: list[str]) -> tuple[np.ndarray, np.ndarray]:

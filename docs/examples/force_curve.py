@@ -4,9 +4,9 @@ python docs/examples/force_curve.py        # a table, half a minute
 """
 
 from magicsim import press
-from magicsim.config import load_preset
+from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 BALL = parse_object("sphere:radius_mm=4")
 

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from magicsim import load_scene, simulate
-from magicsim.episode import Episode
+from magicsim.simulation.episode import Episode
 
 SCENE = Path(__file__).parent / "own-sensor" / "press.toml"
 SHOWN = (0, 3, 5)

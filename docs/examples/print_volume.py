@@ -5,9 +5,9 @@ python docs/examples/print_volume.py       # writes block.3mf here
 
 from pathlib import Path
 
-from magicsim.config import load_preset
+from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.export import Export, export_design
+from magicsim.geometry.files.export import Export, export_design
 
 
 def export(out: Path, settings: list[str]) -> Export:

@@ -4,10 +4,10 @@ python docs/examples/relaxation.py         # force over time, some seconds
 """
 
 from magicsim import press
-from magicsim.config import load_preset
-from magicsim.deform.timed import TimedForce
+from magicsim.config.models import load_preset
+from magicsim.deform.indentation.timed import TimedForce
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 
 def history(settings: list[str], *, speed_mm_s: float = 1.0, hold_s: float = 10.0) -> tuple[TimedForce, ...]:

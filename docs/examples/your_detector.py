@@ -12,7 +12,7 @@ import numpy as np
 
 from magicsim import load_scene, simulate
 from magicsim.detectors import Contact, Frame, Proximity, Verdict, detect_all, fuse, load_profile, score_verdicts
-from magicsim.episode import Episode
+from magicsim.simulation.episode import Episode
 
 BLUR_PX = 9
 """Side of the kernel that suppresses pixel noise [px]."""

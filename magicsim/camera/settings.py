@@ -8,8 +8,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.camera.stability import least_frames
-from magicsim.config import Config
+from magicsim.camera.effects.stability import least_frames
+from magicsim.config.models import Config
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Electrons = Annotated[float, Field(ge=0, le=1e12)]

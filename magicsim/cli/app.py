@@ -41,7 +41,7 @@ def limit_threads(threads: int | None) -> None:
     if not 1 <= threads <= MAX_THREADS:
         msg = f"threads = {threads} is not allowed: must be 1 to {MAX_THREADS}"
         raise ConfigError(msg)
-    from magicsim.scenes.backend import dr
+    from magicsim.light.backend import dr
 
     dr.set_thread_count(threads)
 

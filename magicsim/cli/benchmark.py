@@ -27,10 +27,10 @@ def evaluate(
 
     --seed draws other camera noise of the same episodes, which needs no new rendering.
     """
-    from magicsim.evaluate.baseline import default_baseline, load_baseline
-    from magicsim.evaluate.baseline import save_baseline as keep
-    from magicsim.evaluate.detector import built_in, find_detector
-    from magicsim.evaluate.suite import load_suite
+    from magicsim.evaluation.baseline import default_baseline, load_baseline
+    from magicsim.evaluation.baseline import save_baseline as keep
+    from magicsim.evaluation.detector import built_in, find_detector
+    from magicsim.evaluation.suite import load_suite
     from magicsim.folder import check_target
 
     if detector is not None and profile != "calibrated":
@@ -41,8 +41,8 @@ def evaluate(
     file = baseline or (default_baseline(suite, profile) if detector is None else None)
     known = load_baseline(file) if file is not None else None
     check_target(out)
-    from magicsim.evaluate.report import describe, write_results
-    from magicsim.evaluate.run import evaluate_suite
+    from magicsim.evaluation.evaluate import evaluate_suite
+    from magicsim.evaluation.pages.report import describe, write_results
     from magicsim.progress import show_progress
 
     name = Path(suite).stem

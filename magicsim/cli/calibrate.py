@@ -15,9 +15,9 @@ def calibrate(
     --base names the profile that gives what is not fitted. --set narrows the search, as in `--set tau_b=[35,50]` or
     `--set polarity=dark`, or changes another option of the base.
     """
-    from magicsim.detector_fit import calibrate as fit
-    from magicsim.detectors.video import quiet_opencv
+    from magicsim.detectors.sources.video import quiet_opencv
     from magicsim.errors import ConfigError
+    from magicsim.judge.profile_fit import calibrate as fit
 
     del seed  # nothing here is random; the option exists on every command
     if not episodes:

@@ -12,9 +12,9 @@ from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_re
 from magicsim.errors import ConfigError, OutputError
 
 if TYPE_CHECKING:
-    from magicsim.dataset.estimate import Estimate
     from magicsim.dataset.generate import Standing
-    from magicsim.dataset.recipe import Recipe
+    from magicsim.dataset.recipes.estimate import Estimate
+    from magicsim.dataset.recipes.recipe import Recipe
     from magicsim.workers.options import WorkerOptions
 
 dataset_app = App(name="dataset")
@@ -41,7 +41,7 @@ def dataset(
     episodes (--set episodes=1000 --resume) make a finished dataset grow. `dataset verify DIR` checks one.
     """
     from magicsim.dataset.folder import check_folder
-    from magicsim.dataset.recipe import load_recipe
+    from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.workers.options import choose_workers
 
     config = load_recipe(recipe, settings or [], seed=seed)
@@ -79,7 +79,7 @@ def export(
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Write a finished dataset in the layout of another library."""
-    from magicsim.dataset.export.run import export_dataset
+    from magicsim.dataset.export.formats import export_dataset
 
     _refuse(settings, "export")
     del seed
@@ -93,7 +93,7 @@ def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", 
     if out.is_file():
         msg = f"output folder '{out}' is a file; name a new folder"
         raise OutputError(msg)
-    from magicsim.dataset.preview import preview_recipe
+    from magicsim.dataset.preview.contact_sheet import preview_recipe
 
     try:
         out.mkdir(parents=True, exist_ok=True)  # what cannot be written is told before anything is rendered

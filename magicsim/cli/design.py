@@ -10,9 +10,9 @@ def export(design: str, *, out: Out, settings: Settings = None, seed: Seed = Non
     The suffix of --out chooses the format: .3mf to print (mm, both parts in one file), .glb to look at (metres, as glTF
     asks) or .stl (mm, the infill in a second file).
     """
-    from magicsim.config import load_preset
+    from magicsim.config.models import load_preset
     from magicsim.geometry.design import ElastomerDesign
-    from magicsim.geometry.export import export_design
+    from magicsim.geometry.files.export import export_design
 
     del seed  # nothing here is random; the option exists on every command
     print_result(

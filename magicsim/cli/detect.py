@@ -18,7 +18,7 @@ def detect(
     state machine over the frames and adds its `stage` and `slip` to each.
     """
     from magicsim.detectors.report import write_verdicts
-    from magicsim.detectors.video import quiet_opencv
+    from magicsim.detectors.sources.video import quiet_opencv
 
     del seed  # nothing here is random; the option exists on every command
     if settings:

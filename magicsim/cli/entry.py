@@ -14,7 +14,7 @@ from cyclopts.exceptions import UnknownCommandError
 from magicsim.cli import benchmark, calibrate, dataset, design, detect, fit, light, machine, mechanics, scene, sweep  # noqa: F401
 from magicsim.cli.app import app
 from magicsim.errors import ConfigError, MagicsimError, unknown_choice
-from magicsim.scenes.variant import VARIANT_VARIABLE, VARIANTS
+from magicsim.light.variant import VARIANT_VARIABLE, VARIANTS
 from magicsim.wording import one_line
 
 STOPPED, UNREAD, TERMINATED = 130, 141, 143

@@ -29,9 +29,9 @@ def fit(
     fitted too. --starts is the number of searches, from the scene's own constants and from other places; --evaluations
     bounds the points that each one tries beside those of its derivatives.
     """
-    from magicsim.detectors.video import quiet_opencv
+    from magicsim.detectors.sources.video import quiet_opencv
+    from magicsim.fit.fitting import DEFAULT_FREE, fit_constants
     from magicsim.fit.observation import read_observation
-    from magicsim.fit.run import DEFAULT_FREE, fit_constants
     from magicsim.progress import show_progress
     from magicsim.scenes.scene import load_scene
 

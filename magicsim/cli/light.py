@@ -18,7 +18,7 @@ def render(
     """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3).
 
     Without --samples or --particles it takes those of the scene's anchor. --basis renders one image for each light, as
-    arrays of an .npz file that `magicsim.scenes.relight` adds up with other strengths. --relative-error averages
+    arrays of an .npz file that `magicsim.light.relight` adds up with other strengths. --relative-error averages
     independent images, each with the scene's own samples, until the error estimated from their spread is below it.
     """
     from magicsim.scenes.scene import load_scene
@@ -29,7 +29,7 @@ def render(
     config = load_scene(scene, [*(settings or []), *choices], seed=seed)
     limit_threads(threads)
     from magicsim.progress import show_progress
-    from magicsim.still import render_still, with_care
+    from magicsim.simulation.still import render_still, with_care
 
     if relative_error is None:
         config = with_care(config, samples=samples is None, particles=particles is None)
@@ -43,7 +43,7 @@ def calibration(
     scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Intrinsics, distortion and millimetres per pixel at every layer of a scene's sensor."""
-    from magicsim.scenes.calibration import calibrate
+    from magicsim.camera.calibration import calibrate
     from magicsim.scenes.scene import load_scene
 
     config = load_scene(scene, settings or [], seed=seed)

@@ -9,9 +9,7 @@ from cyclopts import Parameter
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_object, print_result
 from magicsim.errors import ConfigError
 
-Kind = Literal[
-    "deform", "stress", "cost", "render", "light-cost", "verdicts", "lattice", "blur", "visibility", "left-out", "all"
-]
+Kind = Literal["deform", "stress", "cost", "render", "all"]
 
 
 @app.command
@@ -21,8 +19,8 @@ def bench(
     recompute: Annotated[bool, Parameter(negative="", help="Solve the reference again (needs NGSolve).")] = False,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Report error against run time, validity at extremes, cost against size, and what the detectors need of light."""
-    from magicsim.bench.run import run_bench
+    """Report error against run time of deformation and light, validity at extremes, and cost against size."""
+    from magicsim.bench.kinds import run_bench
 
     del seed  # the cases' random numbers are fixed; the option exists on every command
     if settings:
@@ -39,7 +37,7 @@ def doctor(
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Say what this machine can do, how to get the rest, and what is kept on disk."""
-    from magicsim.doctor import examine
+    from magicsim.cli.doctor import examine
 
     del settings, seed
     print_result(fields_of(examine(clear_cache=clear_cache)), as_json=json)
@@ -52,7 +50,7 @@ def schema(
     seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Print the JSON Schema of a kind of configuration file."""
-    from magicsim.schema import schema_of
+    from magicsim.cli.schema import schema_of
 
     del settings, seed
     print_object(schema_of(kind), on_one_line=json)

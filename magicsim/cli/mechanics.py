@@ -19,13 +19,13 @@ def press(
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Solve one contact: press, then shear, then twist; quasi-static unless a speed is given."""
-    from magicsim.config import load_preset
+    from magicsim.config.models import load_preset
     from magicsim.geometry.design import ElastomerDesign
-    from magicsim.geometry.objects import parse_object
+    from magicsim.geometry.objects.kinds import parse_object
 
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
-    from magicsim.deform.press import press as solve
+    from magicsim.deform.indentation.press import press as solve
     from magicsim.progress import show_progress
 
     with show_progress(f"{design}: press") as progress:
@@ -46,12 +46,12 @@ def durometer(
 
     The block lies on a table, with `mounting.friction`, whatever its own mounting is, or is bonded to it.
     """
-    from magicsim.config import load_preset
+    from magicsim.config.models import load_preset
     from magicsim.geometry.design import ElastomerDesign
 
     del seed  # nothing here is random; the option exists on every command
     block = load_preset(ElastomerDesign, "design", design, settings or [])
-    from magicsim.deform.durometer import durometer as test
+    from magicsim.deform.indentation.durometer import durometer as test
     from magicsim.progress import show_progress
 
     with show_progress(f"{design}: cone") as progress:

@@ -30,8 +30,8 @@ def simulate(
 def _run(
     name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
 ) -> None:
+    from magicsim.cli.foresight import check_memory, long_work
     from magicsim.folder import check_target
-    from magicsim.foresight import check_memory, long_work
     from magicsim.progress import show_progress
     from magicsim.scenes.scene import load_scene
 
@@ -41,7 +41,7 @@ def _run(
     if (line := long_work(scene)) is not None:
         sys.stderr.write(f"{line}\n")
     limit_threads(threads)
-    from magicsim.run import run_scene
+    from magicsim.judge.main_job import run_scene
 
     with show_progress(f"{name}: {scene.references + scene.frame_count} frames") as progress:
         summary = run_scene(scene, out, progress=progress)
@@ -51,8 +51,8 @@ def _run(
 @app.command
 def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
     """Explain what a scene needs and what is left out, and why."""
-    from magicsim.plan import plan_scene
     from magicsim.scenes.scene import load_scene
+    from magicsim.simulation.plan import plan_scene
 
     loaded = load_scene(scene, settings or [], seed=seed)
     if loaded.object is not None:

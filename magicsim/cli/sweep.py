@@ -28,8 +28,8 @@ def sweep(
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
     check_folder(out, resume=resume)
     from magicsim.progress import show_progress
+    from magicsim.sweep.comparison import run_sweep
     from magicsim.sweep.designs import count_designs
-    from magicsim.sweep.run import run_sweep
 
     with show_progress(f"{sweep}: {count_designs(config)} designs") as progress:
         summary = run_sweep(config, out, options=options, resume=resume, progress=_told(progress))

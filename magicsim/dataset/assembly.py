@@ -9,7 +9,7 @@ import pyarrow as pa
 from magicsim.dataset.folder import Staging
 from magicsim.dataset.layout import Layout, ShardPlan
 from magicsim.dataset.manifest import FailedEpisode, Manifest, ShardEntry, write_manifest
-from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import as_schema, read_episodes, rows_as_bytes, write_rows
 from magicsim.folder.ledger import Ledger
 from magicsim.workers.log import log_failures

@@ -1,10 +1,10 @@
 """The dataset card: `README.md` whose header `datasets` reads."""
 
-from magicsim.dataset.draw import draw_episodes
 from magicsim.dataset.features import Column
 from magicsim.dataset.force_error import as_sentence
 from magicsim.dataset.layout import Layout
-from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.recipes.draw import draw_episodes
+from magicsim.dataset.recipes.recipe import Recipe
 
 LICENCE = "cc-by-4.0"
 

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from magicsim.dataset.draw import drawn_names
 from magicsim.dataset.features import Column, array, image, value, vector
 from magicsim.dataset.force_error import as_metadata
-from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.recipes.draw import drawn_names
+from magicsim.dataset.recipes.recipe import Recipe
 
 DRAWN = "drawn."
 """How the names of columns with drawn values begin."""
@@ -48,6 +48,8 @@ def columns_of(recipe: Recipe) -> list[Column]:
             if strips
             else []
         ),
+        value("room", "string", "room that the sensor stands in: a preset, `dark`, a file, or null for even light"),
+        vector("room_radiance", 3, "its mean radiance, RGB, in the units of the strips'"),
         value("flashlight", "bool", "whether the outside light is on"),
         vector("flashlight_radiance", 3, "its radiance, RGB"),
         value("flashlight_x_mm", "float64", "its centre along x [mm]"),
@@ -82,7 +84,9 @@ def _large(recipe: Recipe, size: tuple[int, int]) -> list[Column]:
         )
     if recipe.design.markers is not None:
         large += [
-            array("markers_mm", (None, 3), "centre of each marker, displaced, in the sensor's frame [mm]", dtype="float64"),
+            array(
+                "markers_mm", (None, 3), "centre of each marker, displaced, in the sensor's frame [mm]", dtype="float64"
+            ),
             array("markers_px", (None, 2), "column and row at which the camera sees each marker [px]", dtype="float64"),
         ]
     return large

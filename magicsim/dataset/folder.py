@@ -5,7 +5,7 @@ from pathlib import Path
 import pyarrow as pa
 
 from magicsim.dataset.manifest import MANIFEST, Manifest, read_manifest, written_files
-from magicsim.dataset.preview_files import PREVIEW_FILES
+from magicsim.dataset.preview.preview_files import PREVIEW_FILES
 from magicsim.dataset.shard import read_rows
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import WORK, Ledger, is_begun

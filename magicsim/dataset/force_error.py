@@ -6,7 +6,7 @@ are quasi-static: they hold for the stiffness at the time of a hardness reading,
 
 import json
 
-from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.recipes.recipe import Recipe
 
 Share = tuple[float, float]
 """Least and largest relative difference from the label."""

@@ -10,26 +10,26 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
-from magicsim.camera.video import check_codec
+from magicsim.camera.effects.video import check_codec
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
-from magicsim.dataset.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
-from magicsim.dataset.estimate import Estimate, estimate
 from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.folder import begun_dataset, check_folder, open_ledger
 from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, SENSORS, Manifest
-from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
+from magicsim.dataset.recipes.estimate import Estimate, estimate
+from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.sample import SampleTask, simulate_sample
 from magicsim.dataset.sensors import nominal_calibration, sensors_table
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
-from magicsim.scenes.variant import activate_variant
+from magicsim.light.variant import activate_variant
 from magicsim.workers.attempt import Prepare
 from magicsim.workers.options import WorkerOptions, choose_workers
-from magicsim.workers.run import run_tasks
+from magicsim.workers.tasks import run_tasks
 from magicsim.workers.threads import bound_threads
 from magicsim.workers.versions import changed_versions, versions
 

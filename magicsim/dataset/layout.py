@@ -9,7 +9,7 @@ from typing import overload
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.recipes.recipe import Recipe
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 """Multiples of it, without their whole part, are spread evenly, so that splits keep their shares at any size."""

@@ -5,8 +5,8 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
-from magicsim.config import Config, validate
-from magicsim.documents import read_json
+from magicsim.config.documents import read_json
+from magicsim.config.models import Config, validate
 from magicsim.errors import OutputError
 from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import Ledger

@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from magicsim.camera.calibration import Calibration
 from magicsim.dataset.columns import DRAWN
 from magicsim.dataset.features import Column, schema_of_columns
-from magicsim.episode import SimulatedFrame
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.pose import Pose
-from magicsim.scenes.calibration import Calibration
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
+from magicsim.simulation.episode import SimulatedFrame
 
 DEPTH_STEP_MM = 2.0**-12
 """Depth maps are rounded to this step [mm], far below their error: what is rounded compresses."""
@@ -64,6 +64,8 @@ def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
         "object_roughness": thing.roughness if thing is not None else None,
         "friction": scene.contact.friction,
         "led_radiance": [each for strip in rig.strips for each in strip.radiance],
+        "room": rig.room,
+        "room_radiance": list(rig.room_light),
         "flashlight_radiance": list(rig.flashlight.radiance),
         "camera_matrix": [each for row in calibration.camera_matrix for each in row],
         "camera_distortion": list(calibration.distortion),
@@ -110,7 +112,11 @@ def _pose(scene: SceneConfig, state: FrameState) -> Pose | None:
     if scene.object is None or state.gap_mm is None:
         return None
     placed = place_object(
-        scene.object, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg,
+        scene.object,
+        gap_mm=state.gap_mm,
+        x_mm=state.x_mm,
+        y_mm=state.y_mm,
+        twist_deg=state.twist_deg,
         design=scene.design,
     )
     return placed.pose

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from magicsim.dataset.draw import DrawnEpisode
 from magicsim.dataset.features import Column
+from magicsim.dataset.recipes.draw import DrawnEpisode
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,13 +26,13 @@ def simulate_sample(task: SampleTask) -> bytes:
     Raises:
         MagicsimError: The episode has no valid answer, and trying again would not help.
     """
+    from magicsim.camera.calibration import calibrate
     from magicsim.dataset.rows import drawn_columns, episode_table
     from magicsim.dataset.shard import rows_as_bytes
-    from magicsim.plan import plan_scene
-    from magicsim.scenes.calibration import calibrate
-    from magicsim.scenes.untouched import shared_states
-    from magicsim.sensor import Sensor
-    from magicsim.simulation import stream_frames
+    from magicsim.light.records.untouched import shared_states
+    from magicsim.simulation.plan import plan_scene
+    from magicsim.simulation.sensor import Sensor
+    from magicsim.simulation.stream import stream_frames
 
     episode = task.episode
     scene = episode.scene

@@ -7,14 +7,14 @@ from dataclasses import asdict
 
 import pyarrow as pa
 
-from magicsim.dataset.draw import DrawnSensor
+from magicsim.camera.calibration import calibrate
 from magicsim.dataset.features import Column, array, schema_of_columns, value
-from magicsim.dataset.recipe import Recipe
+from magicsim.dataset.recipes.draw import DrawnSensor
+from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import ROWS_A_GROUP, write_rows
-from magicsim.deform.lattice import box_lattice
+from magicsim.deform.lattice.structure import box_lattice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import lattice_planes, resolve_grid
-from magicsim.scenes.calibration import calibrate
 
 
 def nominal_calibration(recipe: Recipe) -> bytes:

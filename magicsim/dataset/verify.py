@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 
 from magicsim.dataset.layout import Layout
 from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, is_unchanged, read_manifest
-from magicsim.dataset.preview_files import PREVIEW_FILES, changed_preview
-from magicsim.dataset.recipe import Recipe, load_recipe
-from magicsim.detectors.image_header import HEAD_BYTES, MAX_PIXELS, image_size
+from magicsim.dataset.preview.preview_files import PREVIEW_FILES, changed_preview
+from magicsim.dataset.recipes.recipe import Recipe, load_recipe
+from magicsim.detectors.sources.image_header import HEAD_BYTES, MAX_PIXELS, image_size
 from magicsim.errors import MagicsimError, OutputError
 from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import WORK

@@ -6,11 +6,11 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.face import ContactFace, contact_face
-from magicsim.deform.factor import Carried
-from magicsim.deform.lattice import Lattice
-from magicsim.deform.relaxation import RelaxationState
-from magicsim.deform.table import TableMemory
+from magicsim.deform.contact.face import ContactFace, contact_face
+from magicsim.deform.lattice.relaxation import RelaxationState
+from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.table import TableMemory
+from magicsim.deform.solve.factor import Carried
 from magicsim.geometry.pose import Pose
 
 Array = npt.NDArray[np.float64]

@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from magicsim.deform.contact.face import MAX_POINTS, ContactFace, axis_weights
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.face import MAX_POINTS, ContactFace, axis_weights
-from magicsim.deform.lattice import Lattice
+from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.indenter import Indenter
-from magicsim.geometry.shapes import Shape
+from magicsim.geometry.shapes.solids import Shape
 
 Array = npt.NDArray[np.float64]
 UNSEEN_MM = 0.05

@@ -3,22 +3,22 @@
 Needs only NumPy and OpenCV, so that it runs unchanged beside a real sensor.
 """
 
-from magicsim.detectors.calibrate import Calibration, Candidates, CandidateScore, fit_profile
 from magicsim.detectors.combined import detect, detect_all, detect_stream
-from magicsim.detectors.episode import Episode
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import BackgroundReference, References, fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, run_grasp, step_grasp
 from magicsim.detectors.grid import GridReference
 from magicsim.detectors.offline import detect_sources, stream_sources
-from magicsim.detectors.profile import DetectorProfile
-from magicsim.detectors.profile_file import load_profile, save_profile
-from magicsim.detectors.profile_schema import profile_schema
-from magicsim.detectors.score import DetectionScore, TaskScore, score_verdicts
+from magicsim.detectors.profiles.calibrate import Calibration, Candidates, CandidateScore, fit_profile
+from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profiles.profile_file import load_profile, save_profile
+from magicsim.detectors.profiles.profile_schema import profile_schema
+from magicsim.detectors.scoring.episode import Episode
+from magicsim.detectors.scoring.score import DetectionScore, TaskScore, score_verdicts
+from magicsim.detectors.scoring.truth import FrameClass, classify_frame
 from magicsim.detectors.slip import SlipState, step_slip
-from magicsim.detectors.source import SourceFrame, read_image, read_source
+from magicsim.detectors.sources.source import SourceFrame, read_image, read_source
 from magicsim.detectors.stream import StreamState, detect_from_start, start_stream, step_stream
-from magicsim.detectors.truth import FrameClass, classify_frame
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 
 __all__ = [

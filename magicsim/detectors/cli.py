@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from magicsim.detectors.report import write_verdicts
-from magicsim.detectors.video import quiet_opencv
+from magicsim.detectors.sources.video import quiet_opencv
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.wording import one_line
 

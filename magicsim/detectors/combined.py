@@ -13,7 +13,7 @@ import numpy.typing as npt
 from magicsim.detectors.contact import decide_contact, grid_areas, grid_similarity
 from magicsim.detectors.frame import check_frame
 from magicsim.detectors.fusion import References
-from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.proximity import (
     brightening_correlation,
     brightening_entropy,
@@ -83,8 +83,8 @@ def judge(
     rises with both, p_touch falls with S; and b, a and p_touch are one half at their thresholds.
 
     The paper names the distances to the thresholds as the source of its probabilities; the form is assumed. With
-    widths from `magicsim.detectors.widths.fit_widths` (as `magicsim calibrate` writes them) b, a and p_touch are
-    calibrated: each is the share of positives among training frames at that distance, were both groups as frequent.
+    widths from `magicsim.detectors.profiles.widths.fit_widths` (as `magicsim calibrate` writes them) b, a and p_touch
+    are calibrated: each is the share of positives among training frames at that distance, were both groups as frequent.
     With other widths, `published` among them, they rank frames and say no share.
 
     Args:

@@ -11,7 +11,7 @@ import cv2
 
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.grid import FULL, GridReference, blur, grid_mask
-from magicsim.detectors.profile import DetectorProfile, Similarity
+from magicsim.detectors.profiles.profile import DetectorProfile, Similarity
 from magicsim.detectors.verdict import Contact
 
 Areas = tuple[float, float, float]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.grid import FULL, GridReference, blur, grid_mask
-from magicsim.detectors.profile import DetectorProfile, GridKind, Polarity
+from magicsim.detectors.profiles.profile import DetectorProfile, GridKind, Polarity
 from magicsim.errors import FrameError
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.slip import SlipState, is_touch_lost, step_slip
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.profile import GridKind, Polarity
+from magicsim.detectors.profiles.profile import GridKind, Polarity
 
 FULL = 255
 """Mask value of a pixel that shows the grid."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from magicsim.detectors.combined import detect
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import References, fuse
-from magicsim.detectors.profile import DetectorProfile
-from magicsim.detectors.profile_file import load_profile
-from magicsim.detectors.source import SourceFrame, read_source, source_kind
+from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.sources.source import SourceFrame, read_source, source_kind
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError
 

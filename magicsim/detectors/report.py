@@ -8,9 +8,9 @@ from typing import TextIO
 
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.offline import stream_sources
-from magicsim.detectors.profile import DetectorProfile
-from magicsim.detectors.profile_file import load_profile
-from magicsim.detectors.source import source_kind
+from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.sources.source import source_kind
 from magicsim.detectors.verdict import NUMBERS, WORDS, Verdict
 from magicsim.errors import ConfigError
 from magicsim.wording import visible

@@ -11,7 +11,7 @@ away: a rise of S together with a rise of E is light and no slip, until E has co
 
 from dataclasses import dataclass
 
-from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.verdict import Proximity, Verdict
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from magicsim.detectors.combined import detect
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import References, fuse
-from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.verdict import Verdict
 
 

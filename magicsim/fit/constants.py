@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import log
 from typing import Any, Literal
 
-from magicsim.config import validate
+from magicsim.config.models import validate
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.scenes.scene import SceneConfig
 
@@ -69,7 +69,7 @@ CONSTANTS: Mapping[str, Constant] = {
     "lens": Constant(path="rig.lens.thickness_mm", low=0.5, high=4.0),
     "camera_distance": Constant(path="rig.camera.distance_mm", low=15.0, high=40.0),
     "vignetting": Constant(path="rig.camera.vignetting", low=0.0, high=0.6),
-    "exposure": Constant(path="rig.camera.exposure_grey", low=50.0, high=150.0),
+    "exposure": Constant(path="rig.camera.exposure_grey", low=30.0, high=150.0),
     "gamma": Constant(path="rig.camera.gamma", low=1.0, high=2.4),
     "full_well": Constant(path="rig.camera.full_well_e", low=2e4, high=2e6, scale="log"),
     "read_noise": Constant(path="rig.camera.read_noise_e", low=10.0, high=300.0, scale="log"),

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 
 from magicsim.deform.deformation import Deformation
-from magicsim.plan import can_touch
 from magicsim.scenes.timeline import FrameState
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 _OPTICAL_FIELDS = {"ior", "sigma_s_per_mm", "absorption_per_mm", "anisotropy"}
 

@@ -10,7 +10,7 @@ import tomli_w
 from magicsim.fit.constants import with_values
 from magicsim.fit.strengths import Strengths
 from magicsim.folder import result_file
-from magicsim.scenes.names import ENVIRONMENT, FLASHLIGHT
+from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.scenes.rig import BRIGHTEST, FAINTEST
 from magicsim.scenes.scene import SceneConfig
 

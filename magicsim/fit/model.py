@@ -15,7 +15,7 @@ from magicsim.fit.strengths import Basis, Strengths, fit_strengths
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 

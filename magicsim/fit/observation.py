@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.source import read_source, source_kind
+from magicsim.detectors.sources.source import read_source, source_kind
 from magicsim.errors import ConfigError, FrameError
 from magicsim.scenes.rig import Camera
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config
+from magicsim.config.models import Config
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Color = tuple[Share, Share, Share]
@@ -27,7 +27,7 @@ class OpaqueCoat(Config):
 
 
 class HalfMirror(Config):
-    """A metal film so thin that some light passes: tactile under bright lights of its own, see-through under dim ones."""
+    """A metal film so thin that some light passes: tactile under bright lights, see-through under dim ones."""
 
     kind: Literal["half_mirror"]
     reflectance: Annotated[float, Field(ge=0, le=0.98)]
@@ -43,8 +43,8 @@ class HalfMirror(Config):
     def _check_energy(self) -> Self:
         if not 0 < self.reflectance + self.transmittance <= 1:
             msg = (
-                f"reflectance + transmittance = {self.reflectance + self.transmittance:g} is not allowed: must be above "
-                "0 and at most 1"
+                f"reflectance + transmittance = {self.reflectance + self.transmittance:g} is not allowed: must be "
+                "above 0 and at most 1"
             )
             raise ValueError(msg)
         return self

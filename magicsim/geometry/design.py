@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
-from magicsim.config import Config
+from magicsim.config.models import Config
 from magicsim.geometry.coat import Coat, OpaqueCoat
 from magicsim.geometry.face_shape import Face, HeightMap, flattened, lifted
 from magicsim.geometry.markers import Markers

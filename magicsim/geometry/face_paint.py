@@ -53,7 +53,9 @@ def _dotted(markers: DotMarkers, size: Array, ground: Array) -> FacePaint:
 
     pixel = max(FINEST_MM, markers.diameter_mm / PIXELS_PER_DIAMETER, float(np.sqrt(np.prod(size) / MOST_PIXELS)))
     columns, rows = (int(count) for count in np.ceil(size / pixel))
-    x, y = (np.arange(count) * pixel + pixel / 2 - extent / 2 for count, extent in zip((columns, rows), size, strict=True))
+    x, y = (
+        np.arange(count) * pixel + pixel / 2 - extent / 2 for count, extent in zip((columns, rows), size, strict=True)
+    )
     places = np.stack(np.meshgrid(x, y), -1)
     reach = markers.diameter_mm / 2 + pixel
     far, _ = cKDTree(markers.centres_mm((size[0], size[1]))).query(places, distance_upper_bound=reach)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
-from magicsim.config import Config
+from magicsim.config.models import Config
 
 Array = npt.NDArray[np.float64]
 Radius = Annotated[float, Field(ge=1, le=1e6)]
@@ -33,10 +33,10 @@ class Dome(Config):
     radius_x_mm: Radius | None = None
     """Radius of curvature along x at the crown [mm]; none is straight."""
     radius_y_mm: Radius | None = None
-    """Radius of curvature along y at the crown [mm]; none is straight. Equal radii are a sphere, one alone a cylinder."""
+    """Radius of curvature along y at the crown [mm]; none is straight. Equal radii: a sphere; one alone: a cylinder."""
     crown_mm: Annotated[float, Field(gt=0, le=25)]
-    """Height of the crown over the rim, beyond which the face goes on flat [mm]; a dome that has not fallen so far at the
-    block's sides has no rim."""
+    """Height of the crown over the rim, beyond which the face goes on flat [mm]; a dome that has not fallen so far at
+    the block's sides has no rim."""
     rim_mm: Annotated[float, Field(ge=0, le=25)] = 0.3
     """Height over which dome and rim blend [mm]; at most `crown_mm`."""
 
@@ -88,8 +88,8 @@ class HeightMap(Config):
 
     kind: Literal["height_map"]
     file: str
-    """NPY of heights [mm], or a PNG whose grey levels are heights; rows run along -y, columns along x, and the first and
-    last of both lie on the block's sides."""
+    """NPY of heights [mm], or a PNG whose grey levels are heights; rows run along -y, columns along x, and the first
+    and last of both lie on the block's sides."""
     footprint_mm: tuple[Annotated[float, Field(ge=2, le=200)], Annotated[float, Field(ge=2, le=200)]]
     """Size that it covers along x and y, the design's own [mm]."""
     range_mm: Annotated[float, Field(gt=0, le=25)] = 1.0
@@ -100,14 +100,14 @@ class HeightMap(Config):
         rise = float(-self._heights().min())
         if rise > MOST_SHARE * height_mm:
             return (
-                f"face.file = '{self.file}' is not allowed: it falls {rise:.4g} mm, at most {MOST_SHARE * height_mm:.4g} "
-                f"are, {MOST_SHARE:g} of the block's height"
+                f"face.file = '{self.file}' is not allowed: it falls {rise:.4g} mm, at most "
+                f"{MOST_SHARE * height_mm:.4g} are, {MOST_SHARE:g} of the block's height"
             )
         return None
 
     def _heights(self) -> Array:
         heights = _read(self.file, self.range_mm)
-        return heights - heights.max()
+        return np.asarray(heights - heights.max())
 
     def rise_mm(self, places_mm: Array) -> Array:
         """Height of the face over the crown's plane at places x, y, shape (...,) [mm]: a cubic spline.
@@ -157,7 +157,8 @@ def normal_at(face: Dome | HeightMap, places_mm: Array) -> Array:
         places_mm: x and y, shape (..., 2) [mm].
     """
     slopes = [
-        (face.rise_mm(places_mm + step) - face.rise_mm(places_mm - step)) / (2 * STEP_MM) for step in STEP_MM * np.eye(2)
+        (face.rise_mm(places_mm + step) - face.rise_mm(places_mm - step)) / (2 * STEP_MM)
+        for step in STEP_MM * np.eye(2)
     ]
     normal = np.stack([*slopes, -np.ones_like(slopes[0])], -1)
     return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))

@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from magicsim.geometry.face_shape import Dome, HeightMap
 from magicsim.geometry.pose import Pose
-from magicsim.geometry.shapes import Shape
+from magicsim.geometry.shapes.solids import Shape
 
 Array = npt.NDArray[np.float64]
 COARSE_MM, FINE = 0.25, 25

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.first_touch import first_touch_mm
-from magicsim.geometry.objects import ObjectBase
+from magicsim.geometry.objects.kinds import ObjectBase
 from magicsim.geometry.pose import Pose
-from magicsim.geometry.shapes import Shape
+from magicsim.geometry.shapes.solids import Shape
 
 Array = npt.NDArray[np.float64]
 
@@ -47,15 +47,20 @@ class Indenter:
 
 
 def place_object(
-    config: ObjectBase, *, gap_mm: float, x_mm: float = 0.0, y_mm: float = 0.0, twist_deg: float = 0.0,
+    config: ObjectBase,
+    *,
+    gap_mm: float,
+    x_mm: float = 0.0,
+    y_mm: float = 0.0,
+    twist_deg: float = 0.0,
     design: ElastomerDesign | None = None,
 ) -> Indenter:
     """Puts an object under the contact face.
 
     Args:
         config: Kind, size and orientation.
-        gap_mm: Distance of its highest point from the undeformed contact face [mm]; negative when pressed. Below a curved
-            face, its travel along z until it first touches.
+        gap_mm: Distance of its highest point from the undeformed contact face [mm]; negative when pressed. Below a
+            curved face, its travel along z until it first touches.
         x_mm: Its origin along x [mm].
         y_mm: Its origin along y [mm].
         twist_deg: Rotation about the sensor's z axis, added to its own yaw [degrees].

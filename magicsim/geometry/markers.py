@@ -1,4 +1,4 @@
-"""Markers on the contact face or below it: dots in a pattern, or a picture. Configuration of `[markers]` in a design."""
+"""Markers on the contact face or below it: dots in a pattern, or a picture. `[markers]` in a design."""
 
 import hashlib
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from magicsim.config import Config
+from magicsim.config.models import Config
 
 Array = npt.NDArray[np.float64]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from magicsim.detectors.truth import FrameClass
+from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Verdict
-from magicsim.episode import SimulatedFrame
 from magicsim.report.mistakes import contact_right, proximity_right
 from magicsim.report.runs import Run, runs
 from magicsim.report.story import Phase, tell_phases
 from magicsim.report.text import gap_or_depth, quantity
+from magicsim.simulation.episode import SimulatedFrame
 
 SHEET_FRAMES = 18
 """Largest number of frames on a contact sheet."""

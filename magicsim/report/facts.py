@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-from magicsim.episode import Episode
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.objects import ObjectConfig
+from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.report.text import MINUS, short_name
 from magicsim.scenes.rig import Rig
+from magicsim.simulation.episode import Episode
 
 _UNITS = {"mm": " mm", "deg": "\u00b0"}
 

@@ -5,7 +5,7 @@ import io
 
 from PIL import Image
 
-from magicsim.episode import Frame
+from magicsim.simulation.episode import Frame
 
 _QUALITY = 90
 

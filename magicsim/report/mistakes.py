@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from magicsim.detectors.score import PROXIMITY_TRUTH
-from magicsim.detectors.truth import FrameClass
+from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
+from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Verdict
-from magicsim.episode import SimulatedFrame
 from magicsim.report.runs import runs
+from magicsim.simulation.episode import SimulatedFrame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

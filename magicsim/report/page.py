@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from magicsim.detectors import truth
+from magicsim.detectors.scoring import truth
 from magicsim.detectors.verdict import Verdict
-from magicsim.episode import Episode, Judgement, SimulatedFrame
 from magicsim.errors import ConfigError
 from magicsim.report.contact_sheet import Caption, pick_frames, write_caption
 from magicsim.report.facts import scene_facts
@@ -20,6 +19,7 @@ from magicsim.report.solve_table import solve_rows
 from magicsim.report.story import tell_phases
 from magicsim.report.templates import page_template
 from magicsim.report.text import span
+from magicsim.simulation.episode import Episode, Judgement, SimulatedFrame
 
 SHEET_PROFILE = "calibrated"
 """Profile whose verdicts stand on the contact sheet; where it is missing, the last one judged."""

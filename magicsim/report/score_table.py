@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from magicsim.detectors.score import PROXIMITY_TRUTH, DetectionScore, TaskScore
-from magicsim.detectors.truth import FrameClass
+from magicsim.detectors.scoring.score import PROXIMITY_TRUTH, DetectionScore, TaskScore
+from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact
 from magicsim.report.text import percent
 

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from magicsim.episode import SimulatedFrame
 from magicsim.report.text import number, quantity, scientific
+from magicsim.simulation.episode import SimulatedFrame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

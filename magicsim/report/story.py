@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from enum import StrEnum
 
-from magicsim.detectors.truth import CONTACT_MIN_DEPTH_MM, NEAR_MAX_MM, NEAR_MIN_MM
-from magicsim.episode import SimulatedFrame
+from magicsim.detectors.scoring.truth import CONTACT_MIN_DEPTH_MM, NEAR_MAX_MM, NEAR_MIN_MM
 from magicsim.scenes.timeline import FrameState
+from magicsim.simulation.episode import SimulatedFrame
 
 
 class Phase(StrEnum):

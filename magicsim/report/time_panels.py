@@ -7,10 +7,10 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from magicsim.episode import SimulatedFrame
 from magicsim.report.drawing import WIDTH_IN
 from magicsim.report.palette import CLASS_COLORS, FAINT
 from magicsim.report.runs import runs
+from magicsim.simulation.episode import SimulatedFrame
 
 Series = npt.NDArray[np.float64]
 

@@ -1,22 +1,23 @@
 """Develops the moments of a live sensor into frames: equal states are rendered once, exposure is metered once."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
 
-from magicsim.config import validate
+from magicsim.camera.exposure import FloatImage
+from magicsim.camera.stream import CameraMemory
+from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
-from magicsim.episode import SimulatedFrame
 from magicsim.robot.moment import FULL, Moment
-from magicsim.scenes.camera_stream import CameraMemory
-from magicsim.scenes.exposure import FloatImage
-from magicsim.scenes.rig import Camera
+from magicsim.scenes.rig import DARK, Camera
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor, build_renderer, sensor_camera
-from magicsim.shot import Shot
+from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.labelled_frame import Shot
+from magicsim.simulation.sensor import Sensor, build_renderer, sensor_camera
 
 REMEMBERED = 3
-"""Radiance images that are kept: the untouched sensor's, and a state with and without outside light."""
+"""Radiance images that are kept of each kind: the untouched sensor's, and a state with and without outside light."""
 
 
 class Darkroom:
@@ -27,6 +28,7 @@ class Darkroom:
         self.sensor = sensor
         self._shot: Shot | None = None
         self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage]] = {}
+        self._strips: Darkroom | None = None
 
     def develop(self, moment: Moment) -> SimulatedFrame:
         """Renders a moment.
@@ -67,7 +69,7 @@ class Darkroom:
             return
         self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
         self.sensor.renderer = build_renderer(self.sensor.scene, self.sensor.elastomer)
-        self._shot = None
+        self._shot = self._strips = None
         self._seen.clear()
 
     @property
@@ -83,16 +85,29 @@ class Darkroom:
     def _lit(self, moment: Moment) -> FloatImage:
         """Radiance at the strengths of the LEDs: colours do not mix on their way, so each strength scales its channel.
 
-        Outside light is not scaled: it is what the flashlight adds to the same state without it.
+        Light from outside is not scaled: it is what flashlight and room add to the same state without them.
         """
         full = self._radiance(moment.state, moment.deformation)
         if moment.led_strength == FULL:
             return full
         strength = np.array(moment.led_strength, np.float32)
-        if not moment.state.flashlight:
+        if not moment.state.flashlight and self._by_strips is self:
             return full * strength
-        inside = self._radiance(replace(moment.state, flashlight=False, light_x_mm=0.0), moment.deformation)
+        inside = self._by_strips._radiance(replace(moment.state, flashlight=False, light_x_mm=0.0), moment.deformation)
         return np.asarray(np.maximum(inside * strength + (full - inside), 0))
+
+    @property
+    def _by_strips(self) -> "Darkroom":
+        """The sensor in a dark room: itself, where its own is."""
+        scene = self.sensor.scene
+        if max(scene.rig.room_light) == 0:
+            return self
+        if self._strips is None:
+            dark = scene.model_copy(update={"rig": scene.rig.model_copy(update={"room": DARK})})
+            sensor = copy(self.sensor)
+            sensor.scene, sensor.renderer = dark, build_renderer(dark, sensor.elastomer)
+            self._strips = Darkroom(sensor)
+        return self._strips
 
     def _radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
         key = (state, id(deformation))  # the deformation is kept beside, so that no other one gets its id

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.episode import SimulatedFrame
+from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, ConvergenceError, unknown_choice
-from magicsim.geometry.objects import AnyObject
-from magicsim.ranges import check_number
+from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.robot.fingers import half_extents_mm, is_alike_to_both
 from magicsim.robot.lift import Lift
 from magicsim.robot.live import MAX_SEED, LiveSensor
 from magicsim.robot.workspace import Range, Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.simulation.episode import SimulatedFrame
 
 try:
     import gymnasium

@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.geometry.objects import AnyObject
+from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.geometry.pose import Pose
 
 Array = npt.NDArray[np.float64]

@@ -12,16 +12,16 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
-from magicsim.episode import FrameTruth, SimulatedFrame, Vector
+from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, MagicsimError
-from magicsim.geometry.objects import AnyObject
-from magicsim.ranges import check_number
+from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.robot.fingers import SIDES, ObjectPlace, Side, finger_motion, finger_pose, half_extents_mm, seen_by
 from magicsim.robot.live import MAX_SEED, LiveSensor
 from magicsim.robot.moment import Moment
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
-from magicsim.truth import as_vector
+from magicsim.simulation.episode import FrameTruth, SimulatedFrame, Vector
+from magicsim.simulation.truth import as_vector
 
 Array = npt.NDArray[np.float64]
 BALANCE_N = 0.01

@@ -10,21 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.camera.settings import H264
+from magicsim.camera.stream import CameraMemory
+from magicsim.config.ranges import check_number
 from magicsim.deform.deformation import Deformation
-from magicsim.episode import FrameTruth, SimulatedFrame
 from magicsim.errors import ConfigError
-from magicsim.ranges import check_number
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
 from magicsim.robot.workspace import Workspace, bounded
-from magicsim.scenes.camera_stream import CameraMemory
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor
-from magicsim.truth import frame_truth
+from magicsim.simulation.episode import FrameTruth, SimulatedFrame
+from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.truth import frame_truth
 
 MAX_SEED = 2**31
 MIN_FRAME_RATE, MAX_FRAME_RATE = 0.001, 1000
@@ -193,11 +193,8 @@ class LiveSensor:
         """Radiance of the LED strips' red, green and blue in units of the rig's; exposure stays locked.
 
         Raises:
-            ConfigError: A strength is negative or above 1000, or the room shines too, whose light has no such channel.
+            ConfigError: A strength is negative or above 1000.
         """
-        if max(self.sensor.scene.rig.ambient) > 0:
-            msg = f"rig.ambient = {self.sensor.scene.rig.ambient} is not allowed with other LED strengths: must be 0"
-            raise ConfigError(msg)
         strength = (float(red), float(green), float(blue))
         for each in strength:
             check_number("LED strength", each, 0, STRONGEST)

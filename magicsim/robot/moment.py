@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from magicsim.camera.stream import CameraMemory, Instant
 from magicsim.deform.deformation import Deformation
-from magicsim.scenes.camera_stream import CameraMemory, Instant
 from magicsim.scenes.timeline import FrameState
 
 Rgb = tuple[float, float, float]

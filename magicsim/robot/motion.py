@@ -3,8 +3,8 @@
 import math
 from dataclasses import replace
 
-from magicsim.plan import can_touch
 from magicsim.scenes.timeline import FrameState
+from magicsim.simulation.plan import can_touch
 
 ENTRY_STEP_MM = 0.1
 """Length of a step of an oblique way into contact [mm]."""

@@ -26,7 +26,8 @@ def slip_mm(before: Deformation, after: Deformation, area_mm2: Array) -> float:
     """How far the skin slid over the object between two equilibria, the mean over the contact [mm].
 
     A sticking point keeps its anchor in the object's frame and a sliding one drags it along (see
-    `magicsim.deform.friction`), so the anchors' way is the way of sliding. Points count by their normal force after.
+    `magicsim.deform.contact.friction`), so the anchors' way is the way of sliding. Points count by their normal force
+    after.
 
     Args:
         before: The equilibrium before, of the same lattice.

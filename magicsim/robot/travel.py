@@ -3,13 +3,13 @@
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.deform.contact.face import contact_face, point_spacing_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.face import contact_face, point_spacing_mm
-from magicsim.plan import can_touch
 from magicsim.robot.motion import waypoints
 from magicsim.robot.slip import slip_mm
 from magicsim.scenes.timeline import FrameState
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 

@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass, fields
 from itertools import product
 
+from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE
-from magicsim.geometry.objects_base import MOST_TWIST_DEG
-from magicsim.ranges import check_number
+from magicsim.geometry.objects.rigid_object import MOST_TWIST_DEG
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.scenes.timeline import FrameState

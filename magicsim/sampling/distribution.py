@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from magicsim.config import Config
+from magicsim.config.models import Config
 
 CUTOFF_SD = 3.0
 """Normal distributions end at so many standard deviations: what differs more is no good part."""

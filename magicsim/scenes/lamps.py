@@ -1,11 +1,11 @@
-"""Lights beside the strips: single LEDs outside the block, and a ring behind the window. Part of a rig's configuration."""
+"""Lights beside the strips: single LEDs outside the block, and a ring behind the window. Part of a rig."""
 
 from typing import Annotated, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from magicsim.config import Config
+from magicsim.config.models import Config
 
 FARTHEST_MM = 2000.0
 """Half of a room's width [mm]: what is further away matters to no frame."""
@@ -26,7 +26,7 @@ Radiance = Annotated[float, Field(ge=0, le=BRIGHTEST), AfterValidator(_not_faint
 Rgb = tuple[Radiance, Radiance, Radiance]
 Vector = tuple[PlaceMm, PlaceMm, PlaceMm]
 Lobe = Annotated[float, Field(ge=1, le=200)]
-"""Exponent of the cosine that the intensity falls with; 1 is a matte emitter, a bare LED die, or one under a diffuser."""
+"""Exponent of the cosine that the intensity falls with; 1 is a matte emitter, a bare die, or one under a diffuser."""
 
 
 class Led(Config):
@@ -41,8 +41,8 @@ class Led(Config):
     radius_mm: Annotated[float, Field(ge=0.05, le=20)] = 0.5
     """Radius of the disk [mm]."""
     lobe: Lobe = 1.0
-    """Exponent m: intensity falls as cos^m of the angle from the axis; half of it is left at 60 degrees with 1, at 33 with
-    4, at 21 with 10."""
+    """Exponent m: intensity falls as cos^m of the angle from the axis; half of it is left at 60 degrees with 1, at 33
+    with 4, at 21 with 10."""
 
     @model_validator(mode="after")
     def _check_direction(self) -> Self:
@@ -70,8 +70,8 @@ class Led(Config):
         half = np.array(footprint_mm) / 2
         if (high[:2] > -half).all() and (low[:2] < half).all() and high[2] > 0 and low[2] < top_mm:
             return (
-                f"rig.leds.{number}.place_mm = {list(self.place_mm)} is not allowed: must be outside of the block and its "
-                f"plate, {footprint_mm[0]:g} x {footprint_mm[1]:g} mm and z from 0 to {top_mm:g}"
+                f"rig.leds.{number}.place_mm = {list(self.place_mm)} is not allowed: must be outside of the block and "
+                f"its plate, {footprint_mm[0]:g} x {footprint_mm[1]:g} mm and z from 0 to {top_mm:g}"
             )
         return None
 

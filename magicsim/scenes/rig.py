@@ -16,10 +16,10 @@ from magicsim.camera.settings import (
     PixelFaults,
     Shutter,
 )
-from magicsim.config import Config
+from magicsim.camera.window import Window
+from magicsim.config.models import Config
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 from magicsim.scenes.lamps import BRIGHTEST, FAINTEST, FARTHEST_MM, Led, LedRing, PlaceMm, Rgb
-from magicsim.scenes.window import Window
 
 __all__ = ["BRIGHTEST", "FAINTEST", "FARTHEST_MM", "Camera", "Flashlight", "LedStrip", "Lens", "PlaceMm", "Rgb", "Rig"]
 
@@ -29,6 +29,8 @@ Coefficient = Annotated[float, Field(ge=-1, le=1)]
 Pixel = Annotated[int, Field(ge=0, le=2047)]
 PixelCount = Annotated[int, Field(ge=8, le=2048)]
 Offset = Annotated[float, Field(ge=-1024, le=1024)]
+DARK = "dark"
+"""The room without light."""
 Side = Literal["-x", "+x", "-y", "+y"]
 
 
@@ -226,7 +228,7 @@ class Rig(Config):
     """Radiance of the room below the contact face, relative units: the same all around, or the mean of `room`."""
     room: str | None = None
     """Where that light comes from: `office`, `window`, `bench`, or an equirectangular image (PNG or JPEG, sRGB), whose
-    middle is what the sensor looks at; none is even light."""
+    middle is what the sensor looks at; none is even light, and `dark` turns the room off, whatever `ambient` is."""
     camera: Camera = Camera()
 
     @property
@@ -250,7 +252,7 @@ class Rig(Config):
 
     @model_validator(mode="after")
     def _check_room(self) -> Self:
-        if self.room is not None:
+        if self.room is not None and self.room != DARK:
             from magicsim.scenes.room import room_radiance
 
             room_radiance(self.room)
@@ -260,9 +262,12 @@ class Rig(Config):
         return self
 
     @property
+    def room_light(self) -> Rgb:
+        """Mean radiance of the room, 0 in a dark one."""
+        return (0.0, 0.0, 0.0) if self.room == DARK else self.ambient
+
+    @property
     def lit(self) -> tuple[bool, bool, bool]:
         """Whether any light of the untouched sensor shines in red, green and blue."""
-        red, green, blue = (
-            any(each) for each in zip(self.ambient, *self.lamps, strict=True)
-        )
+        red, green, blue = (any(each) for each in zip(self.room_light, *self.lamps, strict=True))
         return red, green, blue

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.presets import expanded, is_file, preset_root
 
 Array = npt.NDArray[np.float64]
 FOLDER = "scenes/rooms"
@@ -38,9 +38,9 @@ def room_file(name: str) -> Path:
         return preset_root() / FOLDER / f"{name}.png"
     path = expanded(name)
     if path.suffix.lower() not in SUFFIXES:
-        raise ConfigError(unknown_choice("room (or a PNG or JPEG file)", name, room_names()))
+        raise ConfigError(unknown_choice("room (or a PNG or JPEG file)", name, ["dark", *room_names()]))
     if not is_file(path):
-        msg = f"rig.room = '{name}' does not exist; give a PNG or JPEG file or one of: {', '.join(room_names())}"
+        msg = f"rig.room = '{name}' does not exist; give a PNG or JPEG file or one of: dark, {', '.join(room_names())}"
         raise ConfigError(msg)
     return path
 

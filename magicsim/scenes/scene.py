@@ -8,16 +8,16 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.camera.shutter import readout_fits, readout_problem
-from magicsim.config import Config, apply_overrides, validate
-from magicsim.documents import read_toml
+from magicsim.camera.viewing import check_view
+from magicsim.config.documents import read_toml
+from magicsim.config.models import Config, apply_overrides, validate
+from magicsim.config.presets import find_preset
 from magicsim.geometry.coat import OpaqueCoat
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.markers import DotMarkers, PictureMarkers
-from magicsim.geometry.objects import ObjectConfig
-from magicsim.geometry.objects_base import AngleDeg
-from magicsim.presets import find_preset
+from magicsim.geometry.objects.kinds import ObjectConfig
+from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.scenes.rig import PlaceMm, Rig
-from magicsim.scenes.viewing import check_view
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]

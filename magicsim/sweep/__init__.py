@@ -7,12 +7,12 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from magicsim.sweep.run import run_sweep
+    from magicsim.sweep.comparison import run_sweep
     from magicsim.sweep.sweep_file import load_sweep
 
 __all__ = ["load_sweep", "run_sweep"]
 
-_HOMES = {"load_sweep": "magicsim.sweep.sweep_file", "run_sweep": "magicsim.sweep.run"}
+_HOMES = {"load_sweep": "magicsim.sweep.sweep_file", "run_sweep": "magicsim.sweep.comparison"}
 
 
 def __getattr__(name: str) -> object:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from magicsim.config import validate
+from magicsim.config.models import validate
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.sampling.points import unit_points
 from magicsim.sweep.sensors import SweptSensor

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
-from magicsim.documents import parse_json
-from magicsim.sweep.measures import Measured
+from magicsim.config.documents import parse_json
+from magicsim.sweep.judging.measures import Measured
 
 Curve = dict[str, list[float | None]]
 """Columns of equal length."""

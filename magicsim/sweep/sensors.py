@@ -1,10 +1,10 @@
 """The sensors of a sweep: what a point of it changes, and how each is seen at a sweep's quality."""
 
-from magicsim.config import Config
+from magicsim.config.models import Config
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Camera, Rig
 from magicsim.scenes.scene import RenderSettings
-from magicsim.sweep.quality import Quality
+from magicsim.sweep.judging.quality import Quality
 
 
 class SweptSensor(Config):

@@ -9,17 +9,17 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config import Config, validate
+from magicsim.config.models import Config, validate
+from magicsim.config.presets import find_preset
 from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.objects import ObjectConfig
-from magicsim.presets import find_preset
+from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.sampling.distribution import Distribution, Value
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings, Seed, read_scene_file
-from magicsim.sweep.measures import MEASURES, Better
-from magicsim.sweep.quality import Quality
-from magicsim.sweep.search_settings import MAX_DESIGNS, SearchSettings
+from magicsim.sweep.judging.measures import MEASURES, Better
+from magicsim.sweep.judging.quality import Quality
+from magicsim.sweep.search.search_settings import MAX_DESIGNS, SearchSettings
 
 ROOTS = ("design", "rig", "render")
 """What the name of a swept field begins with."""

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from magicsim.sweep.measures import described
-from magicsim.sweep.quality import Quality
+from magicsim.sweep.judging.measures import described
+from magicsim.sweep.judging.quality import Quality
 from magicsim.sweep.result import DesignResult
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")

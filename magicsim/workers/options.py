@@ -3,8 +3,8 @@
 import os
 from dataclasses import dataclass
 
+from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
-from magicsim.ranges import check_number
 
 MAX_WORKERS = 1024
 """Each is a process with the renderer in it."""

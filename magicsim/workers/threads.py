@@ -3,6 +3,6 @@
 
 def bound_threads(threads: int) -> None:
     """Tells the renderer of this process how many threads it may use; frames do not depend on it."""
-    from magicsim.scenes.backend import dr
+    from magicsim.light.backend import dr
 
     dr.set_thread_count(threads)

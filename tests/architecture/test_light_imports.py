@@ -34,8 +34,8 @@ def loaded_by(statement: str) -> set[str]:
     "packages",
     [
         "magicsim",
-        "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.report, magicsim.robot",
-        "magicsim.errors, magicsim.config",
+        "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.light, magicsim.report, magicsim.robot",
+        "magicsim.errors, magicsim.config.models",
     ],
 )
 def test_package_loads_nothing_heavy(packages: str):
@@ -77,4 +77,10 @@ def test_commands_that_neither_solve_nor_render_load_neither_solver_nor_renderer
 
 
 def test_press_does_without_the_renderer():
-    assert not loaded_by("import magicsim.deform.press") & {"mitsuba", "drjit", "matplotlib", "pyarrow", "cv2"}
+    assert not loaded_by("import magicsim.deform.indentation.press") & {
+        "mitsuba",
+        "drjit",
+        "matplotlib",
+        "pyarrow",
+        "cv2",
+    }

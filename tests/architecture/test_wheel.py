@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.presets import FOLDERS
+from magicsim.config.presets import FOLDERS
 
 from .source import ROOT
 
@@ -96,7 +96,7 @@ def test_wheel_installs_the_command(wheel: Path):
 
 def test_installed_copy_finds_its_own_presets(installed: Path):
     code = (
-        "import magicsim, magicsim.presets as p; from magicsim.scenes.scene import load_scene; "
+        "import magicsim, magicsim.config.presets as p; from magicsim.scenes.scene import load_scene; "
         "print(magicsim.__file__); print(p.preset_root()); print(load_scene('demo').frame_count); "
         "print(*(len(p.preset_names(kind)) for kind in p.FOLDERS))"
     )

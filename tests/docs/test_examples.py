@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from magicsim import load_scene, simulate
-from magicsim.dataset.draw import draw_episodes
-from magicsim.dataset.recipe import load_recipe
+from magicsim.dataset.recipes.draw import draw_episodes
+from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.detectors import Contact
 from magicsim.scenes.scene import SceneConfig
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 from .pages import EXAMPLES, load
 

@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from magicsim.dataset.generate import generate_dataset
-from magicsim.dataset.recipe import load_recipe
+from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.workers.options import WorkerOptions
 
 from .pages import EXAMPLES, load

@@ -11,8 +11,8 @@ import pytest
 import magicsim
 from magicsim.cli import entry
 from magicsim.cli.app import app
-from magicsim.geometry.objects import OBJECT_KINDS
-from magicsim.geometry.objects_base import ObjectBase
+from magicsim.geometry.objects.kinds import OBJECT_KINDS
+from magicsim.geometry.objects.rigid_object import ObjectBase
 
 from .pages import DOCS, EXAMPLES, PAGES, ROOT, blocks, load, name
 

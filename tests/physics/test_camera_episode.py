@@ -7,15 +7,15 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from magicsim.detectors.source import read_image
-from magicsim.evaluate.filming import film_take
-from magicsim.evaluate.footage import ExposedTake
-from magicsim.plan import plan_scene
+from magicsim.detectors.sources.source import read_image
+from magicsim.evaluation.takes.footage import ExposedTake
+from magicsim.evaluation.takes.simulated import film_take
+from magicsim.judge.main_job import run_scene
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.workspace import Workspace
-from magicsim.run import run_scene
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.simulation import simulate
+from magicsim.simulation.plan import plan_scene
+from magicsim.simulation.stream import simulate
 
 TINY = (
     "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2", "design.lattice.cells_across=0",
@@ -93,9 +93,9 @@ def test_stored_frames_are_those_that_the_detectors_see(tmp_path: Path):
 
 def test_a_dataset_has_the_rows_of_the_simulated_scene():
     from magicsim.dataset.columns import columns_of
-    from magicsim.dataset.draw import draw_episodes
     from magicsim.dataset.export.source import decoded
-    from magicsim.dataset.recipe import load_recipe
+    from magicsim.dataset.recipes.draw import draw_episodes
+    from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.dataset.sample import SampleTask, simulate_sample
 
     render = "render={samples=2, particles=2000, anchor_samples=2, anchor_particles=2000}"

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magicsim.plan import plan_scene
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.simulation import simulate
+from magicsim.simulation.plan import plan_scene
+from magicsim.simulation.stream import simulate
 
 TINY = (
     "rig.camera.columns=24",

@@ -8,13 +8,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from magicsim.deform.lattice import build_lattice
-from magicsim.episode import Episode
+from magicsim.camera.projection import project_px
+from magicsim.deform.lattice.structure import build_lattice
 from magicsim.geometry.grid import resolve_grid
-from magicsim.scenes.projection import project_px
+from magicsim.light.variant import LLVM_VARIANT, activate_variant
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
-from magicsim.simulation import simulate
+from magicsim.simulation.episode import Episode
+from magicsim.simulation.stream import simulate
 
 Array = npt.NDArray[np.float64]
 CLEAN = ["rig.camera.full_well_e=1e12", "rig.camera.read_noise_e=0", "rig.camera.fixed_pattern=0"]

@@ -9,8 +9,8 @@ import pytest
 from pydantic import BaseModel, TypeAdapter
 
 import magicsim
-from magicsim.config import Config
-from magicsim.detectors.profile_schema import profile_schema
+from magicsim.config.models import Config
+from magicsim.detectors.profiles.profile_schema import profile_schema
 
 LOWEST, HIGHEST = {"minimum", "exclusiveMinimum"}, {"maximum", "exclusiveMaximum"}
 OWN_FILES = {"Manifest", "ShardEntry", "FailedEpisode", "SweepIndex"}

@@ -4,10 +4,10 @@ import sys
 import pytest
 
 import magicsim
-from magicsim.deform.press import press
+from magicsim.deform.indentation.press import press
 from magicsim.detectors.offline import detect_sources
-from magicsim.plan import plan_scene
 from magicsim.scenes.scene import load_scene
+from magicsim.simulation.plan import plan_scene
 
 
 def run(code: str) -> str:
@@ -37,14 +37,13 @@ def test_unknown_name_is_an_attribute_error():
 
 
 @pytest.mark.parametrize(
-    "before", ["", "import magicsim.simulation", "import magicsim.run", "from magicsim import simulate"]
+    "before",
+    ["", "import magicsim.simulation.stream", "import magicsim.judge.main_job", "from magicsim import simulate"],
 )
 def test_simulate_is_the_function_whatever_was_imported_before(before: str):
-    code = (
-        f"{before}\nfrom magicsim import simulate\nimport magicsim.simulation\nfrom magicsim.simulation import Sensor\n"
-    )
-    code += "print(callable(simulate), simulate is magicsim.simulation.simulate, simulate.__module__, Sensor.__name__)"
-    assert run(code) == "True True magicsim.simulation Sensor"
+    code = f"{before}\nfrom magicsim import simulate\nimport magicsim.simulation.stream as stream\n"
+    code += "print(callable(simulate), simulate is stream.simulate, simulate.__module__, stream.Sensor.__name__)"
+    assert run(code) == "True True magicsim.simulation.stream Sensor"
 
 
 def test_public_functions_are_loaded_one_at_a_time():

@@ -15,7 +15,7 @@ from PIL import Image
 
 from magicsim.dataset.features import Column
 from magicsim.dataset.manifest import MANIFEST, Manifest, ShardEntry, read_manifest
-from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.shard import as_schema
 from magicsim.errors import OutputError
 

@@ -7,12 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice import Lattice, box_lattice
-from magicsim.deform.path import ContactSolver
+from magicsim.deform.lattice.structure import Lattice, box_lattice
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.geometry.shapes import Shape, Sphere
+from magicsim.geometry.shapes.solids import Shape, Sphere
 
 Array = npt.NDArray[np.float64]
 Counts = tuple[int, int]

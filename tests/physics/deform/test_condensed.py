@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magicsim.config import load_preset
-from magicsim.deform import condensed as condensed_steps
-from magicsim.deform import factor as factors
-from magicsim.deform import linear
-from magicsim.deform.condensed import Condenser
+from magicsim.config.models import load_preset
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice import Lattice, build_lattice
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.zone import contact_zone
+from magicsim.deform.lattice.structure import Lattice, build_lattice
+from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.linear import factorise as linear
+from magicsim.deform.solve import condensed as condensed_steps
+from magicsim.deform.solve import factor as factors
+from magicsim.deform.solve.condensed import Condenser
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 BALL = parse_object("sphere:radius_mm=4")
 PLACES = ((-0.3, 0.0, 0.0), (-0.8, 0.0, 0.0), (-0.8, 0.4, 0.0), (-0.8, 0.4, 20.0))

@@ -6,16 +6,16 @@ import sys
 
 import pytest
 
-from magicsim.deform.linear import has_pardiso
+from magicsim.deform.linear.factorise import has_pardiso
 
 SCRIPT = """
 import hashlib
-from magicsim.config import load_preset
-from magicsim.deform.lattice import build_lattice
-from magicsim.deform.path import ContactSolver
+from magicsim.config.models import load_preset
+from magicsim.deform.lattice.structure import build_lattice
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 changes = ["skin_mm=0.3137", "lattice.cells_across=0", "footprint_mm=[12, 14]"]
 design = load_preset(ElastomerDesign, "design", "{design}", changes)

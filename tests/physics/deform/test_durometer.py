@@ -2,8 +2,8 @@
 
 import pytest
 
-from magicsim.config import load_preset
-from magicsim.deform.durometer import durometer, spring_force_n
+from magicsim.config.models import load_preset
+from magicsim.deform.indentation.durometer import durometer, spring_force_n
 from magicsim.geometry.design import ElastomerDesign
 
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from magicsim.deform.contact import evaluate_contact
+from magicsim.deform.contact.augmented import evaluate_contact
+from magicsim.deform.contact.face import contact_face
+from magicsim.deform.contact.friction import ContactLaw, ContactMemory, stick_stiffness, updated_limits
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.face import contact_face
-from magicsim.deform.friction import ContactLaw, ContactMemory, stick_stiffness, updated_limits
-from magicsim.deform.lattice import Lattice, box_lattice
-from magicsim.deform.path import ContactSolver
+from magicsim.deform.lattice.structure import Lattice, box_lattice
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 BALL = parse_object("sphere:radius_mm=4")
 

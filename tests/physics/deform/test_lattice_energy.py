@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from magicsim.deform.cell_kernels import negative_log
-from magicsim.deform.energy import Elasticity
-from magicsim.deform.face import contact_face
-from magicsim.deform.lattice import Lattice, box_lattice, jittered
-from magicsim.deform.pattern import block_pattern
-from magicsim.deform.springs import spring_stiffness
+from magicsim.deform.contact.face import contact_face
+from magicsim.deform.lattice.cell_kernels import negative_log
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.pattern import block_pattern
+from magicsim.deform.lattice.springs import spring_stiffness
+from magicsim.deform.lattice.structure import Lattice, box_lattice, jittered
 
 MU = 0.4
 

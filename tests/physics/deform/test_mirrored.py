@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice import Lattice, box_lattice
-from magicsim.deform.path import ContactSolver
+from magicsim.deform.lattice.structure import Lattice, box_lattice
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 HALF = np.linspace(0.0, 4.0, 9)
 DEPTH = np.linspace(0.0, 3.0, 7)

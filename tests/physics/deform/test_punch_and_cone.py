@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 from .deep_block import LEVELS, Counts, DeepBlock, limit, order, pressed, reduced_modulus_mpa
 from .layer_theory import cone, layer_contact

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magicsim.bench.stress import VALID, run_path
-from magicsim.bench.stress_cases import every_path
-from magicsim.config import load_preset
+from magicsim.bench.stress.cases import every_path
+from magicsim.bench.stress.grid import VALID, run_path
+from magicsim.config.models import load_preset
+from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.face import point_spacing_mm
-from magicsim.deform.lattice import build_lattice
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.zone import contact_zone
+from magicsim.deform.lattice.structure import build_lattice
+from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 TOLERANCE_MM = 0.002
 

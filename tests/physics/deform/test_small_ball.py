@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from magicsim.config import load_preset
-from magicsim.deform.lattice import build_lattice
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.press import press
-from magicsim.deform.zone import contact_zone
+from magicsim.config.models import load_preset
+from magicsim.deform.indentation.press import press
+from magicsim.deform.lattice.structure import build_lattice
+from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 SYMMETRIC_MM = 1e-6
 """Iterations end where forces balance to 1e-8, with a factor of single precision on the way: not all of its last digits

@@ -5,23 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magicsim.bench.reference import load_reference, reference_path
-from magicsim.config import load_preset
+from magicsim.bench.deform.reference import load_reference, reference_path
+from magicsim.config.models import load_preset
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice import box_lattice, build_lattice
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.press import press
-from magicsim.deform.zone import FAR_FIELD_BOUND
+from magicsim.deform.indentation.press import press
+from magicsim.deform.lattice.structure import box_lattice, build_lattice
+from magicsim.deform.lattice.zone import FAR_FIELD_BOUND
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import SphereObject, parse_object
+from magicsim.geometry.objects.kinds import SphereObject, parse_object
 
 SYMMETRY = 1e-6
 """Departure from symmetry that residuals of 1e-8 of the contact force leave [mm, N, N mm]."""
 BALL = SphereObject(kind="sphere", radius_mm=4.0)
 REFERENCE_N = {depth.depth_mm: depth.force_n for depth in load_reference(reference_path()).depths}
-"""Finite elements on `uniform-block` under a sphere of 4 mm, magicsim/bench/reference_sphere_block.json."""
+"""Finite elements on `uniform-block` under a sphere of 4 mm, magicsim/bench/deform/reference_sphere_block.json."""
 
 
 def uniform_block(*overrides: str) -> ElastomerDesign:

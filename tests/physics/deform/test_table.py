@@ -7,11 +7,11 @@ import pytest
 from scipy.optimize import brentq
 
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.energy import Elasticity
-from magicsim.deform.lattice import Lattice, TableTop, box_lattice
-from magicsim.deform.path import ContactSolver
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.structure import Lattice, TableTop, box_lattice
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 from .deep_block import SHEAR_MPA, DeepBlock, ball, reduced_modulus_mpa
 from .layer_theory import layer_contact, sphere

@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import pytest
 
-from magicsim.config import load_preset
-from magicsim.deform.press import PressResult, press
+from magicsim.config.models import load_preset
+from magicsim.deform.indentation.press import PressResult, press
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 BALL = parse_object("sphere:radius_mm=4")
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magicsim.deform.energy import Elasticity
-from magicsim.deform.hexahedron import GAUSS_GRADIENTS
-from magicsim.deform.lattice import box_lattice, jittered
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.relaxation import FULL, Branches, Relaxation, RelaxationState
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
+from magicsim.deform.lattice.relaxation import FULL, Branches, Relaxation, RelaxationState
+from magicsim.deform.lattice.structure import box_lattice, jittered
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import SphereObject
+from magicsim.geometry.objects.kinds import SphereObject
 
 MU, LAME = 0.4, 9.0
 TIMES_S, MODULI = np.array([0.05, 0.8]), np.array([1.5, 0.7])

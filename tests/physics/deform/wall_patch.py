@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from magicsim.deform.energy import Elasticity
-from magicsim.deform.face import contact_face
-from magicsim.deform.hexahedron import GAUSS_GRADIENTS
-from magicsim.deform.lattice import Lattice, box_lattice
-from magicsim.deform.linear import symmetric_solver
-from magicsim.deform.pattern import block_pattern
+from magicsim.deform.contact.face import contact_face
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
+from magicsim.deform.lattice.pattern import block_pattern
+from magicsim.deform.lattice.structure import Lattice, box_lattice
+from magicsim.deform.linear.factorise import symmetric_solver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid
 

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import pytest
 
+from magicsim.light.variant import LLVM_VARIANT, activate_variant
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
 
 SMALL = (
     "rig.camera.columns=48",

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import detect, fuse, load_profile
-from magicsim.scenes.exposure import expose, meter
-from magicsim.scenes.finish import Finish
-from magicsim.scenes.renderer import Renderer
+from magicsim.light.records.untouched import UntouchedStates
+from magicsim.light.renderer import Renderer
+from magicsim.light.world.finish import Finish
 from magicsim.scenes.timeline import timeline
-from magicsim.scenes.untouched import UntouchedStates
 from magicsim.scenes.view import View
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 ANCHOR = ("render.anchor_samples=32", "render.anchor_particles=200000")
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magicsim.scenes.relight import relight
+from magicsim.light.relight import relight
+from magicsim.light.variant import LLVM_VARIANT, activate_variant
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
 
 SMALL = [
     "design.footprint_mm=[6,6]", "design.core_mm=2.0", "rig.camera.columns=12", "rig.camera.rows=12",
@@ -14,9 +14,9 @@ SMALL = [
 
 
 def images(estimator: str, *overrides: str):
-    from magicsim.scenes.renderer import Renderer
+    from magicsim.light.renderer import Renderer
     from magicsim.scenes.view import View
-    from magicsim.sensor import Sensor
+    from magicsim.simulation.sensor import Sensor
 
     scene = load_scene("rest", [*SMALL, f"render.estimator={estimator}", *overrides], seed=3)
     renderer: Renderer = Sensor(scene).renderer
@@ -37,7 +37,7 @@ def test_a_dimmed_strip_is_a_weighted_sum() -> None:
     if activate_variant() != LLVM_VARIANT:
         pytest.skip("needs LLVM")
     from magicsim.scenes.view import View
-    from magicsim.sensor import Sensor
+    from magicsim.simulation.sensor import Sensor
 
     scene = load_scene("rest", SMALL, seed=3)
     dimmed = scene.rig.strips[0].model_copy(update={"radiance": tuple(0.25 * c for c in scene.rig.strips[0].radiance)})

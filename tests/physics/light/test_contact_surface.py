@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.scenes.timeline import timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 
 def facet_points(vertices, faces):
@@ -33,8 +33,8 @@ def test_cells_stay_disjoint_from_skin_and_object(small_scene):
 
 
 def test_contact_mask_covers_the_contact_and_nothing_else(small_scene):
-    from magicsim.scenes.film import pixel_landing_mm
-    from magicsim.truth import contact_mask
+    from magicsim.camera.film import pixel_landing_mm
+    from magicsim.simulation.truth import contact_mask
 
     scene = small_scene("pressed")
     sensor = Sensor(scene)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from magicsim.plan import can_touch
-from magicsim.scenes.backend import VARIANT
+from magicsim.light.backend import VARIANT
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
 SMALL = (

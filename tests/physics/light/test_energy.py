@@ -2,9 +2,9 @@
 
 import pytest
 
-from magicsim.plan import can_touch
 from magicsim.scenes.timeline import timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3")
 
@@ -18,7 +18,7 @@ SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm
     ],
 )
 def test_emitted_light_is_absorbed_or_escapes(state, overrides, small_scene):
-    from magicsim.scenes.shapes import lights
+    from magicsim.light.world.shapes import lights
 
     scene = small_scene(state, *SMALL, *overrides)
     sensor = Sensor(scene)

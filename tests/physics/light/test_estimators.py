@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magicsim.plan import can_touch
 from magicsim.scenes.timeline import timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 AGREEMENT = 0.01
 
@@ -44,7 +44,7 @@ def test_fluence_agrees_with_path_tracing_within_one_percent(name, small_scene):
 
 
 def test_mi_render_runs_the_fluence_estimator(small_scene):
-    from magicsim.scenes.backend import mi
+    from magicsim.light.backend import mi
     from magicsim.scenes.view import View
 
     scene = small_scene("rest", "rig.camera.blur_px=0", seed=7)

@@ -1,9 +1,9 @@
 """White furnace and energy balance: in a world of equal radiance nothing loses or gains light, at rest and deformed."""
 
 import pytest
+from laboratory.light.optics import CASES, check_optics
 
-from magicsim.bench.optics import CASES, check_optics
-from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
+from magicsim.light.variant import LLVM_VARIANT, activate_variant
 
 pytestmark = pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="needs LLVM")
 SMALL = ("design.footprint_mm=[8, 9]", "rig.camera.field_mm=7.5")

@@ -4,7 +4,7 @@ import numpy as np
 
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.scenes.view import View
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 
 def test_red_is_at_column_zero_and_blue_at_the_last(small_scene):

@@ -5,9 +5,9 @@ import logging
 import numpy as np
 import pytest
 
+from magicsim.light.variant import LLVM_VARIANT, activate_variant
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
-from magicsim.simulation import simulate
+from magicsim.simulation.stream import simulate
 
 SMALL = [
     "design.footprint_mm=[6,6]", "design.core_mm=2.0", "rig.camera.columns=12", "rig.camera.rows=12",
@@ -31,7 +31,7 @@ def strips(left: str, right: str) -> str:
 
 def radiance(config: SceneConfig) -> np.ndarray:
     from magicsim.scenes.timeline import timeline
-    from magicsim.sensor import Sensor
+    from magicsim.simulation.sensor import Sensor
 
     sensor = Sensor(config)
     return sensor.renderer.plain_radiance(sensor.view(timeline(config)[0], sensor.rest))
@@ -64,7 +64,8 @@ def test_sensor_without_light_gives_black_frames_and_one_warning(
     episode = simulate(scene(*settings, "rig.flashlight.radiance=[0,0,0]"))
     assert [frame.image.mean() < 1 for frame in episode.frames] == [True] * 4
     assert [record.message for record in caplog.records] == [
-        "frame 0 is black (mean grey level 0): no strip of rig.strips shines, and rig.ambient is 0"
+        "frame 0 is black (mean grey level 0): no strip of rig.strips shines, and the room is dark (rig.ambient, "
+        "rig.room)"
     ]
 
 
@@ -89,7 +90,7 @@ def test_one_red_strip_is_exposed_and_leaves_the_other_channels_dark():
 
 def test_basis_has_a_black_image_for_a_light_that_is_off():
     from magicsim.scenes.view import View
-    from magicsim.sensor import Sensor
+    from magicsim.simulation.sensor import Sensor
 
     basis = Sensor(scene(strips("[5,5,5]", DARK), keyframes=("{frame=0}",))).renderer.basis(View())
     assert basis["strip0"].max() > 0

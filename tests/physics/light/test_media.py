@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.errors import RenderError
 from magicsim.scenes.timeline import timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 TINY = (
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28",

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from magicsim.scenes.light_field import total
-from magicsim.scenes.shapes import wetted
+from magicsim.light.transport.light_field import total
+from magicsim.light.world.shapes import wetted
 from magicsim.scenes.timeline import timeline
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 SMALL = ("design.footprint_mm=[12,14]", "rig.camera.field_mm=10", "object.radius_mm=3")
 PARTICLES = 400_000

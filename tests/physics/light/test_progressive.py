@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magicsim.scenes.refinement import central
+from magicsim.light.refinement import central
+from magicsim.light.variant import LLVM_VARIANT, activate_variant
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.variant import LLVM_VARIANT, activate_variant
 
 SMALL = [
     "design.footprint_mm=[6,6]", "design.core_mm=2.0", "rig.camera.columns=24", "rig.camera.rows=24",
@@ -16,7 +16,7 @@ SMALL = [
 @pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="needs LLVM")
 def test_estimated_error_is_the_distance_to_a_converged_image() -> None:
     from magicsim.scenes.view import View
-    from magicsim.sensor import Sensor
+    from magicsim.simulation.sensor import Sensor
 
     renderer = Sensor(load_scene("rest", SMALL, seed=3)).renderer
     converged = Sensor(load_scene("rest", SMALL, seed=900_000)).renderer.refined(View(), 0.015)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.simulation import simulate
+from magicsim.simulation.stream import simulate
 
 SMALL = (
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3", "references=2",

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from evaluate.synthetic import PROFILE, make_suite
+from evaluation.synthetic import PROFILE, make_suite
 
-from magicsim.detectors.profile_file import save_profile
+from magicsim.detectors.profiles.profile_file import save_profile
 
 from .conftest import Shell
 

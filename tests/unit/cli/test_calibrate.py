@@ -9,7 +9,7 @@ import pytest
 
 from magicsim import calibrate
 from magicsim.detectors import detect_all, fuse, load_profile, score_verdicts
-from magicsim.recorded import read_episode
+from magicsim.judge.recorded import read_episode
 
 from .conftest import Shell
 

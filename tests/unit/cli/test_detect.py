@@ -2,7 +2,7 @@ from pathlib import Path
 
 import cv2
 
-from magicsim.presets import preset_names
+from magicsim.config.presets import preset_names
 
 from .conftest import Shell
 from .images import write_frames

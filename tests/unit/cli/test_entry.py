@@ -116,7 +116,7 @@ def test_interruption_ends_quietly(shell: Shell, monkeypatch: pytest.MonkeyPatch
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("magicsim.plan.plan_scene", interrupt)
+    monkeypatch.setattr("magicsim.simulation.plan.plan_scene", interrupt)
     done = shell("plan", "near")
     assert done.code == 130
     assert done.err == "magicsim: stopped\n"
@@ -128,7 +128,7 @@ def test_termination_leaves_nothing_half_written(shell: Shell, monkeypatch: pyte
             (folder / "half").write_text("")
             signal.raise_signal(signal.SIGTERM)
 
-    monkeypatch.setattr("magicsim.plan.plan_scene", terminate)
+    monkeypatch.setattr("magicsim.simulation.plan.plan_scene", terminate)
     assert shell("plan", "near").code == 143
     assert list(tmp_path.iterdir()) == []
 

@@ -41,7 +41,7 @@ def test_render_keeps_the_estimator_of_the_scene_unless_asked(
     asked = []
     monkeypatch.setitem(
         sys.modules,
-        "magicsim.still",
+        "magicsim.simulation.still",
         SimpleNamespace(render_still=lambda scene, *_, **__: asked.append(scene), with_care=lambda scene, **_: scene),
     )
     monkeypatch.setattr("magicsim.cli.light.fields_of", lambda _: {})

@@ -13,7 +13,7 @@ import pyarrow as pa
 
 from magicsim.dataset.features import schema_of_columns
 from magicsim.dataset.generate import Simulator, generate_dataset
-from magicsim.dataset.recipe import Recipe, load_recipe
+from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.sample import SampleTask
 from magicsim.dataset.shard import rows_as_bytes
 from magicsim.errors import ConvergenceError

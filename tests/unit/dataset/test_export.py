@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from magicsim.dataset.export.run import export_dataset
+from magicsim.dataset.export.formats import export_dataset
 from magicsim.dataset.export.source import decoded, open_dataset
 from magicsim.errors import OutputError
 

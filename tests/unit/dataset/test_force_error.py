@@ -9,7 +9,7 @@ from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.features import schema_of_columns
 from magicsim.dataset.force_error import force_error
-from magicsim.dataset.recipe import load_recipe
+from magicsim.dataset.recipes.recipe import load_recipe
 
 ROUND = Path(__file__).with_name("small.toml")
 

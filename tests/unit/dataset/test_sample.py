@@ -12,15 +12,15 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.spatial import cKDTree
 
+from magicsim.camera.film import pixel_landing_mm
 from magicsim.dataset.columns import columns_of
-from magicsim.dataset.draw import draw_episodes, draw_sensors
 from magicsim.dataset.export.source import decoded
 from magicsim.dataset.generate import generate_dataset
+from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors
 from magicsim.dataset.sample import SampleTask, simulate_sample
 from magicsim.dataset.verify import verify_dataset
-from magicsim.geometry.objects import SphereObject
-from magicsim.scenes.film import pixel_landing_mm
-from magicsim.scenes.untouched import shared_states
+from magicsim.geometry.objects.kinds import SphereObject
+from magicsim.light.records.untouched import shared_states
 from magicsim.workers.options import WorkerOptions
 
 from .fakes import FOLDER, SMALL, content, small_recipe
@@ -83,7 +83,7 @@ def test_mask_lies_where_the_ball_is_below_the_depth_map(recipe, rows):
 
 
 def test_displacements_are_those_of_the_lattice_in_the_sensors_table(recipe, rows):
-    from magicsim.deform.lattice import build_lattice
+    from magicsim.deform.lattice.structure import build_lattice
 
     nodes = build_lattice(draw_sensors(recipe, 1)[0].design).nodes_mm
     top = nodes[:, 2] > nodes[:, 2].max() - 1e-9

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.dataset.manifest import MANIFEST
-from magicsim.dataset.preview_files import write_preview
+from magicsim.dataset.preview.preview_files import write_preview
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
 from magicsim.folder.sealing import sealed

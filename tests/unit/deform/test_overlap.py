@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 import trimesh
 
-from magicsim.config import load_preset
+from magicsim.config.models import load_preset
+from magicsim.deform.contact.face import axis_weights, face_weights, point_spacing_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.face import axis_weights, face_weights, point_spacing_mm
-from magicsim.deform.lattice import Lattice, box_lattice, build_lattice
+from magicsim.deform.indentation.press import press
+from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
+from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.overlap import UNSEEN_MM, overlap_fault, points_inside, smallest_radius_mm
-from magicsim.deform.path import ContactSolver
-from magicsim.deform.press import press
-from magicsim.deform.zone import contact_zone
+from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 SMALL = ["footprint_mm=[6,6]", "core_mm=3.0"]
 COARSE = load_preset(ElastomerDesign, "design", "uniform-block", [*SMALL, "lattice.cells_across=0"])

@@ -1,6 +1,6 @@
 import pytest
 
-from magicsim.config import validate
+from magicsim.config.models import validate
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MIN_WALL_MM, BodyMaterial, ElastomerDesign
 

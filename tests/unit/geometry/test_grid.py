@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from magicsim.config import load_preset
+from magicsim.config.models import load_preset
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import MAX_CELL_DEVIATION, MAX_CELLS, CellGrid, lattice_planes, resolve_grid, split_count

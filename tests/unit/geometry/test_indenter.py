@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 
 OBJECTS = ["sphere:radius_mm=4", "box:size_mm=3x4x8", "cylinder:radius_mm=2,length_mm=12", "punch:radius_mm=3"]
 ANGLE = st.integers(-180, 180)

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from magicsim.detectors.combined import judge
-from magicsim.detectors.profile import DetectorProfile
-from magicsim.detectors.score import score_verdicts
-from magicsim.detectors.truth import FrameClass, classify_frame
+from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.scoring.score import score_verdicts
+from magicsim.detectors.scoring.truth import FrameClass, classify_frame
 from magicsim.detectors.verdict import Verdict
-from magicsim.episode import Episode, FrameTruth, Judgement, SimulatedFrame, SolveFigures
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
+from magicsim.simulation.episode import Episode, FrameTruth, Judgement, SimulatedFrame, SolveFigures
 
 DESIGN = {
     "schema_version": 1,

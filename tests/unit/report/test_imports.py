@@ -1,7 +1,7 @@
 import subprocess
 import sys
 
-PAGE = ("magicsim.report.page", "magicsim.report.preview")
+PAGE = ("magicsim.report.page", "magicsim.report.animation.preview")
 
 
 def _loaded(modules: tuple[str, ...], watched: set[str]) -> str:

@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.geometry.objects_mesh import MeshObject
+from magicsim.geometry.objects.mesh_object import MeshObject
 from magicsim.report.page import render_report
 from magicsim.report.text import percent
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 from magicsim.robot.fingers import (
     SIDES,
     ObjectPlace,

@@ -4,9 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magicsim.deform.press import press
+from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError, ConvergenceError
-from magicsim.geometry.objects import parse_object
+from magicsim.geometry.objects.kinds import parse_object
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.gripper import BALANCE_N, Gripper
 from magicsim.robot.live import LiveSensor

@@ -9,7 +9,7 @@ from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.robot.live import LiveSensor, live_sensor
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import load_scene
-from magicsim.simulation import simulate
+from magicsim.simulation.stream import simulate
 
 from .conftest import BLOCK, TINY
 
@@ -36,10 +36,15 @@ def test_frames_are_those_of_the_simulated_scene(settings: list[str]):
             assert ours.image.shape == (20, 12, 3)
 
 
-def test_leds_keep_their_strength_in_a_lit_room():
-    live = live_sensor("pressed", [*TINY, "rig.ambient=[0.1,0.1,0.1]"])
-    with pytest.raises(ConfigError, match=r"rig\.ambient"):
-        live.set_led_strength(0.5, 1, 1)
+def test_led_strength_scales_the_strips_and_not_the_room():
+    live = live_sensor("pressed", [*TINY, "rig.ambient=[0.5,0.5,0.5]", "rig.camera.exposure_grey=50"])
+    means = []
+    for strength in (0.0, 1.0, 2.0):
+        live.set_led_strength(strength, strength, strength)
+        means.append(live.frame().image.mean((0, 1)))
+    assert (means[0] > 2).all()
+    np.testing.assert_allclose(means[2] - means[1], means[1] - means[0], atol=1)
+    assert (means[1] - means[0] > 10).all()
 
 
 def test_a_coded_video_is_refused():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice import box_lattice
+from magicsim.deform.lattice.structure import box_lattice
 from magicsim.geometry.pose import Pose
 from magicsim.robot.slip import slip_mm, slip_share
 

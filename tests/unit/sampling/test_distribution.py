@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from magicsim.config import validate
+from magicsim.config.models import validate
 from magicsim.errors import ConfigError
 from magicsim.sampling.distribution import Distribution, choose
 

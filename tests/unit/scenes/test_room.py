@@ -7,12 +7,12 @@ import pytest
 from PIL import Image
 
 from magicsim.errors import ConfigError
-from magicsim.scenes.backend import VARIANT, mi
+from magicsim.light.backend import VARIANT, mi
 from magicsim.scenes.room import room_names, room_radiance, solid_angles
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.scenes.view import View
-from magicsim.sensor import Sensor
+from magicsim.simulation.sensor import Sensor
 
 LIT = "rig.ambient=[0.2,0.2,0.2]"
 SMALL = ("design.footprint_mm=[6,7]", "rig.camera.columns=8", "rig.camera.rows=8", "rig.camera.field_mm=5")
@@ -64,6 +64,12 @@ def test_a_touch_in_a_room_is_the_same_whatever_was_seen_before():
             sensor.radiance(replace(touch, gap_mm=gap_mm), sensor.rest)
         images.append(sensor.radiance(touch, sensor.deform(touch, sensor.rest)))
     np.testing.assert_array_equal(*images)
+
+
+def test_the_dark_room_shines_on_nothing():
+    rig = load_scene("rest", [LIT, "rig.room='dark'"]).rig
+    assert rig.room_light == (0, 0, 0)
+    assert load_scene("rest", [LIT, "rig.room='office'"]).rig.room_light == (0.2, 0.2, 0.2)
 
 
 @pytest.mark.parametrize(

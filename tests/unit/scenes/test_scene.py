@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, PresetError
-from magicsim.presets import find_preset
 from magicsim.scenes.scene import load_scene
 
 SCENE = """

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.sweep.designs import list_designs
-from magicsim.sweep.judge import DesignTask
+from magicsim.sweep.judging.judge import DesignTask
 from magicsim.sweep.result import DesignResult
 from magicsim.workers.attempt import attempt
 from magicsim.workers.outcome import Outcome
@@ -22,7 +22,7 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
             failures = (reply.failure,) if reply.failure is not None else ()
             yield Outcome(key=key, result=reply.result, failures=failures, seconds=reply.seconds)
 
-    monkeypatch.setattr("magicsim.sweep.run.run_tasks", run_here)
+    monkeypatch.setattr("magicsim.sweep.comparison.run_tasks", run_here)
 
 
 @pytest.fixture

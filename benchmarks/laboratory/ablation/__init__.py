@@ -1,0 +1,1 @@
+"""The episodes of a suite with one part of the physics taken away."""

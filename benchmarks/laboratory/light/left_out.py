@@ -1,0 +1,266 @@
+"""What leaving out saves: every rule with and without, on the same state, and what it changes of the result.
+
+A rule is *exact* where the result must be the same to the last bit, *bounded* where it may differ by a stated bound,
+and *statistical* where another way to the same image is taken. Beside its difference stands what both ways' noise
+explains; it leaves out the fixed pattern of camera samples, of which each way has its own (`path_starts`).
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from laboratory.row_log import told
+from magicsim.bench.deform.compare import machine
+from magicsim.camera.stream import CameraStream, Instant
+from magicsim.deform.indentation.press import compile_kernels
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.scenes.timeline import timeline
+from magicsim.simulation.labelled_frame import Shot
+from magicsim.simulation.plan import can_touch, plan_scene
+from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.stream import simulate_with
+
+Array = npt.NDArray[np.float64]
+Run = Callable[[], Array]
+Result = Literal["exact", "statistical", "bounded"]
+REPEATS, QUICK_REPEATS = 5, 2
+SMALL = (
+    "rig.camera.columns=48", "rig.camera.rows=64", "render.samples=2", "render.particles=8000",
+    "render.anchor_samples=4", "render.anchor_particles=60000",
+)  # fmt: skip
+HELD = "[{frame=0}, {frame=1, gap_mm=2.0}, {frame=2, gap_mm=-0.5}, {frame=5, gap_mm=-0.5}, {frame=6, gap_mm=2.0}]"
+"""An object that comes, is held for four frames and goes back to where it was."""
+OTHER_SEED = 1000
+LIGHT_TOUCH_MM = 0.02
+FAR_MM = 1500.0
+"""Distance of an object that is too far to be seen [mm]."""
+MIDDLE = 4
+"""A region of interest is the middle of the image, a quarter of its columns and rows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOutRow:
+    """One rule."""
+
+    rule: str
+    result: Result
+    """What the rule promises; `bounded`: to a stated bound."""
+    seconds_full: float
+    """Median, everything done."""
+    seconds: float
+    """Median, with the rule."""
+    saved: float
+    """Share of the time."""
+    difference: float
+    """Root mean square over the result, in units of its mean; 0 is the same to the last bit."""
+    noise: float | None
+    """Statistical rules: what the difference would be by chance, from the spread of both ways over seeds, in the same
+    units."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rule:
+    """One rule as two ways to the same result."""
+
+    name: str
+    result: Result
+    full: Run
+    lean: Run
+    again: tuple[Run, Run] | None = None
+    """Both ways with other random numbers."""
+
+
+def run_left_out(*, quick: bool = False) -> dict[str, Any]:
+    """All rules.
+
+    Args:
+        quick: Small images, fewer repeats.
+    """
+    settings = SMALL if quick else ()
+    rows = told(_measured(make(settings), QUICK_REPEATS if quick else REPEATS) for make in RULES)
+    return {"kind": "left-out", "quick": quick, "results": [asdict(row) for row in rows], "machine": machine()}
+
+
+def _measured(rule: Rule, repeats: int) -> LeftOutRow:
+    seconds: dict[str, list[float]] = {"full": [], "lean": []}
+    rule.full(), rule.lean()  # compiles
+    for _ in range(repeats):
+        start = time.perf_counter()
+        full = rule.full()
+        middle = time.perf_counter()
+        lean = rule.lean()
+        seconds["full"].append(middle - start)
+        seconds["lean"].append(time.perf_counter() - middle)
+    size = max(float(np.abs(full).mean()), 1e-300)
+    noise = None
+    if rule.again is not None:
+        spreads = [_rms(one - again()) / np.sqrt(2) for one, again in zip((full, lean), rule.again, strict=True)]
+        noise = float(np.hypot(*spreads)) / size
+    whole, with_rule = (float(np.median(seconds[each])) for each in ("full", "lean"))
+    return LeftOutRow(
+        rule=rule.name,
+        result=rule.result,
+        seconds_full=whole,
+        seconds=with_rule,
+        saved=1 - with_rule / whole,
+        difference=_rms(full - lean) / size,
+        noise=noise,
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean()))
+
+
+def _repeated_states(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("near", [f"keyframes={HELD}", "references=2", *settings])
+    sensor = Sensor(scene)
+
+    def run(*, leave_out: bool) -> Array:
+        episode = simulate_with(sensor, plan=plan_scene(scene, leave_out=leave_out))
+        return np.array([frame.image for frame in episode.frames], float)
+
+    return Rule(
+        name="frames that look as an earlier one", result="exact", full=lambda: run(leave_out=False),
+        lean=lambda: run(leave_out=True),
+    )  # fmt: skip
+
+
+def _far_field(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("pressed", settings)
+    graded, whole = Sensor(scene), Sensor(load_scene("pressed", [*settings, "design.lattice.growth=1"]))
+    state = timeline(scene)[0]
+    compile_kernels()
+    return Rule(
+        name="fine lattice away from the contact", result="bounded",
+        full=lambda: whole.deform(state, whole.rest).force_n[2:],
+        lean=lambda: graded.deform(state, graded.rest).force_n[2:],
+    )  # fmt: skip
+
+
+def _recorded(state: str) -> Callable[[tuple[str, ...]], Rule]:
+    def make(settings: tuple[str, ...]) -> Rule:
+        scene = load_scene(state, settings)
+        other = load_scene(state, [*settings, f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED)
+        return Rule(
+            name=f"paths within the untouched block ({state})", result="statistical", full=_image(scene, whole=True),
+            lean=_image(scene), again=(_image(other, whole=True), _image(other)),
+        )  # fmt: skip
+
+    return make
+
+
+def _out_of_reach(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("near", [*settings, f"keyframes=[{{frame=0, gap_mm={FAR_MM}}}]"])
+    return Rule(
+        name=f"an object {FAR_MM / 1000:g} m away", result="bounded", full=_image(scene, far=True), lean=_image(scene)
+    )
+
+
+def _still_meshes(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("near", [*settings, "keyframes=[{frame=0, gap_mm=1.2}, {frame=1, gap_mm=1.0}]"])
+    sensor = Sensor(scene)
+    sensor.renderer.leaves_out_unmoved = False
+    body, infill = sensor.elastomer.body, sensor.elastomer.infill
+
+    def run(*, anew: bool) -> Array:
+        views = [sensor.view(state, sensor.rest) for state in timeline(scene)]
+        if anew:
+            cells = infill.vertices.copy() if infill is not None else None
+            views = [replace(view, body=body.vertices.copy(), infill=cells) for view in views]
+        return np.array([sensor.renderer.radiance(view) for view in views], float)
+
+    return Rule(
+        name="vertices of meshes that did not move, beside one that did", result="exact", full=lambda: run(anew=True),
+        lean=lambda: run(anew=False),
+    )  # fmt: skip
+
+
+def _hardly_moved(field: str, what: str) -> Callable[[tuple[str, ...]], Rule]:
+    """What is left out of a light touch up to a bound, a field of the scene's render settings [mm]."""
+
+    def make(settings: tuple[str, ...]) -> Rule:
+        press = f"keyframes=[{{frame=0, gap_mm=-{LIGHT_TOUCH_MM}}}]"
+        lean, full = (load_scene("pressed", [*settings, press, *more]) for more in ((), (f"render.{field}=0",)))
+        other = load_scene(
+            "pressed", [*settings, press, f"render.{field}=0", f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED
+        )
+        bound = getattr(lean.render, field)
+        return Rule(
+            name=f"{what} {bound:g} mm, pressed {LIGHT_TOUCH_MM} mm", result="bounded",
+            full=_image(full), lean=_image(lean), again=(_image(other), _image(other)),
+        )  # fmt: skip
+
+    return make
+
+
+def _image(scene: SceneConfig, *, whole: bool = False, far: bool = False) -> Run:
+    """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths, `far` at any distance."""
+    sensor, state = Sensor(scene), timeline(scene)[0]
+    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    sensor.renderer.leaves_out_unmoved, sensor.renderer.leaves_out_far = not whole, not far
+    sensor.renderer.prepare(sensor.view(state, deformation))
+    return lambda: sensor.radiance(state, deformation).astype(np.float64)
+
+
+def _nothing_scatters(settings: tuple[str, ...]) -> Rule:
+    bare = ("render.anchor_samples=0", "design.materials.body.sigma_s_per_mm=0")
+    clear, barely = (
+        load_scene("flashlight", [*settings, *bare, f"design.materials.infill.sigma_s_per_mm={sigma}"])
+        for sigma in ("0", "1e-30")
+    )
+    return Rule(name="light pass where nothing scatters", result="exact", full=_image(barely), lean=_image(clear))
+
+
+def _region(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("pressed", settings)
+    camera = scene.rig.camera
+    columns, rows = camera.columns // MIDDLE, camera.rows // MIDDLE
+    left, top = (camera.columns - columns) // 2, (camera.rows - rows) // 2
+    cropped = load_scene("pressed", [*settings, f"rig.camera.region_px=[{left},{top},{columns},{rows}]"])
+    whole = _image(scene)
+    return Rule(
+        name=f"pixels outside of a region of 1/{MIDDLE**2}", result="exact",
+        full=lambda: whole()[top : top + rows, left : left + columns], lean=_image(cropped),
+    )  # fmt: skip
+
+
+def _dark_flashlight(settings: tuple[str, ...]) -> Rule:
+    whole = ("render.anchor_samples=0",)
+    off = load_scene("rest", [*settings, *whole])
+    lamp = load_scene("flashlight", [*settings, *whole, "rig.flashlight.radiance=[0,0,0]"])
+    return Rule(name="a flashlight that is off", result="exact", full=_image(lamp), lean=_image(off))
+
+
+def _outputs(settings: tuple[str, ...]) -> Rule:
+    scene = load_scene("pressed", ["references=0", *settings])
+    bare = scene.model_copy(
+        update={"output": scene.output.model_copy(update={"contact_mask": False, "displacements": False})}
+    )
+    sensor = Sensor(scene)
+    state = timeline(scene)[0]
+    deformation = sensor.deform(state, sensor.rest)
+    radiance = sensor.radiance(state, deformation)
+    whole, lean = (
+        Shot.of(asked, CameraStream.of(asked.rig.camera, radiance, asked.rig.lit)) for asked in (scene, bare)
+    )
+    first = Instant(seed=0, index=0, time_s=0.0, frames_per_second=scene.frames_per_second)
+
+    def run(shot: Shot) -> Array:
+        moved = sensor.printed_displacements_mm(deformation) if shot.scene.output.displacements else None
+        memory = shot.camera.begin(scene.frames_per_second)
+        frame, _ = shot.take(state, deformation, radiance, memory, first, displacements_mm=moved, is_reference=False)
+        return frame.image.astype(float)
+
+    return Rule(name="outputs not asked for", result="exact", full=lambda: run(whole), lean=lambda: run(lean))
+
+
+RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (
+    _repeated_states, _far_field, _nothing_scatters, _dark_flashlight, _recorded("near"),
+    _recorded("flashlight"), _out_of_reach, _hardly_moved("still_mm", "displacements below"),
+    _hardly_moved("reuse_mm", "camera paths past what moved by less than"), _still_meshes, _region, _outputs,
+)  # fmt: skip

@@ -1,0 +1,140 @@
+"""Draws the benchmarks of light from their JSON and nothing else: blur, verdicts, lattice, visibility, cost."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from magicsim.bench.deform.error_plot import save
+from magicsim.scenes.scene import RenderSettings
+
+LARGE = 10_000
+"""Work from which ticks are written in thousands."""
+COLORS = ("#222222", "#d55e00", "#e69f00", "#0072b2", "#009e73", "#cc79a7")
+
+
+def plot_blur(data: Mapping[str, Any], target: Path) -> None:
+    """Modulation transfer against frequency, one panel a distance."""
+    rows, frequencies = data["results"], data["frequencies_per_mm"]
+    figure, panels = _panels(_distinct(rows, "gap_mm"))
+    for panel, gap in zip(panels, _distinct(rows, "gap_mm"), strict=True):
+        for color, method in zip(COLORS, _distinct(rows, "method"), strict=False):
+            row = next(row for row in rows if (row["gap_mm"], row["method"]) == (gap, method))
+            panel.errorbar(
+                frequencies, row["transfer"], yerr=row["error"], color=color, marker="o", markersize=3, label=method
+            )
+        panel.set(xscale="log", title=f"edge at {gap:g} mm", xlabel="cycles per mm")
+        panel.set_xticks(frequencies, [f"{each:g}" for each in frequencies])
+        panel.minorticks_off()
+    panels[0].set_ylabel("modulation transfer")
+    _finish(figure, panels, target)
+
+
+def plot_verdicts(data: Mapping[str, Any], target: Path) -> None:
+    """Entropy, correlation and similarity against the seconds of a frame, one line a state."""
+    rows = data["results"]
+    names = ("entropy", "correlation", "similarity")
+    figure, panels = _panels(names)
+    for panel, name in zip(panels, names, strict=True):
+        for color, state in zip(COLORS, _distinct(rows, "state"), strict=False):
+            own = [row for row in rows if row["state"] == state]
+            samples = [row["samples"] for row in own]
+            panel.errorbar(samples, [row[name] for row in own], yerr=[row[f"{name}_sd"] for row in own],
+                           color=color, marker="o", markersize=3, label=state)  # fmt: skip
+        panel.axvline(RenderSettings().samples, color="#999999", linestyle=":", linewidth=1)
+        panel.set(xscale="log", title=name, xlabel="camera samples a pixel (dotted: default)")
+    _finish(figure, panels, target)
+
+
+def plot_lattice(data: Mapping[str, Any], target: Path) -> None:
+    """Force, entropy, correlation and similarity against unknowns, one line a depth."""
+    rows = data["results"]
+    names = {
+        "force_n": "force [N]",
+        "entropy": "entropy [bit]",
+        "correlation": "correlation",
+        "similarity": "similarity",
+    }
+    figure, panels = _panels(list(names))
+    unknowns = _distinct(rows, "unknowns")
+    for panel, (name, title) in zip(panels, names.items(), strict=True):
+        for color, depth in zip(COLORS, _distinct(rows, "depth_mm"), strict=False):
+            own = [row for row in rows if row["depth_mm"] == depth]
+            panel.plot([row["unknowns"] for row in own], [row[name] for row in own],
+                       color=color, marker="o", markersize=3, label=f"{depth:g} mm deep")  # fmt: skip
+        panel.set(xscale="log", title=title, xlabel="unknowns")
+        panel.set_xticks(unknowns, [f"{each / 1000:.0f}k" for each in unknowns])
+        panel.minorticks_off()
+    _finish(figure, panels, target)
+
+
+def plot_visibility(data: Mapping[str, Any], target: Path) -> None:
+    """Contrast of the grid at rest and pressed, and brightness, against scattering; one line an index."""
+    rows = data["results"]
+    names = {"contrast": "contrast at rest", "contrast_pressed": "contrast, 1 mm press", "brightness": "brightening"}
+    figure, panels = _panels(list(names))
+    for panel, (name, title) in zip(panels, names.items(), strict=True):
+        for color, ior in zip(COLORS, _distinct(rows, "ior"), strict=False):
+            own = [row for row in rows if row["ior"] == ior]
+            panel.plot([row["sigma_s_per_mm"] for row in own], [row[name] for row in own],
+                       color=color, marker="o", markersize=3, label=f"infill index {ior:g}")  # fmt: skip
+        panel.set(xscale="log", title=title, xlabel="reduced scattering [1/mm]")
+    _finish(figure, panels, target)
+
+
+def plot_light_cost(data: Mapping[str, Any], target: Path) -> None:
+    """Seconds against work, one panel for each kind of work, with the exponent fitted."""
+    rows = data["results"]
+    kinds = _distinct(rows, "varied")
+    figure, panels = _panels(kinds)
+    for panel, kind in zip(panels, kinds, strict=True):
+        own = [row for row in rows if row["varied"] == kind]
+        work = [row["cells" if kind == "cell_mm" else kind] for row in own]
+        for color, (key, label) in zip(
+            COLORS, {"seconds_update": "update of meshes", "seconds_image": "light and camera"}.items(), strict=False
+        ):
+            panel.plot(work, [row[key] for row in own], color=color, marker="o", markersize=3, label=label)
+        name = {"cell_mm": "cells", "columns": "image columns"}.get(kind, kind)
+        panel.set(xscale="log", yscale="log", title=f"exponent {data['exponents'][kind]:.2f}", xlabel=name)
+        panel.set_xticks(work, [f"{each:g}" if each < LARGE else f"{round(each / 1000, 1):g}k" for each in work])
+        panel.minorticks_off()
+    panels[0].set_ylabel("seconds")
+    _finish(figure, panels, target)
+
+
+def plot_left_out(data: Mapping[str, Any], target: Path) -> None:
+    """Seconds with and without each rule, one row a rule, with what it changes."""
+    rows = data["results"]
+    figure = Figure(figsize=(9, 0.55 * len(rows) + 1.4), layout="constrained")
+    axes = figure.subplots()
+    for place, row in enumerate(rows):
+        axes.plot([row["seconds"], row["seconds_full"]], [place, place], color="#bbbbbb", linewidth=1)
+        axes.plot(row["seconds_full"], place, "o", color=COLORS[1], label="everything done" if place == 0 else None)
+        axes.plot(row["seconds"], place, "o", color=COLORS[3], label="with the rule" if place == 0 else None)
+        noise = "" if row["noise"] is None else f", noise {row['noise']:.2g}"
+        axes.annotate(f"{row['result']}: changes {row['difference']:.2g}{noise}", (row["seconds_full"], place),
+                      xytext=(8, 0), textcoords="offset points", va="center", fontsize=8)  # fmt: skip
+    axes.set(xscale="log", xlabel="seconds", yticks=range(len(rows)), ylim=(len(rows) - 0.4, -0.6))
+    axes.set_yticklabels([row["rule"] for row in rows])
+    axes.set_xlim(right=200 * max(row["seconds_full"] for row in rows))
+    _finish(figure, [axes], target)
+
+
+def _distinct(rows: Sequence[Mapping[str, Any]], key: str) -> list[Any]:
+    return list(dict.fromkeys(row[key] for row in rows))
+
+
+def _panels(names: Sequence[Any]) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(max(4.5, 3.3 * len(names)), 3.6), layout="constrained")
+    return figure, list(np.ravel(figure.subplots(1, len(names), squeeze=False)))
+
+
+def _finish(figure: Figure, panels: Sequence[Axes], target: Path) -> None:
+    for panel in panels:
+        panel.grid(visible=True, which="major", color="#e4e4e4", linewidth=0.6)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), fontsize=8.5, frameon=False)
+    save(figure, target)

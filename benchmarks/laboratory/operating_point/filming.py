@@ -1,0 +1,102 @@
+"""The few states in which the published figures are read, rendered for one choice of the optical constants.
+
+What the LED strips light and what the room lights are rendered apart: light adds up, so that the strength of the room
+against the strips needs no rendering of its own.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.fit.constants import with_values
+from magicsim.fit.equilibria import Equilibria
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.simulation.sensor import Sensor
+
+FloatImage = npt.NDArray[np.float32]
+GAPS_MM = (40.0, 20.0, 12.0, 6.0, 3.0, 1.0)
+"""Where the approaching object is looked at."""
+TOUCHES_MM = (0.3, 1.0)
+"""Depths of a light and of a firm contact."""
+OBJECT = "object={kind='sphere',radius_mm=36.0,color=[0.58,0.33,0.23]}"
+"""A large object: a ball of an orange's size in the colour of a hand."""
+QUALITY = ("render.samples=2", "render.particles=20000", "render.anchor_samples=8", "render.anchor_particles=150000")
+DARK, BRIGHT = [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]
+
+_equilibria = Equilibria()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Approach:
+    """Linear radiance of one sensor before an object that comes and touches, by some of its lights."""
+
+    rest: FloatImage
+    """Shape (rows, columns, 3)."""
+    near: FloatImage
+    """At `GAPS_MM`, shape (gaps, rows, columns, 3)."""
+    touch: FloatImage
+    """At `TOUCHES_MM`, shape (touches, rows, columns, 3)."""
+
+    def plus(self, other: Self, share: float) -> Self:
+        """Both lights at once, the other at a share of its strength."""
+        return type(self)(
+            rest=self.rest + np.float32(share) * other.rest,
+            near=self.near + np.float32(share) * other.near,
+            touch=self.touch + np.float32(share) * other.touch,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FilmedStates:
+    """What all states look like by each light."""
+
+    strips: Approach
+    room: Approach
+    """By a room of mean radiance 1."""
+    light: FloatImage
+    """What a flashlight of the rig's strength adds to the sensor at rest, shape (rows, columns, 3); never negative."""
+
+
+def search_scene(columns: int, rows: int, quality: tuple[str, ...] = QUALITY) -> SceneConfig:
+    """The default sensor with a large object in front, at some size of the image."""
+    size = (f"rig.camera.columns={columns}", f"rig.camera.rows={rows}")
+    return load_scene("near", [OBJECT, *size, *quality])
+
+
+def film_states(scene: SceneConfig, values: Mapping[str, object]) -> FilmedStates:
+    """All states of the sensor of a scene with some constants changed.
+
+    Args:
+        scene: From `search_scene`.
+        values: By dotted field, as in `magicsim.fit.constants.with_values`; `rig.room` is the room.
+
+    Raises:
+        MagicsimError: The design, a deformation or an image is not valid.
+    """
+    chosen = dict(values)
+    room = chosen.pop("rig.room", scene.rig.room)
+    strips = Sensor(with_values(scene, chosen | {"rig.room": None, "rig.ambient": DARK}))
+    lit = {"rig.strips.*.radiance": DARK, "rig.ambient": BRIGHT, "rig.room": room}
+    by_strips = _approach(strips)
+    flash = strips.radiance(replace(UNTOUCHED, flashlight=True), strips.rest)
+    return FilmedStates(
+        strips=by_strips,
+        room=_approach(Sensor(with_values(scene, chosen | lit))),
+        light=np.maximum(flash - by_strips.rest, 0).astype(np.float32),
+    )
+
+
+def _approach(sensor: Sensor) -> Approach:
+    def at(gap_mm: float) -> FloatImage:
+        state: FrameState = replace(UNTOUCHED, gap_mm=gap_mm)
+        return sensor.radiance(state, sensor.rest if gap_mm > 0 else _equilibria.of(sensor, state))
+
+    return Approach(
+        rest=sensor.radiance(UNTOUCHED, sensor.rest),
+        near=np.stack([at(gap) for gap in GAPS_MM]),
+        touch=np.stack([at(-depth) for depth in TOUCHES_MM]),
+    )

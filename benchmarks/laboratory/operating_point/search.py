@@ -1,0 +1,184 @@
+"""One step of the search: a choice of all constants, filmed once and read through many cameras."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from laboratory.operating_point.draws import first_points, next_point
+from laboratory.operating_point.filming import FilmedStates, film_states
+from laboratory.operating_point.reading import Reading, read_states
+from laboratory.operating_point.targets import total_distance
+from magicsim.camera.settings import LiveExposure
+from magicsim.detectors import DetectorProfile
+from magicsim.detectors.profiles.profile import Polarity, Similarity
+from magicsim.errors import FrameError, RenderError
+from magicsim.fit.constants import CONSTANTS, Constant
+from magicsim.scenes.scene import SceneConfig
+
+Array = npt.NDArray[np.float64]
+T = TypeVar("T")
+OPTICAL = (
+    "body_ior", "infill_ior", "infill_scattering", "body_scattering", "body_absorption", "infill_absorption", "wall",
+    "strip_margin", "strip_reflectance", "lens",
+)  # fmt: skip
+"""Constants that need a rendering of their own."""
+CHOICES = {
+    "strip_coupling": ("rig.strips.*.coupling", ("contact", "air")),
+    "contact_coupling": ("contact.coupling", ("wet", "dry")),
+    "room": ("rig.room", ("office", "window", "bench", None)),
+}
+"""Choices that do as well: their field and what it may be."""
+WALLS_MM = (0.1, 0.15, 0.2)
+"""Walls are drawn from these alone, since each needs a deformation of its own."""
+CAMERA = ("exposure", "gamma", "full_well", "read_noise")
+"""Constants of the camera, which need none."""
+EXTRA = {
+    "crosstalk": Constant(path="crosstalk", low=0.0, high=0.3),
+    "flashlight": Constant(path="flashlight", low=0.1, high=30.0, scale="log"),
+    "ambient": Constant(path="ambient", low=0.003, high=1.0, scale="log"),
+}
+"""Beside them: see `laboratory.operating_point.reading.read_states`."""
+READINGS: tuple[tuple[Polarity, Similarity], ...] = (("dark", "recall"), ("dark", "iou"), ("bright", "iou"))
+"""Readings of S that the publication leaves open and that can fall where a frame brightens: polarity and similarity."""
+OPTICAL_NAMES = (*OPTICAL, *CHOICES)
+EXPOSURES: tuple[LiveExposure | None, ...] = (None, LiveExposure(white_balance=False), LiveExposure())
+"""Locked, live, live with white balance."""
+CAMERA_NAMES = (*CAMERA, *EXTRA, "live", "grid_reading")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """All constants of one sensor, as a point of the unit cube, and what was read of it."""
+
+    optical: list[float]
+    """Shares of the ranges of `OPTICAL_NAMES`."""
+    camera: list[float]
+    """Shares of the ranges of `CAMERA_NAMES`."""
+    distance: float
+    """Root mean square distance from the targets [tolerances]."""
+    reading: Reading
+
+    @classmethod
+    def read_back(cls, data: Mapping[str, Any]) -> "Candidate":
+        """From what `asdict` made of it."""
+        return cls(**{**data, "reading": Reading(**data["reading"])})
+
+
+def optical_fields(point: Sequence[float]) -> dict[str, object]:
+    """Values of a scene's fields at shares of the ranges of `OPTICAL_NAMES`."""
+    shares = dict(zip(OPTICAL_NAMES, point, strict=True))
+    fields: dict[str, object] = {CONSTANTS[name].path: constant_at(name, shares[name]) for name in OPTICAL}
+    return fields | {path: _chosen(options, shares[name]) for name, (path, options) in CHOICES.items()}
+
+
+def camera_values(point: Sequence[float]) -> dict[str, float]:
+    """Values at shares of the ranges of `CAMERA_NAMES`, by name; the reading of S left out."""
+    shares = dict(zip(CAMERA_NAMES, point, strict=True))
+    return {name: constant_at(name, shares[name]) for name in (*CAMERA, *EXTRA)}
+
+
+def constant_at(name: str, share: float) -> float:
+    """Value of a constant at a share of its range."""
+    return _chosen(WALLS_MM, share) if name == "wall" else (EXTRA.get(name) or CONSTANTS[name]).at(share)
+
+
+def value_at(name: str, share: float) -> float | str:
+    """Value of a constant, or the choice, at a share of its range."""
+    if name == "grid_reading":
+        return " ".join(_chosen(READINGS, share))
+    if name == "live":
+        return _chosen(("locked", "live exposure", "live exposure and white balance"), share)
+    return str(_chosen(CHOICES[name][1], share)) if name in CHOICES else constant_at(name, share)
+
+
+def exposing(point: Sequence[float]) -> LiveExposure | None:
+    """How the camera at these shares follows what it sees."""
+    return _chosen(EXPOSURES, point[CAMERA_NAMES.index("live")])
+
+
+def grid_reading(point: Sequence[float]) -> tuple[Polarity, Similarity]:
+    """Polarity and similarity at the last of these shares."""
+    return _chosen(READINGS, point[-1])
+
+
+def candidate(
+    states: FilmedStates, scene: SceneConfig, optical: Sequence[float], camera: Sequence[float],
+    profile: DetectorProfile,
+) -> Candidate | None:  # fmt: skip
+    """Reads filmed states through one camera; None where it shows no grid.
+
+    Args:
+        states: Of the optical constants.
+        scene: Whose camera gives what is not drawn.
+        optical: Shares of the ranges of `OPTICAL_NAMES`.
+        camera: Shares of the ranges of `CAMERA_NAMES`.
+        profile: Options of the detectors.
+    """
+    values = camera_values(camera)
+    changes: dict[str, object] = {CONSTANTS[name].path.rpartition(".")[2]: values[name] for name in CAMERA}
+    polarity, similarity = grid_reading(camera)
+    try:
+        reading = read_states(
+            states,
+            scene.rig.camera.model_copy(update=changes | {"live": exposing(camera)}),
+            ambient=values["ambient"],
+            flashlight=values["flashlight"],
+            crosstalk=values["crosstalk"],
+            profile=replace(profile, polarity=polarity, similarity=similarity),
+        )
+    except (FrameError, RenderError):
+        return None
+    return Candidate(
+        optical=list(optical), camera=list(camera), distance=total_distance(reading.quantities), reading=reading
+    )
+
+
+def search_step(
+    scene: SceneConfig, profile: DetectorProfile, good: Sequence[Candidate], *, index: int, first: int, cameras: int,
+    seed: int,
+) -> list[Candidate]:  # fmt: skip
+    """Films one choice of the optical constants and reads it through several cameras, those without a grid left out.
+
+    Args:
+        scene: From `laboratory.operating_point.filming.search_scene`.
+        profile: Options of the detectors.
+        good: The best candidates so far, one for each filming; used from step `first` on.
+        index: Number of the step; a step depends on `seed`, `index` and `good` alone.
+        first: Number of steps whose points cover the ranges evenly.
+        cameras: Cameras to read through.
+        seed: Of the search.
+    """
+    even = index < first or not good
+    if even:
+        optical = first_points(index + 1, len(OPTICAL_NAMES), seed=seed)[index]
+    else:
+        optical = next_point([np.array(each.optical) for each in good], seed=seed, index=2 * index)
+    points = list(first_points(cameras, len(CAMERA_NAMES), seed=seed + 1 + index))
+    if not even:
+        known = [np.array(each.camera) for each in good]
+        points[::2] = [
+            next_point(known, seed=seed, index=2 * (index * cameras + place) + 1) for place in range(len(points[::2]))
+        ]
+    states = film_states(scene, optical_fields(optical.tolist()))
+    found = [candidate(states, scene, optical.tolist(), each.tolist(), profile) for each in points]
+    return [each for each in found if each is not None]
+
+
+def as_row(candidates: Sequence[Candidate]) -> list[dict[str, Any]]:
+    """Plain data, best first, figures rounded to what they are worth."""
+    return [_rounded(asdict(each)) for each in sorted(candidates, key=lambda each: each.distance)]
+
+
+def _chosen(options: Sequence[T], share: float) -> T:
+    return options[min(int(share * len(options)), len(options) - 1)]
+
+
+def _rounded(value: Any) -> Any:  # noqa: ANN401 - nested plain data
+    if isinstance(value, float):
+        return float(f"{value:.5g}")
+    if isinstance(value, dict):
+        return {key: _rounded(each) for key, each in value.items()}
+    return [_rounded(each) for each in value] if isinstance(value, list) else value

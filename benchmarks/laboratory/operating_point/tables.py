@@ -1,0 +1,144 @@
+"""The result of a search as Markdown tables, drawn from its JSON alone."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from laboratory.markdown import markdown_table
+
+DASH = "-"
+THOUSAND = 1000
+
+
+def tables(summary: Mapping[str, Any]) -> str:
+    """All tables of the page.
+
+    Args:
+        summary: What `laboratory.operating_point.ensemble.summarise` returned, with `check` where there is one.
+    """
+    check = summary.get("check", {})
+    parts = [
+        f"*{summary['steps']} choices of optical constants, {summary['candidates']} cameras with a grid to read, "
+        f"{summary['cpu_seconds'] / 60:.0f} CPU minutes; {len(summary['ensemble'])} members, distance "
+        f"{summary['distance']['best']:.2f} to {summary['distance']['worst_member']:.2f} tolerances.*",
+        _quantities(summary, check),
+        _constants(summary),
+        _colours(summary, check),
+        _counts(summary),
+    ]
+    if check.get("members"):
+        parts.append(_members(check["members"]))
+    return "\n\n".join(parts) + "\n"
+
+
+def _quantities(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
+    rows = []
+    for name, target in summary["targets"].items():
+        found = summary["quantities"][name]
+        defaults = [
+            _number(check.get(key, {}).get("quantities", {}).get(name)) for key in ("default_small", "default_full")
+        ]
+        rows.append(
+            [
+                f"{target['says']}{' [' + target['unit'] + ']' if target['unit'] else ''}",
+                _interval(target["low"], target["high"]),
+                *defaults,
+                f"{found['low']:.2f} to {found['high']:.2f}",
+                f"{found['distance_median']:+.1f}",
+                f"{round(summary['candidates'] * found['reached_alone'])} of {summary['candidates']}",
+            ]
+        )
+    head = [
+        "published",
+        "target",
+        "default, small",
+        "default, full size",
+        "ensemble",
+        "left [tolerances]",
+        "met alone by",
+    ]
+    return markdown_table(head, rows)
+
+
+def _constants(summary: Mapping[str, Any]) -> str:
+    rows = [
+        [
+            f"`{name}`",
+            f"{found['low']:.2f}",
+            f"{found['median']:.2f}",
+            f"{found['high']:.2f}",
+            f"{found['spread']:.2f}",
+            _values(found["values"]),
+        ]
+        for name, found in summary["constants"].items()
+    ]
+    head = ["constant, share of its range", "low", "median", "high", "spread (1 = even)", "value"]
+    return markdown_table(head, rows)
+
+
+def _counts(summary: Mapping[str, Any]) -> str:
+    found, total = summary["counts"], summary["candidates"]
+    settled = ", ".join(f"{_number(best)} after {steps}" for steps, best in found["settled"].items())
+    rows = [
+        ["best distance, by steps", settled],
+        *(
+            [f"mean C near an object, {part} third of the crosstalk", _number(value)]
+            for part, value in found["crosstalk"].items()
+        ),
+    ]
+    if found["as_near"] is not None:
+        rows.append(["at least as near as the default in every quantity", _as_near(found["as_near"], total)])
+    return markdown_table(["of all sensors", "found"], rows)
+
+
+def _as_near(found: Sequence[float], total: int) -> str:
+    apart = f", at distances of {found[0]:.2f} to {found[-1]:.2f}" if found else ""
+    return f"{len(found)} of {total}{apart}"
+
+
+def _values(values: Sequence[float | str]) -> str:
+    numbers = [each for each in values if not isinstance(each, str)]
+    if len(numbers) < len(values):
+        return ", ".join(sorted({str(each) for each in values}))
+    ends = (min(numbers), max(numbers))
+    return " to ".join(f"{each:.0f}" if each >= THOUSAND else f"{each:.3g}" for each in ends)
+
+
+def _colours(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
+    readings = {"best of the search": summary["best"]["reading"]}
+    readings |= {
+        title: check[key]
+        for key, title in (("default_small", "default, small"), ("default_full", "default, full size"))
+        if key in check
+    }
+    rows = [
+        [
+            title,
+            *(f"{each:.2f}" for each in found["evenness"]),
+            *(f"{found['disparity'][key]:.2f}" for key in ("rest", "touch", "light")),
+        ]
+        for title, found in readings.items()
+    ]
+    head = ["sensor", "evenness red", "green", "blue", "disparity at rest", "in contact", "under light"]
+    return markdown_table(head, rows)
+
+
+def _members(members: Sequence[Mapping[str, Any]]) -> str:
+    rows = [
+        [
+            str(number),
+            f"{each['small']['distance']:.2f}",
+            DASH if each["full"] is None else f"{each['full']['distance']:.2f}",
+        ]
+        for number, each in enumerate(members, 1)
+    ]
+    return markdown_table(["member", "distance, small", "distance, full size"], rows)
+
+
+def _number(value: float | None) -> str:
+    return DASH if value is None else f"{value:.2f}"
+
+
+def _interval(low: float | None, high: float | None) -> str:
+    if low is None:
+        return f"up to {high:g}"
+    return f"from {low:g}" if high is None else f"{low:g} to {high:g}"

@@ -1,0 +1,1 @@
+"""Cost of a warm step against the size of the lattice."""

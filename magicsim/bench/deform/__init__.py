@@ -1,0 +1,1 @@
+"""Error against run time of the deformation, beside independent solvers."""

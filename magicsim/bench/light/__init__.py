@@ -1,0 +1,1 @@
+"""Error and cost of light, and what the detectors need of it."""

@@ -1,0 +1,266 @@
+"""Error against run time of the light: the fluence estimator and Mitsuba's `volpath` on four states of the sensor.
+
+Every setting renders independent images with seeds of their own; their spread is the error of one of them, and the
+time is that of one, everything compiled. Neither method is the truth: what their expectations differ by is found from
+cross products of independent pairs (`render_statistics`).
+
+`anchored` is a frame of an episode, as `magicsim simulate` renders it: its untouched state, rendered once with care, is
+independent from image to image here, and its time is shared by `EPISODE_FRAMES` frames. All such frames share one
+pattern of camera samples, so their spread alone would flatter them: their error is the deviation from the mean of the
+best images without an anchor.
+
+    python -m magicsim.bench.light.render rest       # one state in this process; one JSON object
+    python -m magicsim.bench.light.render pressed --first-seed 101      # the same with other random numbers
+"""
+
+import argparse
+import json
+import logging
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from magicsim.bench.deform.compare import machine
+from magicsim.bench.light.render_statistics import bias, compare_blocks, deviation, mean_difference, spread
+from magicsim.errors import RenderError
+from magicsim.light.refinement import central
+from magicsim.light.variant import LLVM_VARIANT, SCALAR_VARIANT, VARIANT_VARIABLE, activate_variant
+from magicsim.scenes.scene import load_scene
+
+LOGGER = logging.getLogger(__name__)
+STATES = ("rest", "near", "pressed", "flashlight")
+"""Scenes by name; their first scored frame."""
+SEEDS, QUICK_SEEDS = 8, 4
+"""Independent images of each setting."""
+AIM = 0.05
+"""Relative error at which the fluence estimator's time is reported."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RenderSetting:
+    """One point of a curve."""
+
+    estimator: str
+    samples: int
+    """Camera samples a pixel."""
+    particles: int = 100
+    """Light particles of all strips together; `path` has none and is given the fewest that are allowed."""
+    anchor_samples: int = 0
+    """Camera samples a pixel of the untouched state, with `ANCHOR_PARTICLES` for each; 0 without an anchor."""
+
+
+FLUENCE = tuple(
+    RenderSetting(estimator="fluence", samples=samples, particles=particles)
+    for samples, particles in ((2, 50_000), (4, 100_000), (8, 200_000), (16, 400_000), (32, 800_000))
+)
+PATH = tuple(RenderSetting(estimator="path", samples=samples) for samples in (1, 4, 16))
+SCALAR = (RenderSetting(estimator="path", samples=1),)
+"""What runs without LLVM."""
+UNTOUCHED_STATE = "rest"
+"""Its frames cost an episode nothing but the anchor."""
+ANCHORED = tuple(
+    RenderSetting(estimator="anchored", samples=samples, particles=particles, anchor_samples=anchor)
+    for samples, particles, anchor in ((8, 80_000, 32), (16, 200_000, 64))
+)
+"""The default of a scene, and a finer one for pressed frames."""
+ANCHOR_PARTICLES = 37_500
+"""Light particles of all strips for each camera sample of the untouched state, as by default."""
+EPISODE_FRAMES = 100
+"""Frames that share the time of one anchor."""
+QUICK = (FLUENCE[1], FLUENCE[2], PATH[0], PATH[1])
+
+
+def run_render(*, quick: bool = False, states: Sequence[str] = STATES) -> dict[str, Any]:
+    """Runs every state in a process of its own, and `rest` once more without LLVM.
+
+    Args:
+        quick: One state, few settings and a small image.
+        states: Names of scenes.
+
+    Returns:
+        The object that the plot is drawn from: `results`, `comparison`, `equal_error`, `seconds_at`, `machine`.
+    """
+    chosen = states[:1] if quick else states
+    parts = [_in_own_process(state, quick=quick, variant=activate_variant()) for state in chosen]
+    if not quick and activate_variant() == LLVM_VARIANT:
+        parts.append(_in_own_process(chosen[0], quick=quick, variant=SCALAR_VARIANT))
+    return {
+        "kind": "render",
+        "quick": quick,
+        "results": [row for part in parts for row in part["results"]],
+        "comparison": [part["comparison"] for part in parts if part["comparison"] is not None],
+        "equal_error": [row for part in parts for row in equal_error(part["results"])],
+        "seconds_at": {part["results"][0]["state"]: seconds_at(part["results"], AIM) for part in parts[: len(chosen)]},
+        "aim": AIM,
+        "machine": machine(),
+    }
+
+
+def measure_state(state: str, *, quick: bool, first_seed: int = 1) -> dict[str, Any]:
+    """All settings on one state, with this process's variant.
+
+    Args:
+        state: Name of a scene.
+        quick: Few settings and a small image.
+        first_seed: Of each setting's images.
+    """
+    variant = activate_variant()
+    settings = QUICK if quick else (*FLUENCE, *(() if state == UNTOUCHED_STATE else ANCHORED), *PATH)
+    settings = settings if variant == LLVM_VARIANT else SCALAR
+    count = QUICK_SEEDS if quick else SEEDS
+    seeds = range(first_seed, first_seed + count)
+    found = {setting: _render(state, setting, seeds, quick=quick) for setting in settings}
+    best = {
+        estimator: max((each for each in found if each.estimator == estimator), key=lambda each: each.samples)
+        for estimator in {each.estimator for each in found}
+    }
+    independent = [image for image, _ in found[best.get("fluence", best["path"])]]
+    reference = np.mean(independent, axis=0)
+    rows = []
+    for setting, pairs in found.items():
+        images, seconds = [image for image, _ in pairs], [each for _, each in pairs]
+        error = deviation(images, independent) if setting in ANCHORED else spread(images)
+        rows.append(
+            {"state": state, "variant": variant, **asdict(setting), "seeds": count,
+             "seconds": float(np.median(seconds)), "error": error.value, "error_of_error": error.error,
+             "flip": flip(images[0], reference) if setting not in best.values() else None,
+             "mean": np.mean(images, axis=(0, 1, 2)).tolist()}
+        )  # fmt: skip
+        LOGGER.info("%s, %s: %.3f in %.2f s", state, setting, error.value, rows[-1]["seconds"])
+    comparison = None
+    if {"fluence", "path"} <= best.keys():
+        ours, theirs = ([image for image, _ in found[best[name]]] for name in ("fluence", "path"))
+        comparison = {
+            "state": state, "mean_difference": [asdict(one) for one in mean_difference(ours, theirs)],
+            "bias": asdict(bias(ours, theirs)), "blocks": asdict(compare_blocks(ours, theirs)),
+        }  # fmt: skip
+    return {"results": rows, "comparison": comparison}
+
+
+def equal_error(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Seconds of the methods at the same errors: `path`'s extrapolated by samples^-1/2 from its longest run.
+
+    Args:
+        rows: Results of one state and variant.
+    """
+    paths = [row for row in rows if row["estimator"] == "path"]
+    ours = [row for row in rows if row["estimator"] != "path"]
+    if not paths or not ours:
+        return []
+    longest = max(paths, key=lambda row: row["samples"])
+    return [
+        {"state": row["state"], "estimator": row["estimator"], "error": row["error"], "seconds": row["seconds"],
+         "path_seconds": (seconds := longest["seconds"] * (longest["error"] / row["error"]) ** 2),
+         "ratio": seconds / row["seconds"]}
+        for row in ours
+    ]  # fmt: skip
+
+
+def seconds_at(rows: Sequence[dict[str, Any]], error: float) -> float | None:
+    """Seconds of the fluence estimator at an error, along the power law of its settings.
+
+    Args:
+        rows: Results of one state and variant.
+        error: Relative error.
+    """
+    ours = [row for row in rows if row["estimator"] == "fluence"]
+    if len(ours) < 2:  # noqa: PLR2004 -- a line needs two points
+        return None
+    errors, seconds = np.log([row["error"] for row in ours]), np.log([row["seconds"] for row in ours])
+    exponent, constant = np.polyfit(errors, seconds, 1)
+    return float(np.exp(constant + exponent * np.log(error)))
+
+
+def flip(image: np.ndarray, reference: np.ndarray) -> float | None:
+    """Mean FLIP of the exposed image, 0 to 1; None where the package `flip-evaluator` is not installed."""
+    try:
+        import flip_evaluator
+    except ModuleNotFoundError:
+        return None
+    gain = 90 / 255 / reference.mean()
+    ours, truth = (np.clip(central(each) * gain, 0, 1).astype(np.float32) for each in (image, reference))
+    found = flip_evaluator.evaluate(truth, ours, "LDR", inputsRGB=False, applyMagma=False)
+    return float(found[1])
+
+
+def _render(state: str, setting: RenderSetting, seeds: range, *, quick: bool) -> list[tuple[np.ndarray, float]]:
+    from magicsim.scenes.timeline import timeline
+    from magicsim.simulation.plan import can_touch
+    from magicsim.simulation.sensor import Sensor
+
+    size = ["rig.camera.columns=120", "rig.camera.rows=160"] if quick else []
+    if setting.estimator == "anchored":
+        return _render_anchored(state, setting, seeds, size)
+    scene = load_scene(
+        state,
+        [f"render.estimator={setting.estimator}", f"render.samples={setting.samples}",
+         f"render.particles={setting.particles}", *size],
+        seed=0,
+    )  # fmt: skip
+    sensor, frame = Sensor(scene), timeline(scene)[0]
+    deformation = sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest
+    view = sensor.view(frame, deformation)
+    sensor.renderer.plain_radiance(view)  # compiles
+    pairs = []
+    for turn in seeds:
+        start = time.perf_counter()
+        image = sensor.renderer.plain_radiance(view, turn=turn)
+        pairs.append((image.astype(np.float64), time.perf_counter() - start))
+    return pairs
+
+
+def _render_anchored(
+    state: str, setting: RenderSetting, seeds: range, size: Sequence[str]
+) -> list[tuple[np.ndarray, float]]:
+    from magicsim.scenes.timeline import UNTOUCHED, timeline
+    from magicsim.simulation.plan import can_touch
+    from magicsim.simulation.sensor import Sensor
+
+    pairs = []
+    for turn in (0, *seeds):
+        settings = [
+            f"render.samples={setting.samples}", f"render.particles={setting.particles}",
+            f"render.anchor_samples={setting.anchor_samples}",
+            f"render.anchor_particles={ANCHOR_PARTICLES * setting.anchor_samples}",
+            f"render.anchor_seed={1000 + turn}", *size,
+        ]  # fmt: skip
+        scene = load_scene(state, settings, seed=turn)
+        sensor, frame = Sensor(scene), timeline(scene)[0]
+        view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
+        sensor.renderer.warm_up(sensor.view(UNTOUCHED, sensor.rest))
+        sensor.renderer.warm_up(view)
+        start = time.perf_counter()
+        sensor.renderer.prepare(view)
+        middle = time.perf_counter()
+        image = sensor.renderer.radiance(view)
+        seconds = time.perf_counter() - middle + (middle - start) / EPISODE_FRAMES
+        pairs.append((image.astype(np.float64), seconds))
+    return pairs[1:]  # the first one compiles
+
+
+def _in_own_process(state: str, *, quick: bool, variant: str) -> dict[str, Any]:
+    command = [sys.executable, "-m", "magicsim.bench.light.render", state, *(["--quick"] if quick else [])]
+    done = subprocess.run(
+        command, stdout=subprocess.PIPE, text=True, check=False, env=os.environ | {VARIANT_VARIABLE: variant}
+    )
+    if done.returncode:
+        msg = f"the benchmark of state '{state}' with {variant} ended with code {done.returncode}"
+        raise RenderError(msg)
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+if __name__ == "__main__":
+    logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(message)s")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("state", choices=STATES)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--first-seed", type=int, default=1)
+    asked = parser.parse_args()
+    sys.stdout.write(json.dumps(measure_state(asked.state, quick=asked.quick, first_seed=asked.first_seed)) + "\n")

@@ -1,0 +1,1 @@
+"""The stress grid: where the deformation is valid, refused, or silently wrong."""

@@ -1,0 +1,167 @@
+"""What the stress grid consists of: every combination of extremes, and single departures from an ordinary press."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from magicsim.config.models import load_preset
+from magicsim.deform.lattice.structure import Lattice, build_lattice, jittered
+from magicsim.deform.lattice.zone import contact_zone
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects.kinds import parse_object
+
+CONTRASTS = (1.0, 1e2, 1e4, 1e6)
+"""Shear modulus of the skin over that of the core."""
+POISSON_RATIOS = (0.25, 0.45, 0.4999, 0.499999)
+DEPTH_SHARES = (0.1, 0.3, 0.5, 0.65)
+"""Depths in units of the height."""
+OBJECTS = {
+    "sphere 4 mm": "sphere:radius_mm=4",
+    "sphere 0.5 mm": "sphere:radius_mm=0.5",
+    "domed cylinder 1 mm": "domed_cylinder:radius_mm=0.5",
+    "cone 30 deg": "cone:half_angle_deg=30",
+    "punch 1 mm": "punch:radius_mm=0.5",
+    "dots 0.2 mm": "dots:radius_mm=0.2,spacing_mm=0.8",
+}
+BLOCK = ("footprint_mm=[12.0, 12.0]", "skin_mm=1.0", "core_mm=4.0", "cell_mm=0.8", "wall_mm=0.2", "lattice.spacing_mm=1.0")  # fmt: skip  # noqa: E501
+"""The block of the grid: 12 x 12 x 6 mm, a skin of 1 mm, 1 mm spacing."""
+JITTER = 0.2
+SEED = 0
+
+
+def block(*overrides: str) -> ElastomerDesign:
+    """The grid's block with changes, `dotted.key=value`."""
+    return load_preset(ElastomerDesign, "design", "mini-magictac", [*BLOCK, *overrides])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """Where the object goes."""
+
+    depth_share: float
+    """Depth from first contact in units of the height."""
+    shear_mm: float = 0.0
+    """Along x."""
+    twist_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StressPath:
+    """One object's way into one block; each stage is a case."""
+
+    group: str
+    """`grid` or `single`."""
+    label: str
+    """What is special about it."""
+    object_text: str
+    design: ElastomerDesign = field(default_factory=block)
+    change: Callable[[Lattice], Lattice] = lambda lattice: lattice
+    """What is done to the design's lattice."""
+    stages: tuple[Stage, ...] = tuple(Stage(depth_share=share) for share in DEPTH_SHARES)
+    contrast: float | None = None
+    poisson_ratio: float | None = None
+    friction: float = 0.0
+    max_step_mm: float | None = None
+    """Longest load step [mm]; None is the solver's own."""
+
+    @property
+    def key(self) -> tuple[str, str, float | None, float | None]:
+        """What tells it from all others."""
+        return self.group, self.label, self.contrast, self.poisson_ratio
+
+    def indenters(self) -> list[Indenter]:
+        """The object at the end of each stage."""
+        thing, height = parse_object(self.object_text), self.design.height_mm
+        return [
+            place_object(thing, gap_mm=-stage.depth_share * height, x_mm=stage.shear_mm, twist_deg=stage.twist_deg)
+            for stage in self.stages
+        ]
+
+    def lattice(self) -> Lattice:
+        """The block as a press would solve it: fine where the path touches, coarse far away."""
+        return self.change(build_lattice(self.design, zone=contact_zone(self.indenters(), self.design)))
+
+
+def layered(lattice: Lattice, *, contrast: float, poisson_ratio: float) -> Lattice:
+    """One Poisson ratio everywhere, and the shear modulus of the core lower than the skin's by a factor.
+
+    Args:
+        lattice: Of any design with a grid.
+        contrast: The factor.
+        poisson_ratio: Of all cells.
+    """
+    skin = float(lattice.shear_modulus_mpa[~lattice.is_core][0])
+    shear = np.where(lattice.is_core, skin / contrast, skin)
+    return replace(
+        lattice,
+        shear_modulus_mpa=shear,
+        lame_mpa=2 * shear * poisson_ratio / (1 - 2 * poisson_ratio),
+        wall_modulus_mpa=np.zeros_like(shear),
+    )
+
+
+def grid_paths() -> list[StressPath]:
+    """Every combination of contrast, Poisson ratio and object, each through all depths."""
+    return [
+        StressPath(
+            group="grid", label=name, object_text=text, contrast=contrast, poisson_ratio=ratio,
+            change=partial(layered, contrast=contrast, poisson_ratio=ratio),
+        )
+        for (name, text), contrast, ratio in product(OBJECTS.items(), CONTRASTS, POISSON_RATIOS)
+    ]  # fmt: skip
+
+
+def single_paths() -> list[StressPath]:
+    """Tiny, huge and distorted cells, thin and thick blocks, a huge step, friction and twist."""
+    ball = OBJECTS["sphere 4 mm"]
+    designs = {
+        "cell 0.3 mm": (
+            "cell_mm=0.3", "wall_mm=0.1", "lattice.spacing_mm=0.4", "footprint_mm=[8.8, 8.8]", "core_mm=2.0",
+        ),
+        "cell 3 mm": (
+            "cell_mm=3.0", "wall_mm=0.2", "lattice.spacing_mm=3.2", "footprint_mm=[14.8, 14.8]", "core_mm=6.4",
+        ),
+        "skin 0.1 mm": ("skin_mm=0.1",),
+        "skin 3 mm": ("skin_mm=3.0",),
+        "height 1.5 mm": ("skin_mm=0.25", "core_mm=1.0"),
+        "height 20 mm": ("core_mm=18.0",),
+    }  # fmt: skip
+    paths = [
+        StressPath(group="single", label=label, object_text=ball, design=block(*overrides))
+        for label, overrides in designs.items()
+    ]
+    one_step = (Stage(depth_share=0.5),)
+    paths.append(
+        StressPath(group="single", label="one step of 50 %", object_text=ball, stages=one_step, max_step_mm=100.0)
+    )
+    paths += [
+        StressPath(group="single", label=f"nodes moved by 20 %, {name}", object_text=text, change=_jittered)
+        for name, text in OBJECTS.items()
+    ]
+    shear = (
+        Stage(depth_share=0.3),
+        Stage(depth_share=0.3, shear_mm=1.0),
+        Stage(depth_share=0.3, shear_mm=1.0, twist_deg=90.0),
+    )
+    paths += [
+        StressPath(
+            group="single", label=f"friction {friction:g}, 1 mm of shear, 90 deg of twist, {name}", object_text=text,
+            stages=shear, friction=friction,
+        )
+        for friction in (0.0, 1.0)
+        for name, text in {"sphere": ball, "box": "box:size_mm=4"}.items()
+    ]  # fmt: skip
+    return paths
+
+
+def every_path() -> list[StressPath]:
+    """The grid and the single cases, always in the same order."""
+    return [*grid_paths(), *single_paths()]
+
+
+def _jittered(lattice: Lattice) -> Lattice:
+    return jittered(lattice, share=JITTER, seed=SEED)

@@ -1,0 +1,183 @@
+"""Runs the stress grid and records every case: valid, declared as failed, or silently invalid."""
+
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from magicsim.bench.deform.compare import machine
+from magicsim.bench.stress.cases import POISSON_RATIOS, Stage, StressPath, every_path
+from magicsim.bench.stress.validity import Verification, verify
+from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.indentation.press import compile_kernels
+from magicsim.deform.solve.path import ContactSolver
+from magicsim.errors import ConvergenceError, MagicsimError
+
+TOLERANCE_MM = 0.002
+VALID, DECLARED, SILENT = "valid", "declared failure", "silent invalid"
+NOT_AVAILABLE, CRASHED, TIMED_OUT = "not available", "crashed", "timed out"
+OUTCOMES = (VALID, DECLARED, SILENT, CRASHED, TIMED_OUT, NOT_AVAILABLE)
+"""Only the first two are what a solver may do."""
+FIGURES = (
+    "force_n", "iterations", "cutbacks", "restarts", "rungs", "min_jacobian", "penetration_mm", "force_balance",
+    "interior_residual",
+)  # fmt: skip
+"""What a row holds of a state."""
+JUDGED_SHARE = 0.5
+"""Depth in units of the height up to which cases count towards the share that is valid."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StressRow:
+    """One case; figures are None where there is no state."""
+
+    group: str
+    label: str
+    contrast: float | None
+    poisson_ratio: float | None
+    friction: float
+    depth_share: float
+    depth_mm: float
+    shear_mm: float
+    twist_deg: float
+    outcome: str
+    message: str
+    """What the solver or the verification said against it."""
+    force_n: float | None
+    """Along z."""
+    iterations: int | None
+    cutbacks: int | None
+    restarts: int | None
+    rungs: tuple[str, ...] | None
+    """What the solve took beyond the ordinary way, see `magicsim.deform.solve.ladder`."""
+    min_jacobian: float | None
+    """Recomputed from the displacements, as are the following."""
+    penetration_mm: float | None
+    force_balance: float | None
+    interior_residual: float | None
+    seconds: float
+
+
+def run_stress(
+    *, quick: bool = False, paths: Sequence[StressPath] | None = None, parts: Path | None = None
+) -> dict[str, Any]:
+    """Runs the grid and the single cases.
+
+    Args:
+        quick: Only the spheres and the stiffest and softest of everything.
+        paths: What to run instead, in this process.
+        parts: Folder for the rows of the paths, from which a killed run goes on; by default they are not kept.
+
+    Returns:
+        The object that the plot is drawn from: `results`, `summary`, `machine`.
+    """
+    compile_kernels()
+    if paths is not None:
+        rows = [row for path in paths for row in run_path(path)]
+    else:
+        from magicsim.bench.stress.pool import pooled_rows
+
+        chosen = [path for path in every_path() if not quick or _is_quick(path)]
+        with TemporaryDirectory() as temporary:
+            rows = pooled_rows(chosen, parts or Path(temporary))
+    return {
+        "kind": "stress",
+        "quick": quick,
+        "results": [asdict(row) for row in rows],
+        "summary": summarise(rows),
+        "machine": machine(),
+    }
+
+
+def run_path(path: StressPath) -> Iterator[StressRow]:
+    """One row for each stage, whatever happens; a stage starts where the last valid one ended."""
+    options: dict[str, Any] = {"friction": path.friction} if path.friction else {}
+    if path.max_step_mm is not None:
+        options["max_step_mm"] = path.max_step_mm
+    try:
+        indenters, lattice = path.indenters(), path.lattice()
+        spacing = point_spacing_mm(indenters[0].shape)
+        solver = ContactSolver(lattice, tolerance_mm=TOLERANCE_MM, point_spacing_mm=spacing, **options)
+    except MagicsimError as error:
+        yield from (unsolved(path, stage, NOT_AVAILABLE, str(error)) for stage in path.stages)
+        return
+    state: Deformation | None = None
+    for stage, indenter in zip(path.stages, indenters, strict=True):
+        depth = stage.depth_share * lattice.height_mm
+        start = time.perf_counter()
+        try:
+            found = solver.solve(indenter, state)
+        except ConvergenceError as error:
+            yield _row(path, stage, depth, DECLARED, str(error), seconds=time.perf_counter() - start)
+            continue
+        except Exception as error:
+            message = f"{type(error).__name__}: {error}"
+            yield _row(path, stage, depth, CRASHED, message, seconds=time.perf_counter() - start)
+            continue
+        seconds = time.perf_counter() - start
+        check = verify(lattice, found, indenter, point_spacing_mm=spacing)
+        row = _verified(path, stage, depth, found, check, seconds)
+        state = found if row.outcome == VALID else state
+        yield row
+
+
+def unsolved(path: StressPath, stage: Stage, outcome: str, message: str) -> StressRow:
+    """A row without a state."""
+    return _row(path, stage, stage.depth_share * path.design.height_mm, outcome, message)
+
+
+def summarise(rows: Iterable[StressRow]) -> dict[str, Any]:
+    """Counts of outcomes, and the share that is valid up to half of the height."""
+    found = list(rows)
+    counts = Counter(row.outcome for row in found)
+    judged = [row for row in found if row.depth_share <= JUDGED_SHARE and row.outcome != NOT_AVAILABLE]
+    valid = sum(row.outcome == VALID for row in judged)
+    return {
+        "cases": len(found),
+        "outcomes": {outcome: counts[outcome] for outcome in OUTCOMES},
+        "judged": len(judged),
+        "valid_share": valid / len(judged) if judged else None,
+        "seconds": sum(row.seconds for row in found),
+    }
+
+
+def _verified(
+    path: StressPath, stage: Stage, depth: float, state: Deformation, check: Verification, seconds: float
+) -> StressRow:
+    faults = check.faults(TOLERANCE_MM)
+    found_again = {name: value for name, value in asdict(check).items() if name in FIGURES}
+    return _row(
+        path, stage, depth, SILENT if faults else VALID, ", ".join(faults), seconds=seconds,
+        force_n=float(state.force_n[2]), iterations=state.iterations, cutbacks=state.cutbacks,
+        restarts=state.restarts, rungs=state.rungs, **found_again,
+    )  # fmt: skip
+
+
+def _row(
+    path: StressPath, stage: Stage, depth_mm: float, outcome: str, message: str, **figures: Any  # noqa: ANN401
+) -> StressRow:  # fmt: skip
+    values: dict[str, Any] = dict.fromkeys(FIGURES) | {"seconds": 0.0} | figures
+    return StressRow(
+        group=path.group,
+        label=path.label,
+        contrast=path.contrast,
+        poisson_ratio=path.poisson_ratio,
+        friction=path.friction,
+        depth_share=stage.depth_share,
+        depth_mm=depth_mm,
+        shear_mm=stage.shear_mm,
+        twist_deg=stage.twist_deg,
+        outcome=outcome,
+        message=message,
+        **values,
+    )
+
+
+def _is_quick(path: StressPath) -> bool:
+    if path.group == "single":
+        return path.label in {"skin 0.1 mm", "height 1.5 mm", "one step of 50 %"}
+    return path.contrast in {1.0, 1e4} and path.poisson_ratio in {POISSON_RATIOS[0], POISSON_RATIOS[2]}

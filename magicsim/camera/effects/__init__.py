@@ -1,0 +1,1 @@
+"""What a real camera adds to an ideal frame, each effect by itself on plain arrays."""

@@ -1,0 +1,132 @@
+"""From linear radiance to the 8-bit frame: exposure, noise, tone curve, compression; each frame by itself.
+
+Noise follows the linear camera model of EMVA Standard 1288: Poisson photo-electrons, Gaussian read noise, a fixed
+gain pattern, dark signals. Exposure is measured once on the untouched sensor; `magicsim.camera.stream` has what
+depends on time and on the frames before.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.camera.effects.faults import dark_signal_e, is_alive, row_offsets_e
+from magicsim.camera.effects.mjpeg import through_mjpeg
+from magicsim.camera.effects.randomness import PATTERN_STREAM, deviates
+from magicsim.camera.effects.vibration import shift_px, shifted
+from magicsim.camera.settings import Mjpeg, PixelFaults
+from magicsim.errors import RenderError
+from magicsim.scenes.rig import Camera
+
+FloatImage = npt.NDArray[np.float32]
+Frame = npt.NDArray[np.uint8]
+Lit = tuple[bool, bool, bool]
+NO_FAULTS = PixelFaults()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exposure:
+    """Locked gains: signal = gain * radiance, 1 at grey level 255."""
+
+    gain: npt.NDArray[np.float64]
+    """Gain of each channel, shape (3,)."""
+
+
+def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) -> Exposure:
+    """Auto-exposure: gains that bring the untouched sensor to the camera's mean grey level.
+
+    A channel in which no light shines is exposed like the others. Where no light arrives at all nothing can be
+    measured: a radiance of 1 then comes to the grey level that is aimed at.
+
+    Args:
+        untouched: Linear radiance of the sensor at rest, shape (rows, columns, 3).
+        camera: Aim, tone curve and white balance.
+        lit: Whether any light shines in red, green and blue, see `Rig.lit`.
+
+    Raises:
+        RenderError: A channel is dark though light shines in it and others are not, or the image is not finite.
+    """
+    aim = aimed_signal(camera)
+    mean = sensed(untouched, camera).mean((0, 1), dtype=np.float64)
+    if not mean.any():
+        return Exposure(gain=np.full(3, aim))
+    seen = np.abs(np.array(camera.color_matrix)) @ np.array(lit) > 0
+    if not camera.white_balance:
+        mean = np.full(3, mean.mean())
+    elif seen.any():
+        mean = np.where(seen, mean, mean[seen].mean())
+    if not (mean > 0).all() or not np.isfinite(mean).all():
+        msg = (
+            f"auto-exposure fails: mean radiance of the untouched sensor is {mean.round(6).tolist()} (RGB), "
+            "each channel must be above 0; light reaches the camera only through scattering "
+            "(materials.infill.sigma_s_per_mm)"
+        )
+        raise RenderError(msg)
+    return Exposure(gain=aim / mean)
+
+
+def aimed_signal(camera: Camera) -> float:
+    """Mean signal of the untouched frame that auto-exposure aims at, 1 at grey level 255."""
+    return float((camera.exposure_grey / 255) ** camera.gamma)
+
+
+def expose(
+    radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: int, frame: int, base: Exposure | None = None
+) -> Frame:
+    """Takes one 8-bit frame.
+
+    Args:
+        radiance: Linear radiance of what the camera reads out, shape (rows, columns, 3).
+        exposure: Gains of this frame.
+        camera: Noise, tone curve and compression; one in which frames depend on each other is left out.
+        seed: Seed of the episode.
+        frame: Number of the frame in the stream, references included; each has noise of its own.
+        base: Gains at which `full_well_e` counts; those of this frame by default. A gain twice as high shows half as
+            many electrons as white.
+
+    Returns:
+        RGB frame, shape (rows, columns, 3).
+
+    Raises:
+        RenderError: The radiance is not finite.
+    """
+    bad = int(np.count_nonzero(~np.isfinite(radiance)))
+    if bad:
+        msg = f"frame {frame} of seed {seed} is not rendered: its image holds {bad} values that are not finite"
+        raise RenderError(msg)
+    light = radiance
+    if camera.vibration_px > 0:
+        light = shifted(radiance, shift_px(camera.vibration_px, seed=seed, frame=frame))
+    pattern = 1 + camera.fixed_pattern * _noise(radiance.shape, camera, deviates(camera.pattern_seed, PATTERN_STREAM))
+    signal = np.clip(sensed(light, camera) * exposure.gain, 0, 4) * pattern
+    well = camera.full_well_e if base is None else camera.full_well_e * base.gain / exposure.gain
+    electrons = np.clip(signal, 0, None) * well
+    if camera.faults.dead_share > 0:
+        electrons *= camera.window.of(is_alive(camera.faults, **_sensor(camera)))
+    # Above some hundred electrons the Poisson law is Gaussian to well below one grey level, and twenty times faster.
+    noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * _noise(
+        radiance.shape, camera, deviates(seed, frame)
+    )
+    if camera.faults != NO_FAULTS:
+        rows = row_offsets_e(camera.faults, rows=camera.rows, seed=seed, frame=frame)
+        noisy += camera.window.of(dark_signal_e(camera.faults, **_sensor(camera)) + rows)
+    tone = np.clip(noisy / well, 0, 1) ** (1 / camera.gamma)
+    image = np.rint(255 * tone).astype(np.uint8)
+    return through_mjpeg(image, camera.compression) if isinstance(camera.compression, Mjpeg) else image
+
+
+def _noise(shape: tuple[int, ...], camera: Camera, random: np.random.Generator) -> npt.NDArray[np.float64]:
+    """Normal deviates of the pixels that are read out, each its own in the whole image."""
+    if camera.region_px is None:
+        return random.standard_normal(shape)
+    return np.asarray(camera.window.of(random.standard_normal((camera.rows, camera.columns, 3))))
+
+
+def sensed(radiance: FloatImage, camera: Camera) -> FloatImage:
+    """What the sensor's own colours see of linear RGB, shape (rows, columns, 3)."""
+    matrix = np.array(camera.color_matrix, np.float32)
+    return radiance if (matrix == np.eye(3)).all() else radiance @ matrix.T
+
+
+def _sensor(camera: Camera) -> dict[str, int]:
+    return {"rows": camera.rows, "columns": camera.columns, "pattern_seed": camera.pattern_seed}

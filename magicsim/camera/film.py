@@ -1,0 +1,185 @@
+"""What the renderer's ideal pinhole has to see, and how the camera's lens turns that into the image.
+
+The lens moves the optical axis, distorts (OpenCV's model) and darkens towards the corners. An ideal image a little
+larger than the camera's is rendered, and each pixel of the camera looks up its place there. Without any of that the
+ideal image is the camera's, and nothing is looked up. Lens and pixels then spread the light of a point over the pixels
+around it, and dust on the window takes some.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import gaussian_filter
+
+from magicsim.camera.effects.dust import transmittance
+from magicsim.camera.effects.spread import spread_light
+from magicsim.camera.settings import Diffraction, Glare
+from magicsim.camera.viewing import face_landing_mm, focal_px, landing_mm
+from magicsim.camera.window import Window
+from magicsim.errors import RenderError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.rig import Camera, Rig
+
+Array = npt.NDArray[np.float64]
+FloatImage = npt.NDArray[np.float32]
+UNDISTORT_PX, MAX_UNDISTORT = 1e-4, 200
+"""Largest error of the inverse of the distortion, and corrections after which it is taken to have none."""
+SPREAD = 3.0
+"""Reach of the point spread function in standard deviations."""
+BORDER_PX = 2
+"""Ideal pixels beyond the outermost place that is looked up."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """The ideal image, and where the camera's pixels lie in it."""
+
+    columns: int
+    rows: int
+    window: Window
+    """Part of the ideal image that is looked at."""
+    fov_deg: float
+    """Full field of view along the ideal image's columns [degrees]."""
+    places_px: FloatImage | None
+    """Column and row in that window of each pixel that is read out, shape (rows, columns, 2); None where the same."""
+    blur_px: float
+    """Standard deviation of the point spread function [px]."""
+    diffraction: Diffraction | None
+    """By the aperture."""
+    glare: Glare | None
+    """Light that is spread widely."""
+    inner: Window
+    """What is read out of the pixels that were looked up: those around it spread light into it."""
+    shading: FloatImage | None
+    """Part of the light that each pixel that is read out gets past lens and dust, shape (rows, columns, 1); None where
+    1."""
+
+    def seen(self, ideal: FloatImage) -> FloatImage:
+        """What the camera reads out, from the window of the ideal image; linear radiance, shape (rows, columns, 3)."""
+        image = ideal
+        if self.places_px is not None:
+            image = np.asarray(
+                cv2.remap(ideal, self.places_px[..., 0], self.places_px[..., 1], cv2.INTER_LINEAR), np.float32
+            )
+        image = spread_light(point_spread(image, self.blur_px), self.diffraction, self.glare)
+        image = np.asarray(self.inner.of(image))
+        return image if self.shading is None else image * self.shading
+
+
+def point_spread(image: FloatImage, blur_px: float) -> FloatImage:
+    """An image as blurred as lens and pixels make it, shape (rows, columns, 3).
+
+    A Gaussian, by which the core of most lenses' point spread is met; beyond the image's border its mirror goes on.
+
+    Args:
+        image: Linear radiance, shape (rows, columns, 3).
+        blur_px: Standard deviation along columns and rows [px].
+    """
+    if blur_px == 0:
+        return image
+    return np.asarray(
+        gaussian_filter(image, blur_px, mode="mirror", radius=_spread_px(blur_px), axes=(0, 1)), np.float32
+    )
+
+
+def _spread_px(blur_px: float) -> int:
+    return int(np.ceil(SPREAD * blur_px))
+
+
+def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
+    """The ideal image for a camera.
+
+    Args:
+        design: The block.
+        rig: What surrounds it.
+        read: Pixels to read out; those of the camera by default.
+    """
+    camera, focal = rig.camera, focal_px(design, rig)
+    read_out = read or camera.window
+    read = read_out.grown(_spread_px(camera.blur_px), camera.columns, camera.rows)
+    columns, rows, places, window = camera.columns, camera.rows, None, read
+    if camera.moves_pixels:
+        slopes = pixel_slopes(camera, focal)
+        reach = np.ceil(focal * np.abs(slopes).max((0, 1))).astype(int) + BORDER_PX
+        columns, rows = (2 * int(half) for half in reach)
+        places = read.of(focal * slopes + (np.array([columns, rows]) - 1) / 2)
+        first = np.floor(places.min((0, 1))).astype(int) - BORDER_PX
+        last = np.ceil(places.max((0, 1))).astype(int) + BORDER_PX
+        first, last = np.maximum(first, 0), np.minimum(last, [columns - 1, rows - 1])
+        left, top, right, bottom = (int(edge) for edge in (*first, *last))
+        window = Window(column=left, row=top, columns=right - left + 1, rows=bottom - top + 1)
+        places = np.asarray(places - first, np.float32)
+    return Film(
+        columns=columns,
+        rows=rows,
+        window=window,
+        fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
+        places_px=places,
+        blur_px=camera.blur_px,
+        inner=read_out.within(read),
+        diffraction=camera.diffraction,
+        glare=camera.glare,
+        shading=read_out.of(_shading(camera)) if camera.vignetting > 0 or camera.dust is not None else None,
+    )
+
+
+def pixel_landing_mm(design: ElastomerDesign, rig: Rig, *, z_mm: float = 0.0) -> Array:
+    """Where the ray through each pixel's centre meets a plane of the undeformed block, the contact face by default.
+
+    Returns:
+        x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
+    """
+    slopes = rig.camera.window.of(pixel_slopes(rig.camera, focal_px(design, rig)))
+    if z_mm == 0:
+        return face_landing_mm(slopes, design, rig)
+    return landing_mm(slopes, design, rig, z_mm=z_mm)
+
+
+def camera_matrix(camera: Camera, focal: float) -> Array:
+    """OpenCV's intrinsic matrix; pixel centres have whole coordinates, shape (3, 3) [px]."""
+    x, y = _principal_px(camera)
+    return np.array([[focal, 0.0, x], [0.0, focal, y], [0.0, 0.0, 1.0]])
+
+
+def pixel_slopes(camera: Camera, focal: float) -> Array:
+    """Directions of the pixels' rays, right and down per unit along the axis, shape (rows, columns, 2).
+
+    Raises:
+        RenderError: The distortion folds the image, so that some pixel sees no direction or several.
+    """
+    column, row = np.meshgrid(np.arange(camera.columns, dtype=float), np.arange(camera.rows, dtype=float))
+    pixels = np.stack([column, row], -1)
+    slopes: Array = (pixels - _principal_px(camera)) / focal
+    if not any(camera.distortion):
+        return np.asarray(slopes)
+    matrix, lens = camera_matrix(camera, focal), np.array(camera.distortion)
+    for _ in range(MAX_UNDISTORT):
+        rays = np.concatenate([slopes.reshape(-1, 2), np.ones((slopes[..., 0].size, 1))], 1)
+        missed = pixels - cv2.projectPoints(rays, np.zeros(3), np.zeros(3), matrix, lens)[0].reshape(pixels.shape)
+        slopes = np.asarray(slopes + missed / focal, float)
+        if np.abs(missed).max() < UNDISTORT_PX:
+            return np.asarray(slopes)
+    msg = (
+        f"camera.distortion = {list(camera.distortion)} is not allowed: it folds the image of {camera.columns} x "
+        f"{camera.rows} pixels with a focal length of {focal:.0f} px"
+    )
+    raise RenderError(msg)
+
+
+def _principal_px(camera: Camera) -> Array:
+    centre = (np.array([camera.columns, camera.rows]) - 1) / 2
+    return np.asarray(centre + camera.principal_offset_px)
+
+
+def _shading(camera: Camera) -> FloatImage:
+    column, row = np.meshgrid(np.arange(camera.columns), np.arange(camera.rows))
+    squared = ((np.stack([column, row], -1) - _principal_px(camera)) ** 2).sum(-1)
+    corner = (camera.columns**2 + camera.rows**2) / 4
+    passed = np.clip(1 - camera.vignetting * squared / corner, 0, 1)
+    if camera.dust is not None:
+        passed = passed * transmittance(
+            camera.dust, rows=camera.rows, columns=camera.columns, pattern_seed=camera.pattern_seed
+        )
+    return np.asarray(passed, np.float32)[:, :, None]

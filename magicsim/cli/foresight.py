@@ -1,0 +1,49 @@
+"""What simulating a scene will take, told or refused before any work."""
+
+import os
+
+from magicsim.dataset.recipes.estimate import estimate_scene, lattice_nodes
+from magicsim.errors import ConfigError
+from magicsim.scenes.scene import SceneConfig
+from magicsim.workers.options import usable_cores
+
+LONG_S = 300.0
+"""Time from which an estimate is worth a line [s]."""
+IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES = 3, 1, 4, 12
+"""A pixel of a frame, of a mask, of a depth map; a lattice node's displacement; in memory."""
+
+
+def check_memory(scene: SceneConfig) -> None:
+    """Refuses an episode whose frames and labels do not fit into memory, where all of them are until it is written.
+
+    Raises:
+        ConfigError: With what it would take and what there is.
+    """
+    needed, there = episode_bytes(scene), os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > there:
+        camera, frames = scene.rig.camera, scene.references + scene.frame_count
+        msg = (
+            f"{frames} frames of {camera.columns} x {camera.rows} pixels with their labels take about "
+            f"{needed / 1e9:.0f} GB of memory, and there are {there / 1e9:.0f} GB: make several episodes, or leave out "
+            "output.displacements, output.contact_mask or output.depth_map"
+        )
+        raise ConfigError(msg)
+
+
+def episode_bytes(scene: SceneConfig) -> int:
+    """Bytes of all frames and labels of an episode, about."""
+    window, output = scene.rig.camera.window, scene.output
+    pixel = IMAGE_BYTES + MASK_BYTES * output.contact_mask + DEPTH_BYTES * output.depth_map
+    nodes = NODE_BYTES * lattice_nodes(scene) if output.displacements else 0
+    return round((scene.references + scene.frame_count) * (window.columns * window.rows * pixel + nodes))
+
+
+def long_work(scene: SceneConfig) -> str | None:
+    """A line about a scene that takes long; None about others."""
+    found, cores = estimate_scene(scene), usable_cores()
+    if found.seconds(cores) < LONG_S:
+        return None
+    return (
+        f"about {found.frames} frames to simulate, {found.seconds(cores) / 60:.0f} minutes on {cores} cores and "
+        f"{found.bytes / 1e6:.0f} MB (rough estimates)"
+    )

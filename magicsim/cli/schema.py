@@ -1,0 +1,40 @@
+"""JSON Schema of every kind of configuration file, for editors."""
+
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.detectors.profiles.profile_schema import profile_schema
+from magicsim.evaluation.suite import SuiteConfig
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.objects.kinds import ObjectConfig
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import SceneConfig
+from magicsim.sweep.sweep_file import SweepConfig
+
+
+def schema_of(kind: str) -> dict[str, Any]:
+    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile`, `suite` or `sweep`."""
+    if kind == "profile":
+        return profile_schema()
+    models: dict[str, Any] = {
+        "design": ElastomerDesign,
+        "scene": SceneConfig,
+        "rig": Rig,
+        "object": ObjectConfig,
+        "suite": SuiteConfig,
+        "recipe": Recipe,
+        "sweep": SweepConfig,
+    }
+    schema = TypeAdapter(models[kind]).json_schema()
+    named = {
+        "scene": ("design", "rig", "object"),
+        "suite": ("design", "rig"),
+        "recipe": ("design", "rig"),
+        "sweep": ("design", "rig", "object"),
+    }
+    if kind in named:
+        for name in named[kind]:
+            schema["properties"][name] = {"anyOf": [{"type": "string"}, schema["properties"][name]]}
+    return schema

@@ -1,0 +1,109 @@
+"""Strict configuration: TOML files and `dotted.key=value` overrides become frozen pydantic models.
+
+Every error is one line that names the file, the field, the value and what is allowed.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+
+from magicsim.config.documents import MAX_DEPTH, parse_toml, read_toml
+from magicsim.config.presets import find_preset
+from magicsim.config.problems import describe_problems
+from magicsim.errors import ConfigError
+from magicsim.wording import NAME_LENGTH, shortened
+
+
+class Config(BaseModel):
+    """Base of every configuration model: frozen, no unknown keys, finite numbers only."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_flags_for_numbers(cls, data: object) -> object:
+        """Pydantic alone would read `true` as 1."""
+        for key, value in data.items() if isinstance(data, Mapping) else ():
+            parts = value if isinstance(value, list | tuple) else (value,)
+            field = cls.model_fields.get(key)
+            if field is not None and field.annotation is not bool and any(isinstance(part, bool) for part in parts):
+                msg = f"{key} = {value!r} is not allowed: must not be true or false"
+                raise ValueError(msg)
+        return data
+
+
+ConfigT = TypeVar("ConfigT", bound=BaseModel)
+
+
+def load_preset(model: type[ConfigT], kind: str, name: str | Path, overrides: Sequence[str] = ()) -> ConfigT:
+    """Reads a preset by name, or a user's TOML file by path, into its model.
+
+    Args:
+        model: The configuration model to validate against.
+        kind: Kind of preset, a key of `magicsim.config.presets.FOLDERS`.
+        name: Preset name or path of a TOML file.
+        overrides: `dotted.key=value` settings, the value in TOML or as a bare word.
+
+    Raises:
+        PresetError: No such preset or file.
+        ConfigError: The content is not acceptable.
+    """
+    path = find_preset(kind, name)
+    data = apply_overrides(read_toml(path), overrides)
+    return validate(model, data, source=path.name)
+
+
+def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
+    """Copy of nested tables with `dotted.key=value` settings put in; tables are made where they are missing.
+
+    Raises:
+        ConfigError: An override has no `=`, an empty key, goes through something that is not a table, or is nested too
+            deeply.
+    """
+    result = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
+    for override in overrides:
+        key, separator, text = override.partition("=")
+        parts = key.strip().split(".")
+        if not separator or not all(parts):
+            msg = f"override '{override}' is not of the form dotted.key=value"
+            raise ConfigError(msg)
+        if len(parts) > MAX_DEPTH:
+            msg = f"override '{override}' is nested too deeply: at most {MAX_DEPTH} keys inside each other are allowed"
+            raise ConfigError(msg)
+        table = result
+        for part in parts[:-1]:
+            inner = table.get(part, {})
+            if not isinstance(inner, Mapping):
+                msg = f"override '{override}': '{part}' is a value, not a table"
+                raise ConfigError(msg)
+            table[part] = dict(inner)
+            table = table[part]
+        table[parts[-1]] = _parse_value(text.strip())
+    return result
+
+
+def _parse_value(text: str) -> object:
+    """A value in TOML; what is none is a bare word."""
+    try:
+        found = parse_toml(f"value = {text}", source="the value")
+    except ConfigError as error:
+        if text[:1] in {"[", "{"}:
+            msg = f"override value '{shortened(text, NAME_LENGTH)}': {error}"
+            raise ConfigError(msg) from None
+        return text
+    return found["value"] if len(found) == 1 else text
+
+
+def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> ConfigT:
+    """Checks plain data against a model.
+
+    Raises:
+        ConfigError: One line about the first problem, and how many more there are.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        msg = f"{source}: {describe_problems(model, error)}"
+        raise ConfigError(msg) from None

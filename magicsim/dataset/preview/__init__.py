@@ -1,0 +1,1 @@
+"""A look at a recipe before a long run."""

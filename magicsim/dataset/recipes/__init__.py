@@ -1,0 +1,1 @@
+"""Recipes: distributions over sensors, objects and paths, and what is drawn from them."""

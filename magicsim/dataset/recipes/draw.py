@@ -1,0 +1,247 @@
+"""From a recipe to what is simulated: printed sensors, and episodes on them, each with its values.
+
+Both are drawn when they are asked for, so that it does not matter how many there are.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Generic, TypeVar, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.config.models import validate
+from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, TouchPath, draw_path
+from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.sampling.distribution import Distribution, Number, choose
+from magicsim.sampling.points import UnitPoints
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import OutputSettings, SceneConfig
+
+Array = npt.NDArray[np.float64]
+Values = dict[str, float]
+DrawnT = TypeVar("DrawnT")
+SENSORS, EPISODES = 1, 2
+"""Streams of points."""
+CHOICES = 3
+"""Dimensions of an episode's point that choose: the path, the object, the mesh file."""
+ROOM_CHOICES = 1
+"""Dimensions of a sensor's point that choose its room."""
+KEPT = 64
+"""Things that were drawn last, which are not drawn again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrawnSensor:
+    """One printed sensor."""
+
+    index: int
+    design: ElastomerDesign
+    rig: Rig
+    values: Values
+    """Drawn values by name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrawnEpisode:
+    """One episode, ready to be simulated."""
+
+    index: int
+    sensor: int
+    path_kind: str
+    values: Values
+    """Drawn values by name, those of its sensor included."""
+    scene: SceneConfig
+
+
+def episode_seed(seed: int, index: int) -> int:
+    """Seed of one episode of a recipe, from `SeedSequence([seed, index])`, below 2^31."""
+    return int(np.random.SeedSequence([seed, index]).generate_state(1)[0]) >> 1
+
+
+def sensor_of(recipe: Recipe, index: int) -> int:
+    """Number of the sensor that an episode is on."""
+    return index // recipe.episodes_per_sensor
+
+
+class Drawn(Sequence[DrawnT], Generic[DrawnT]):
+    """Things that are drawn one by one as they are asked for; what one of them is never depends on the others."""
+
+    def __init__(self, count: int, draw: Callable[[int], DrawnT]) -> None:
+        """Takes their number, and what draws one by its number."""
+        self._count, self._draw = count, lru_cache(maxsize=KEPT)(draw)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return self._count
+
+    @overload
+    def __getitem__(self, place: int) -> DrawnT: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[DrawnT]: ...
+    def __getitem__(self, place: int | slice) -> DrawnT | Sequence[DrawnT]:
+        """One of them, or the list of some."""
+        if isinstance(place, slice):
+            return [self._draw(each) for each in range(*place.indices(self._count))]
+        return self._draw(range(self._count)[place])
+
+    def __iter__(self) -> Iterator[DrawnT]:
+        """All of them in order."""
+        return (self._draw(place) for place in range(self._count))
+
+
+def draw_sensors(recipe: Recipe, count: int) -> Drawn[DrawnSensor]:
+    """The first sensors of a recipe.
+
+    Raises:
+        ConfigError: A drawn design is not allowed; raised when it is asked for.
+    """
+    numbers = _tolerances(recipe)
+    printed = len(_varying(numbers.values()))
+    rooms = [len(_varying(each.numbers().values())) for each in recipe.rooms]
+    points = _points(recipe, printed + (ROOM_CHOICES + max(rooms) if rooms else 0), SENSORS)
+    ends = [printed, printed + ROOM_CHOICES]
+    return Drawn(count, lambda index: _sensor(recipe, index, numbers, np.split(points[index], ends)))
+
+
+def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
+    """All episodes of a recipe; the first ones stay the same when there are more.
+
+    Raises:
+        ConfigError: Drawn values are not allowed together; the message names the episode, and is raised when that is
+            asked for.
+    """
+    sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
+    camera = len(_varying(_camera(recipe).values()))
+    objects = max((len(_varying(each.numbers().values())) for each in recipe.objects), default=0)
+    paths = max(len(_varying(each.numbers().values())) for each in recipe.paths)
+    points = _points(recipe, CHOICES + camera + objects + paths, EPISODES)
+    ends = np.cumsum([CHOICES, camera, objects])
+    return Drawn(
+        recipe.episodes,
+        lambda index: _episode(recipe, index, sensors[sensor_of(recipe, index)], np.split(points[index], ends)),
+    )
+
+
+def drawn_names(recipe: Recipe) -> list[str]:
+    """Names of all values that an episode of the recipe may have, sorted."""
+    names = [f"sensor.{name}" for name, number in _tolerances(recipe).items() if isinstance(number, Distribution)]
+    names += [
+        f"sensor.{name}"
+        for entry in recipe.rooms
+        for name, number in entry.numbers().items()
+        if isinstance(number, Distribution)
+    ]
+    names += [f"camera.{name}" for name, number in _camera(recipe).items() if isinstance(number, Distribution)]
+    for group, entries in (("object", recipe.objects), ("path", recipe.paths)):
+        for entry in entries:
+            numbers = entry.numbers().items()
+            names += [f"{group}.{name}" for name, number in numbers if isinstance(number, Distribution)]
+    return sorted(set(names))
+
+
+def _points(recipe: Recipe, dimensions: int, stream: int) -> UnitPoints:
+    return UnitPoints(dimensions, seed=recipe.seed, stream=stream, sampling=recipe.sampling)
+
+
+def _varying(numbers: Iterable[Number]) -> list[Distribution]:
+    return [number for number in numbers if isinstance(number, Distribution)]
+
+
+def _drawer(group: str, point: Array, values: Values) -> Callable[[str, Number], float]:
+    """A function that takes the next coordinate for every distribution, and notes what came out."""
+    shares = iter(point.tolist())
+
+    def draw(name: str, number: Number) -> float:
+        if not isinstance(number, Distribution):
+            return float(number)
+        values[f"{group}.{name}"] = round(number.at(next(shares)), 9)
+        return values[f"{group}.{name}"]
+
+    return draw
+
+
+def _tolerances(recipe: Recipe) -> dict[str, Number]:
+    tolerances = recipe.tolerances
+    names = [name for name in type(tolerances).model_fields if name != "led_strength"]
+    strips = {f"led_strength.{number}": tolerances.led_strength for number in range(len(recipe.rig.strips))}
+    return {name: getattr(tolerances, name) for name in names} | strips
+
+
+def _camera(recipe: Recipe) -> dict[str, Number]:
+    fields = {name: getattr(recipe.camera, name) for name in type(recipe.camera).model_fields}
+    return {name: number for name, number in fields.items() if number is not None}
+
+
+def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[Array]) -> DrawnSensor:
+    printed, choice, room = parts
+    values: Values = {}
+    draw = _drawer("sensor", printed, values)
+    drawn = {name: draw(name, number) for name, number in numbers.items()}
+    design = recipe.design.model_dump()
+    design["skin_mm"] = round(design["skin_mm"] + drawn["skin_mm"], 9)
+    if recipe.design.has_grid:
+        design["wall_mm"] = round(design["wall_mm"] + drawn["wall_mm"], 9)
+        design["cell_mm"] = round(design["cell_mm"] - drawn["wall_mm"], 9)
+    for name, material in design["materials"].items():
+        if material is None:
+            continue
+        material["ior"] = round(material["ior"] + drawn[f"{name}_ior"], 9)
+        for modulus in ("youngs_modulus_mpa", "shear_modulus_mpa", "bulk_modulus_mpa"):
+            if modulus in material:
+                material[modulus] *= drawn["stiffness"]
+    rig = recipe.rig.model_dump()
+    for number, strip in enumerate(rig["strips"]):
+        strip["radiance"] = tuple(drawn[f"led_strength.{number}"] * each for each in strip["radiance"])
+    rig["camera"]["pattern_seed"] = recipe.rig.camera.pattern_seed + index
+    if recipe.rooms:
+        entry = recipe.rooms[choose(float(choice[0]), tuple(each.weight for each in recipe.rooms))]
+        rig = entry.placed(rig, _drawer("sensor", room, values))
+    return DrawnSensor(
+        index=index,
+        design=validate(ElastomerDesign, design, source=f"sensor {index}"),
+        rig=validate(Rig, rig, source=f"sensor {index}"),
+        values=values,
+    )
+
+
+def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]) -> DrawnEpisode:
+    choices, camera, objects, paths = parts
+    values = dict(sensor.values)
+    source = f"episode {index}"
+    path = recipe.paths[choose(float(choices[0]), tuple(each.weight for each in recipe.paths))]
+    draw = _drawer("path", paths, values)
+    drawn = draw_path(path, draw)
+    rig = sensor.rig.model_dump()
+    thing = None
+    if isinstance(path, FlashlightPath):
+        rig["flashlight"]["radiance"] = tuple(drawn["strength"] * each for each in rig["flashlight"]["radiance"])
+    elif not isinstance(path, ClearPath):
+        entry = recipe.objects[choose(float(choices[1]), tuple(each.weight for each in recipe.objects))]
+        thing = entry.draw(_drawer("object", objects, values), float(choices[2]))
+    note = _drawer("camera", camera, values)
+    seen = {name: note(name, number) for name, number in _camera(recipe).items()}
+    rig["camera"] = recipe.camera.placed(rig["camera"], seen)
+    friction = drawn["friction"] if isinstance(path, TouchPath) else 0.0
+    scene = {
+        "schema_version": 1,
+        "design": sensor.design,
+        "rig": rig,
+        "seed": episode_seed(recipe.seed, index),
+        "references": recipe.references,
+        "frames_per_second": recipe.frames_per_second,
+        "object": thing,
+        "contact": recipe.contact.model_dump() | {"friction": friction},
+        "render": recipe.render,
+        "output": OutputSettings(**recipe.labels.model_dump(), preview=False, report=False),
+        "keyframes": path.keyframes(drawn),
+    }
+    return DrawnEpisode(
+        index=index,
+        sensor=sensor.index,
+        path_kind=path.kind,
+        values=values,
+        scene=validate(SceneConfig, scene, source=source),
+    )

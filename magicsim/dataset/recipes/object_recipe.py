@@ -1,0 +1,139 @@
+"""Which objects a recipe presses: any kind of `magicsim.geometry.objects.kinds`, its numbers drawn."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from magicsim.config.models import Config, validate
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.geometry.objects.kinds import OBJECT_KINDS, ObjectBase
+from magicsim.sampling.distribution import Number, choose
+
+Draw = Callable[[str, Number], float]
+"""Value of a named number."""
+Kind = Literal[
+    "sphere", "cylinder", "punch", "box", "domed_cylinder", "cone", "dots", "lines", "spanner", "screwdriver",
+    "scissors", "banana", "mesh",
+]  # fmt: skip
+Weight = Annotated[float, Field(ge=1e-6, le=1e6)]
+MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".glb"})
+OWN_KEYS = frozenset({"kind", "weight", "folder"})
+NOT_DRAWN = frozenset({"path", "axis", "flutes", "file_colors"})
+
+
+class ObjectRecipe(Config):
+    """One kind of object; the keys are those of the kind (`magicsim schema object`), numbers may be distributions."""
+
+    kind: Kind
+    weight: Weight = 1.0
+    """How often this entry is chosen, relative to the others."""
+    color: tuple[Number, Number, Number] | None = None
+    """Diffuse reflectance in linear RGB."""
+    specular: Number | None = None
+    """Gloss: share of the light that the surface mirrors."""
+    roughness: Number | None = None
+    """Root mean square slope of the facets that mirror."""
+    roll_deg: Number | None = None
+    pitch_deg: Number | None = None
+    yaw_deg: Number | None = None
+    radius_mm: Number | None = None
+    length_mm: Number | None = None
+    axis: Literal["x", "y", "z"] | None = None
+    edge_radius_mm: Number | None = None
+    size_mm: Number | tuple[Number, Number, Number] | None = None
+    half_angle_deg: Number | None = None
+    tip_radius_mm: Number | None = None
+    flat_radius_mm: Number | None = None
+    spacing_mm: Number | None = None
+    width_mm: Number | None = None
+    height_mm: Number | None = None
+    thickness_mm: Number | None = None
+    jaw_mm: Number | None = None
+    head_radius_mm: Number | None = None
+    handle_width_mm: Number | None = None
+    flutes: Annotated[int, Field(ge=3, le=12)] | None = None
+    tube_radius_mm: Number | None = None
+    loop_width_mm: Number | None = None
+    loop_length_mm: Number | None = None
+    gap_mm: Number | None = None
+    bend_radius_mm: Number | None = None
+    path: str | None = None
+    """Of kind `mesh`: one file, relative to the current directory."""
+    folder: str | None = None
+    """Of kind `mesh` instead of `path`: every mesh file in a folder is as likely as any other."""
+    scale: Number | None = None
+    file_colors: bool | None = None
+    """Of kind `mesh`: whether the file gives the colour."""
+    feature_mm: Number | None = None
+
+    @model_validator(mode="after")
+    def _check_keys(self) -> Self:
+        fields = OBJECT_KINDS[self.kind].model_fields
+        for key in self.model_fields_set - OWN_KEYS:
+            if key not in fields:
+                raise ValueError(unknown_choice(f"key of object kind '{self.kind}'", key, set(fields) - {"kind"}))
+        if self.kind != "mesh":
+            if self.folder is not None:
+                msg = f"folder is not a key of object kind '{self.kind}', only of 'mesh'"
+                raise ValueError(msg)
+        elif (self.path is None) == (self.folder is None):
+            msg = "object kind 'mesh' needs either path or folder"
+            raise ValueError(msg)
+        missing = [
+            key
+            for key, field in fields.items()
+            if field.is_required() and getattr(self, key, None) is None and not (key == "path" and self.folder)
+        ]
+        if missing:
+            msg = f"{missing[0]} is missing: object kind '{self.kind}' needs it"
+            raise ValueError(msg)
+        return self
+
+    def files(self) -> tuple[str, ...]:
+        """Mesh files that may be drawn, sorted.
+
+        Raises:
+            ConfigError: The folder holds none.
+        """
+        if self.folder is None:
+            return (self.path,) if self.path is not None else ()
+        found = sorted(path for path in Path(self.folder).glob("*") if path.suffix.lower() in MESH_SUFFIXES)
+        if not found:
+            msg = f"folder = '{self.folder}' holds no mesh file ({', '.join(sorted(MESH_SUFFIXES))})"
+            raise ConfigError(msg)
+        return tuple(path.as_posix() for path in found)
+
+    def numbers(self) -> dict[str, Number]:
+        """All numbers by name, tuples taken apart."""
+        result: dict[str, Number] = {}
+        for key in sorted(self.model_fields_set - OWN_KEYS - NOT_DRAWN):
+            value = getattr(self, key)
+            parts = value if isinstance(value, tuple) else (value,)
+            for place, part in enumerate(parts):
+                result[f"{key}.{place}" if len(parts) > 1 else key] = part
+        return result
+
+    def draw(self, draw: Draw, share: float) -> ObjectBase:
+        """One object.
+
+        Args:
+            draw: Gives the value of each number.
+            share: Chooses the mesh file, in [0, 1).
+
+        Raises:
+            ConfigError: The drawn values are not allowed together, or a folder holds no mesh.
+        """
+        drawn = {name: draw(name, number) for name, number in self.numbers().items()}
+        values: dict[str, Any] = {"kind": self.kind}
+        for key in self.model_fields_set - OWN_KEYS:
+            value = getattr(self, key)
+            if isinstance(value, tuple):
+                values[key] = tuple(drawn[f"{key}.{place}"] for place in range(len(value)))
+            else:
+                values[key] = drawn.get(key, value)
+        if self.kind == "mesh":
+            files = self.files()
+            values["path"] = files[choose(share, (1.0,) * len(files))]
+        return validate(OBJECT_KINDS[self.kind], values, source=f"object '{self.kind}'")

@@ -1,0 +1,192 @@
+"""A recipe: distributions over sensors, objects and paths. The configuration of `scenes/recipes/*.toml`."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from magicsim.config.models import Config, validate
+from magicsim.config.presets import find_preset
+from magicsim.dataset.recipes.object_recipe import ObjectRecipe
+from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, PathRecipe
+from magicsim.dataset.room_recipe import RoomRecipe
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.sampling.distribution import Number, check_weights
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed, read_scene_file
+
+MAX_SENSORS = 100_000
+"""Most printed sensors: each has a row in `sensors.parquet`, which is made before the first episode."""
+IN_TABLES = {
+    "exposure_ms": ("shutter", "exposure_ms"), "flicker_depth": ("flicker", "depth"),
+    "led_drift_share": ("led_drift", "share"), "glare_share": ("glare", "share"), "dark_e": ("faults", "dark_e"),
+    "row_e": ("faults", "row_e"), "live_frames": ("live", "time_constant_frames"),
+}  # fmt: skip
+"""Tables of the camera that drawn values belong to, and their keys there."""
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class Splits(Config):
+    """Parts of the dataset, relative."""
+
+    train: Share = 0.8
+    validation: Share = 0.1
+    test: Share = 0.1
+
+    @model_validator(mode="after")
+    def _check_some(self) -> Self:
+        check_weights((self.train, self.validation, self.test), 3)
+        return self
+
+    def shares(self) -> dict[str, float]:
+        """Weight of each split that is not empty."""
+        return {name: getattr(self, name) for name in ("train", "validation", "test") if getattr(self, name) > 0}
+
+
+class Tolerances(Config):
+    """How one printed sensor differs from the next."""
+
+    skin_mm: Number = 0.0
+    """Added to the design's skin [mm]."""
+    wall_mm: Number = 0.0
+    """Added to the walls and taken from the cells: the pitch is what was printed [mm]."""
+    body_ior: Number = 0.0
+    """Added to the body's refractive index."""
+    infill_ior: Number = 0.0
+    """Added to the infill's refractive index."""
+    stiffness: Number = 1.0
+    """Factor on the elastic moduli of body and infill."""
+    led_strength: Number = 1.0
+    """Factor on each LED strip, drawn for each."""
+
+
+class CameraNoise(Config):
+    """What the camera does differently in each episode; left out means as the rig says.
+
+    A value of a table of `rig.camera` turns that table on where the rig leaves it out.
+    """
+
+    exposure_grey: Number | None = None
+    full_well_e: Number | None = None
+    read_noise_e: Number | None = None
+    vibration_px: Number | None = None
+    """Of the whole image [px]."""
+    exposure_ms: Number | None = None
+    """`shutter.exposure_ms`."""
+    flicker_depth: Number | None = None
+    """`flicker.depth`."""
+    led_drift_share: Number | None = None
+    """`led_drift.share`."""
+    glare_share: Number | None = None
+    """`glare.share`."""
+    dark_e: Number | None = None
+    """`faults.dark_e`."""
+    row_e: Number | None = None
+    """`faults.row_e`."""
+    live_frames: Number | None = None
+    """`live.time_constant_frames`."""
+
+    def placed(self, camera: dict[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
+        """A camera's settings with drawn values in their places."""
+        found = dict(camera)
+        for name, value in values.items():
+            table, key = IN_TABLES.get(name, ("", name))
+            if table:
+                found[table] = (found.get(table) or {}) | {key: value}
+            else:
+                found[key] = value
+        return found
+
+
+class Labels(Config):
+    """Which of the large labels are written."""
+
+    contact_mask: bool = True
+    """Contact in image space."""
+    depth_map: bool = True
+    """How far the contact face is pressed in, in image space."""
+    displacements: bool = True
+    """Of every lattice node."""
+
+
+class Recipe(Config):
+    """What a dataset is drawn from."""
+
+    schema_version: Literal[1]
+    design: ElastomerDesign
+    """The block; a file may give the name of a design preset instead."""
+    rig: Rig
+    """What surrounds it; a file may give the name of a rig preset instead."""
+    seed: Seed = 0
+    """Seed of everything random."""
+    episodes: Annotated[int, Field(ge=1, le=10_000_000)]
+    """How many; a dataset may grow later."""
+    episodes_per_sensor: Annotated[int, Field(ge=1, le=10_000_000)] = 8
+    """Consecutive episodes of one printed sensor."""
+    episodes_per_shard: Annotated[int, Field(ge=1, le=1000)] = 16
+    """Episodes of one split in one file."""
+    sampling: Literal["sobol", "random"] = "sobol"
+    """Quasi-random points cover the distributions more evenly than independent ones."""
+    split_by: Literal["episode", "sensor"] = "episode"
+    """What is never in two splits."""
+    splits: Splits = Splits()
+    references: Annotated[int, Field(ge=0, le=1000)] = 1
+    """Frames of the untouched sensor before each episode."""
+    frames_per_second: FrameRate = 15.0
+    tolerances: Tolerances = Tolerances()
+    camera: CameraNoise = CameraNoise()
+    rooms: tuple[RoomRecipe, ...] = ()
+    """Where the sensors stand, one of them for each; the rig's own room where none is given."""
+    objects: tuple[ObjectRecipe, ...] = ()
+    paths: Annotated[tuple[PathRecipe, ...], Field(min_length=1)]
+    contact: ContactSettings = ContactSettings()
+    """Of which the friction is drawn with each path."""
+    render: RenderSettings = RenderSettings()
+    labels: Labels = Labels()
+    timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
+    """Longest time for one attempt at an episode [s]."""
+
+    @model_validator(mode="after")
+    def _check_objects(self) -> Self:
+        if not self.objects and not all(isinstance(path, ClearPath | FlashlightPath) for path in self.paths):
+            msg = "objects are missing: a path brings an object, so [[objects]] must say which"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_sensors(self) -> Self:
+        sensors = -(-self.episodes // self.episodes_per_sensor)
+        if sensors > MAX_SENSORS:
+            msg = (
+                f"episodes = {self.episodes} with episodes_per_sensor = {self.episodes_per_sensor} are {sensors} "
+                f"sensors: at most {MAX_SENSORS} are allowed; raise episodes_per_sensor"
+            )
+            raise ValueError(msg)
+        return self
+
+    def config_hash(self) -> str:
+        """SHA-256 of everything that rows depend on: not of how many episodes there are or how long one may take."""
+        data = self.model_dump(mode="json", exclude={"episodes", "timeout_s"})
+        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+
+
+def load_recipe(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> Recipe:
+    """Reads a recipe by preset name or path and puts its design and rig in place.
+
+    Args:
+        name: Recipe preset or TOML file.
+        overrides: `dotted.key=value` settings; `design.` and `rig.` reach into those files.
+        seed: Seed instead of the file's.
+
+    Raises:
+        PresetError: The recipe, its design or its rig does not exist.
+        ConfigError: The content is not acceptable.
+    """
+    path = find_preset("recipe", name)
+    data = read_scene_file(path, overrides)
+    if seed is not None:
+        data["seed"] = seed
+    return validate(Recipe, data, source=path.name)

@@ -1,0 +1,268 @@
+"""Quadrature points of the contact face: where contact is tested, and how they follow the lattice's nodes.
+
+The face at rest is divided into facets, the rectangles of the lattice's plane z = 0. Points a facet: a regular
+grid of midpoints with equal weights, their number along an edge odd so that the centre is one of them and at least
+`MIN_POINTS`; where contact is expected they are close enough to find every feature of the object, as far as
+`MAX_POINTS` allow: textures much finer than the lattice want a finer `lattice.spacing_mm`.
+
+Between nodes the displacement is interpolated by cubics through the four nearest planes of each direction, not
+bilinearly: a flat facet cuts into an object of curvature 1/R by spacing^2 / 8 R (0.03 mm at 1 mm and R = 4 mm), so
+pointwise contact on flat facets would press at their middles only, 10 % too stiff and with a tenth of the contact
+area. Where the four planes are irregular one polynomial would overshoot, with weights up to 4 beside printed walls, and
+contact would not settle; there each plane gets the slope of the chord between its neighbours. Forces go to the nodes
+with the same weights, so force and torque of the points are those of the nodes.
+"""
+
+from dataclasses import dataclass, replace
+
+import numba as nb
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from magicsim.deform.lattice.structure import Lattice
+from magicsim.geometry.shapes.solids import Shape
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+POINT_SPACING_MM = 0.35
+"""Largest distance between neighbouring contact points at rest."""
+MIN_POINTS = 3
+"""Fewest points along a facet's edge."""
+MAX_POINTS = 5
+"""Most points along a facet's edge: a facet cannot follow more, and contact that it cannot follow does not converge."""
+FINEST_SPACING_MM = 0.05
+"""Contact points are never closer."""
+STENCIL = 4
+"""Planes that one coordinate is interpolated from."""
+IRREGULAR = 2.0
+"""Ratio of spacings from which one cubic through four planes would overshoot."""
+ROUNDING = 1e-9
+"""Slack of a whole number of spacings."""
+
+
+def point_spacing_mm(shape: Shape) -> float:
+    """Distance of contact points that finds every feature of an object: half of the smallest one [mm]."""
+    return min(POINT_SPACING_MM, max(shape.feature_mm / 2, FINEST_SPACING_MM))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactFace:
+    """Quadrature points, ordered by facet."""
+
+    patches: Index
+    """Nodes that move the points of each facet, ascending, shape (facets, nodes a patch)."""
+    facet: Index
+    """Facet of each point, shape (points,)."""
+    shape: Array
+    """Weight of each patch node at each point, shape (points, nodes a patch)."""
+    slopes: Array
+    """Derivatives of the weights along x and y at rest, shape (points, nodes a patch, 2) [1/mm]."""
+    area_mm2: Array
+    """Rest area of each point, shape (points,) [mm2]."""
+
+    def positions(self, nodes: Array) -> Array:
+        """Points from node positions, shape (points, 3) [mm]."""
+        return np.asarray(gather(self.shape, self.facet, self.patches, nodes))
+
+    def current_area_mm2(self, nodes: Array) -> Array:
+        """Deformed area of each point, shape (points,) [mm2]."""
+        tangents = np.einsum("qad,qai->dqi", self.slopes, nodes[self.patches[self.facet]])
+        return np.asarray(self.area_mm2 * np.linalg.norm(np.cross(tangents[0], tangents[1]), axis=1))
+
+
+def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM) -> ContactFace:
+    """The quadrature points of a lattice's contact face.
+
+    Args:
+        lattice: The block; where its zone ends, the points are as coarse as `MIN_POINTS` allows.
+        point_spacing_mm: Largest distance between neighbouring points where contact is expected [mm].
+    """
+    x, y = lattice.planes_mm[:2]
+    zone = lattice.zone
+    along_x, along_y = (
+        _along(planes, _counts(planes, point_spacing_mm, (zone.low_mm[axis], zone.high_mm[axis]) if zone else None))
+        for axis, planes in enumerate((x, y))
+    )
+    rows = (along_y.first[:, None] + np.arange(along_y.shape.shape[1]))[:, None, :, None] * len(x)
+    columns = (along_x.first[:, None] + np.arange(along_x.shape.shape[1]))[None, :, None, :]
+    facets = len(along_x.first) * len(along_y.first)
+    facet = (along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]).ravel()
+    order = np.argsort(facet, kind="stable")
+    face = ContactFace(
+        patches=(rows + columns).reshape(facets, -1).astype(np.int64),
+        facet=facet[order],
+        shape=_product(along_y.shape, along_x.shape)[order],
+        slopes=np.stack([_product(along_y.shape, along_x.slope), _product(along_y.slope, along_x.shape)], -1)[order],
+        area_mm2=np.outer(along_y.width_mm, along_x.width_mm).ravel()[order],
+    )
+    return face if lattice.face is None else _tilted(face, lattice)
+
+
+def _tilted(face: ContactFace, lattice: Lattice) -> ContactFace:
+    """The points of a curved face with their own rest areas; one of both slopes is per length along the face."""
+    area = face.current_area_mm2(lattice.nodes_mm)
+    slopes = face.slopes.copy()
+    slopes[..., 0] *= (face.area_mm2 / area)[:, None]
+    return replace(face, area_mm2=area, slopes=slopes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Axis:
+    """Points along one axis of the face."""
+
+    first: Index
+    """First stencil plane of each interval, shape (intervals,)."""
+    interval: Index
+    """Interval of each point, shape (points,)."""
+    shape: Array
+    """Weights, shape (points, stencil)."""
+    slope: Array
+    """Their derivatives, shape (points, stencil) [1/mm]."""
+    width_mm: Array
+    """Length that each point stands for, shape (points,) [mm]."""
+
+
+def _counts(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -> Index:
+    """Points in each interval: odd, at most `spacing_mm` apart inside the zone."""
+    width = np.diff(planes)
+    count: Index = np.clip(np.ceil(width / spacing_mm - ROUNDING).astype(np.int64) | 1, MIN_POINTS, MAX_POINTS)
+    if zone is not None:
+        count[(planes[1:] < zone[0]) | (planes[:-1] > zone[1])] = MIN_POINTS
+    return count
+
+
+def _along(planes: Array, counts: Index) -> _Axis:
+    width = np.diff(planes)
+    interval = np.repeat(np.arange(len(width)), counts)
+    number = np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)
+    shape, slope = _weights(planes, interval, (number + 0.5) / counts[interval])
+    return _Axis(
+        first=_first_planes(len(planes)),
+        interval=interval.astype(np.int64),
+        shape=shape,
+        slope=slope,
+        width_mm=(width / counts)[interval],
+    )
+
+
+def face_weights(lattice: Lattice, points_mm: Array) -> sp.csr_matrix:
+    """Weights of the nodes at any points of the face at rest, interpolated as the contact points are.
+
+    Args:
+        lattice: The block.
+        points_mm: Places on the face at rest, shape (points, 2) [mm]; outside, the nearest place in it.
+
+    Returns:
+        Matrix of shape (points, nodes).
+    """
+    columns, shapes = [], []
+    for planes, place in zip(lattice.planes_mm[:2], points_mm.T, strict=True):
+        interval = np.clip(np.searchsorted(planes, place, side="right") - 1, 0, len(planes) - 2)
+        t = np.clip((place - planes[interval]) / np.diff(planes)[interval], 0, 1)
+        shape = _weights(planes, interval, t)[0]
+        columns.append(_first_planes(len(planes))[interval][:, None] + np.arange(shape.shape[1]))
+        shapes.append(shape)
+    nodes = (columns[1][:, :, None] * len(lattice.planes_mm[0]) + columns[0][:, None, :]).reshape(len(points_mm), -1)
+    weights = (shapes[1][:, :, None] * shapes[0][:, None, :]).reshape(nodes.shape)
+    rows = np.arange(0, nodes.size + 1, nodes.shape[1])
+    return sp.csr_matrix((weights.ravel(), nodes.ravel(), rows), shape=(len(points_mm), len(lattice.nodes_mm)))
+
+
+def axis_weights(planes_mm: Array, places_mm: Array) -> tuple[Array, Array]:
+    """Weights of all node planes of one axis at places between them, as the contact points have them.
+
+    Args:
+        planes_mm: Increasing node planes [mm].
+        places_mm: Places from the first plane to the last, shape (places,) [mm].
+
+    Returns:
+        Weights, and their derivatives [1/mm], each of shape (places, planes).
+    """
+    interval = np.clip(np.searchsorted(planes_mm, places_mm, side="right") - 1, 0, len(planes_mm) - 2)
+    t = (places_mm - planes_mm[interval]) / np.diff(planes_mm)[interval]
+    stencil = _first_planes(len(planes_mm))[interval][:, None] + np.arange(min(STENCIL, len(planes_mm)))
+    weights, slopes = np.zeros((2, len(places_mm), len(planes_mm)))
+    for dense, found in zip((weights, slopes), _weights(planes_mm, interval, t), strict=True):
+        np.put_along_axis(dense, stencil, found, axis=1)
+    return weights, slopes
+
+
+def _first_planes(planes: int) -> Index:
+    """First stencil plane of each interval."""
+    size = min(STENCIL, planes)
+    return np.clip(np.arange(planes - 1) - (size // 2 - 1), 0, planes - size).astype(np.int64)
+
+
+def _weights(planes: Array, interval: Index, t: Array) -> tuple[Array, Array]:
+    """Weights of the stencil at places t in [0, 1] of intervals, and their derivatives, shapes (points, stencil)."""
+    stencil = _first_planes(len(planes))[interval][:, None] + np.arange(min(STENCIL, len(planes)))
+    cubic = _lagrange(planes[stencil], planes[interval] + np.diff(planes)[interval] * t)
+    smooth = [np.take_along_axis(weights, stencil, axis=1) for weights in _hermite(planes, interval, t)]
+    spacings = np.diff(planes[stencil], axis=1)
+    is_regular = spacings.max(1, keepdims=True) < IRREGULAR * spacings.min(1, keepdims=True)
+    shape, slope = (np.where(is_regular, one, other) for one, other in zip(cubic, smooth, strict=True))
+    return shape, slope
+
+
+def _lagrange(nodes: Array, points: Array) -> tuple[Array, Array]:
+    """Weights of each point's own nodes, shape (points, nodes), and their derivatives: one polynomial through all."""
+    shape, slope = np.ones_like(nodes), np.zeros_like(nodes)
+    size = nodes.shape[1]
+    for a in range(size):
+        for b in range(size):
+            if a == b:
+                continue
+            run = nodes[:, a] - nodes[:, b]
+            slope[:, a] = slope[:, a] * (points - nodes[:, b]) / run + shape[:, a] / run
+            shape[:, a] *= (points - nodes[:, b]) / run
+    return shape, slope
+
+
+def _hermite(planes: Array, interval: Index, t: Array) -> tuple[Array, Array]:
+    """Weights of all planes at places t in [0, 1] of intervals, and their derivatives, shapes (points, planes)."""
+    values, slopes, h = np.eye(len(planes)), _slopes(planes), np.diff(planes)[interval, None]
+    t = t[:, None]
+    low, high = values[interval], values[interval + 1]
+    low_slope, high_slope = h * slopes[interval], h * slopes[interval + 1]
+    rise = t * t * (3 - 2 * t)
+    shape = low + rise * (high - low) + t * (1 - t) ** 2 * low_slope - t * t * (1 - t) * high_slope
+    change = 6 * t * (1 - t) * (high - low) + (1 - t) * (1 - 3 * t) * low_slope + t * (3 * t - 2) * high_slope
+    return shape, change / h
+
+
+def _slopes(planes: Array) -> Array:
+    """Weights of the slope at each plane: of the chord between its neighbours, shape (planes, planes)."""
+    number = np.arange(len(planes))
+    before, after = np.maximum(number - 1, 0), np.minimum(number + 1, len(planes) - 1)
+    values = np.eye(len(planes))
+    return np.asarray((values[after] - values[before]) / (planes[after] - planes[before])[:, None])
+
+
+def _product(along_y: Array, along_x: Array) -> Array:
+    """Weights on the plane from weights along its axes, shape (points, nodes a patch)."""
+    weights = along_y[:, None, :, None] * along_x[None, :, None, :]
+    return np.asarray(weights.reshape(len(along_y) * len(along_x), -1))
+
+
+@nb.njit(cache=True)
+def gather(shape, facet, patches, nodes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Weighted sums of node vectors at the points, shape (points, 3)."""
+    points = np.zeros((len(facet), 3))
+    for q in range(len(facet)):
+        for a in range(patches.shape[1]):
+            node = patches[facet[q], a]
+            for i in range(3):
+                points[q, i] += shape[q, a] * nodes[node, i]
+    return points
+
+
+@nb.njit(cache=True)
+def scatter(shape, facet, patches, touching, vectors, total):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Adds vectors at some points, shape (touching, 3), to the nodes that move them, shape (nodes, 3), in place."""
+    for t in range(len(touching)):
+        q = touching[t]
+        for a in range(patches.shape[1]):
+            node = patches[facet[q], a]
+            for i in range(3):
+                total[node, i] += shape[q, a] * vectors[t, i]

@@ -1,0 +1,197 @@
+"""One quasi-static contact: press, then shear, then twist."""
+
+import math
+import time
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.indentation.timed import TimedForce, body_branches, timed_poses
+from magicsim.deform.lattice.structure import box_lattice, build_lattice
+from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.solve.effort import Progress, part_of
+from magicsim.deform.solve.ladder import Rung, named
+from magicsim.deform.solve.path import ContactSolver
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
+from magicsim.geometry.indenter import place_object
+from magicsim.geometry.objects.kinds import ObjectBase, SphereObject
+
+MAX_TWIST_DEG = 360.0
+MAX_TOLERANCE_MM = 0.1
+MAX_FRICTION = 5.0
+MAX_SPEED_MM_S = 1e4
+MAX_HOLD_S = 1e6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PressResult:
+    """What `magicsim press` reports."""
+
+    force_n: tuple[float, float, float]
+    """Force of the object on the sensor [N]; a press is +z."""
+    torque_nmm: tuple[float, float, float]
+    """Torque about the origin [N mm]."""
+    contact_area_mm2: float
+    """Deformed area that touches, see `Deformation` [mm2]."""
+    max_penetration_mm: float
+    """Deepest contact point inside the object [mm]."""
+    min_jacobian: float
+    """Smallest Jacobian at any Gauss point."""
+    force_balance: float
+    """Relative difference between contact force and the bonded face's reaction."""
+    iterations: int
+    """Newton iterations along the whole path."""
+    cutbacks: int
+    """Load steps along the path that had to be halved."""
+    restarts: int
+    """Parts of the path that were begun again from rest with shorter steps."""
+    shifted: int
+    """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""
+    rungs: tuple[str, ...]
+    """What the path took beyond the ordinary way, see `magicsim.deform.solve.ladder`."""
+    unknowns: int
+    """Displacement unknowns."""
+    seconds: float
+    """Wall time of lattice and solve, compilation excluded [s]."""
+    converged: bool
+    """Always true: a solve that is not valid raises."""
+    history: tuple[TimedForce, ...] = ()
+    """Force over time, for a path that takes time."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        values = asdict(self)
+        if not self.history:
+            del values["history"]
+        return values
+
+
+def press(
+    design: ElastomerDesign,
+    object_config: ObjectBase,
+    *,
+    depth_mm: float,
+    shear_mm: tuple[float, float] = (0.0, 0.0),
+    twist_deg: float = 0.0,
+    friction: float = 0.0,
+    speed_mm_s: float | None = None,
+    hold_s: float = 0.0,
+    tolerance_mm: float = 0.002,
+    progress: Progress | None = None,
+) -> PressResult:
+    """Presses an object into a block; the path is press, then shear, then twist.
+
+    Without a speed the path is quasi-static: the body has its long-term stiffness.
+
+    Args:
+        design: The block.
+        object_config: The object.
+        depth_mm: Depth from first contact along +z [mm].
+        shear_mm: Motion along x and y after the press [mm].
+        twist_deg: Rotation about z after the shear [degrees].
+        friction: Coulomb's coefficient between object and face.
+        speed_mm_s: Speed of the object on a path that takes time [mm/s]; the body must have a Prony series.
+        hold_s: Time at the end of such a path [s].
+        tolerance_mm: Largest penetration at any contact point [mm].
+        progress: Told after every iteration, see `Progress`.
+
+    Raises:
+        ConfigError: A number is not allowed.
+        GeometryError: The design cannot be built.
+        ConvergenceError: No valid equilibrium was found.
+    """
+    _check("depth_mm", depth_mm, 0.0, MAX_DEPTH_SHARE * design.height_mm, "90 % of the height")
+    for axis, motion, size in zip("xy", shear_mm, design.footprint_mm, strict=True):
+        _check(f"shear_mm along {axis}", motion, -size / 2, size / 2, "half the footprint")
+    _check("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
+    _check("friction", friction, 0.0, MAX_FRICTION, "rubber on most solids is below 2")
+    _check("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
+    _check_time(speed_mm_s, hold_s, twist_deg)
+    compile_kernels()
+    start = time.perf_counter()
+    stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
+    poses = [
+        place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist, design=design)
+        for stage, (shear, twist) in enumerate(stages)
+        if stage == 0 or stages[stage] != stages[stage - 1]
+    ]
+    lattice = build_lattice(design, zone=contact_zone(poses, design))
+    solver = ContactSolver(
+        lattice,
+        tolerance_mm=tolerance_mm,
+        friction=friction,
+        point_spacing_mm=point_spacing_mm(poses[0].shape),
+        branches=body_branches(design, lattice) if speed_mm_s is not None else None,
+    )
+    steps = [(pose, math.inf) for pose in poses]
+    if speed_mm_s is not None:
+        first = place_object(object_config, gap_mm=0.0, design=design)
+        lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
+        steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
+    states = [Deformation.rest(lattice)]
+    for number, (pose, dt) in enumerate(steps):
+        told = part_of(progress, number, len(steps)) if progress is not None else None
+        states.append(solver.solve(pose, states[-1], dt_s=dt, progress=told))
+    result = _summarise(states[1:], time.perf_counter() - start)
+    return result if speed_mm_s is None else replace(result, history=_history(states[1:], [dt for _, dt in steps]))
+
+
+@lru_cache(maxsize=1)
+def compile_kernels() -> None:
+    """Compiles or loads the kernels by a tiny press, so that the first real solve is timed without it."""
+    planes = np.linspace(-1, 1, 3)
+    lattice = box_lattice((planes, planes, planes + 1), shear_modulus_mpa=1.0, lame_mpa=10.0)
+    ball = SphereObject(kind="sphere", radius_mm=2.0)
+    ContactSolver(lattice).solve(place_object(ball, gap_mm=-0.1))
+
+
+def _check(name: str, value: float, low: float, high: float, meaning: str) -> None:
+    if not (math.isfinite(value) and low <= value <= high):
+        msg = f"{name} = {value:g} is not allowed: must be {low:g} to {high:g} ({meaning})"
+        raise ConfigError(msg)
+
+
+def _check_time(speed_mm_s: float | None, hold_s: float, twist_deg: float) -> None:
+    _check("hold_s", hold_s, 0.0, MAX_HOLD_S, "eleven days")
+    if speed_mm_s is None:
+        if hold_s > 0:
+            msg = f"hold_s = {hold_s:g} is not allowed without speed_mm_s: a quasi-static path has no time"
+            raise ConfigError(msg)
+        return
+    _check("speed_mm_s", speed_mm_s, 1e-6, MAX_SPEED_MM_S, "quasi-static inertia-free motion")
+    if twist_deg != 0:
+        msg = f"twist_deg = {twist_deg:g} is not allowed with speed_mm_s: a timed path presses and shears"
+        raise ConfigError(msg)
+
+
+def _history(states: list[Deformation], steps_s: list[float]) -> tuple[TimedForce, ...]:
+    forces = [state.force_n.tolist() for state in states]
+    times = np.cumsum(steps_s).tolist()
+    return tuple(TimedForce(time_s=at, force_n=(x, y, z)) for at, (x, y, z) in zip(times, forces, strict=True))
+
+
+def _summarise(states: list[Deformation], seconds: float) -> PressResult:
+    state = states[-1]
+    fx, fy, fz = state.force_n.tolist()
+    tx, ty, tz = state.torque_nmm.tolist()
+    return PressResult(
+        force_n=(fx, fy, fz),
+        torque_nmm=(tx, ty, tz),
+        contact_area_mm2=state.contact_area_mm2,
+        max_penetration_mm=state.max_penetration_mm,
+        min_jacobian=state.min_jacobian,
+        force_balance=state.force_balance,
+        iterations=sum(each.iterations for each in states),
+        cutbacks=sum(each.cutbacks for each in states),
+        restarts=sum(each.restarts for each in states),
+        shifted=sum(each.shifted for each in states),
+        rungs=named(frozenset(Rung(name) for each in states for name in each.rungs)),
+        unknowns=state.unknowns,
+        seconds=seconds,
+        converged=state.converged,
+    )

@@ -1,0 +1,1 @@
+"""The printed block as springs: cells, walls, planes, energy and rate dependence."""

@@ -1,0 +1,197 @@
+"""Energy, forces and stiffness of single cells: numba kernels over all of them.
+
+With M the gradient of the trilinear map from the unit cube at a Gauss point, J = det M / 8w for a point of rest volume
+w, and the derivative of its deformed volume w J by the corners is cof(M) / 8 times the gradients on the unit cube: the
+shape of the cell at rest enters by w alone. Each column of M is a mean of the four edges along it, and is shared by the
+two points that lie behind each other; forces are handed back to the corners along the same edges.
+"""
+
+# ruff: noqa: ANN001, ANN201, ANN202, PLR0912 -- numba infers the types of the kernels.
+
+import numba as nb
+import numpy as np
+
+from magicsim.deform.lattice.hexahedron import (
+    CORNERS_ALONG,
+    EDGES,
+    GAUSS_COLUMNS,
+    GAUSS_GRADIENTS,
+    MEAN_OF_EDGES,
+    NEXT_CORNER,
+)
+from magicsim.deform.lattice.walls import add_wall_stiffness, add_walls
+
+LOG_LIMIT = 0.01
+"""Jacobian below which -ln J is continued as a parabola."""
+PAIRS = np.array([[p, r] for p in range(8) for r in range(p + 1, 8)])
+"""Pairs of corners, shape (28, 2)."""
+CROSSED = np.cross(GAUSS_GRADIENTS[:, PAIRS[:, 0]], GAUSS_GRADIENTS[:, PAIRS[:, 1]]).transpose(0, 2, 1).reshape(24, -1)
+"""Cross products of the gradients of pairs of corners on the unit cube, shape (8 points x 3, 28)."""
+GRADIENTS = np.ascontiguousarray(GAUSS_GRADIENTS)
+
+
+@nb.njit(cache=True, error_model="numpy")
+def negative_log(jacobian: float) -> tuple[float, float, float]:
+    """-ln J, twice continuously differentiable down to any J: value, first and second derivative."""
+    if jacobian > LOG_LIMIT:
+        return -np.log(jacobian), -1 / jacobian, 1 / (jacobian * jacobian)
+    if np.isnan(jacobian):
+        return np.nan, np.nan, np.nan
+    d = jacobian - LOG_LIMIT
+    slope, curvature = 1 / LOG_LIMIT, 1 / LOG_LIMIT**2
+    return -np.log(LOG_LIMIT) - slope * d + curvature / 2 * d * d, -slope + curvature * d, curvature
+
+
+@nb.njit(cache=True, error_model="numpy")
+def _columns(x, nodes, place, edge, columns):  # type: ignore[no-untyped-def]
+    """The corners' places, shape (8, 3), and the columns of M, shape (3 directions, 4, 3), in place."""
+    for p in range(8):
+        for i in range(3):
+            place[p, i] = x[nodes[p], i]
+    for d in range(3):
+        for m in range(4):
+            first = CORNERS_ALONG[d, m]
+            for i in range(3):
+                edge[m, i] = place[first + NEXT_CORNER[d], i] - place[first, i]
+        for s in range(4):
+            for i in range(3):
+                total = 0.0
+                for m in range(4):
+                    total += MEAN_OF_EDGES[s, m] * edge[m, i]
+                columns[d, s, i] = total
+
+
+@nb.njit(cache=True, error_model="numpy")
+def _cofactor(a, b, c, cof):  # type: ignore[no-untyped-def]
+    """Columns of cof(M) / 8 from those of M, in place; returns det M / 8."""
+    for i in range(3):
+        k, n = (i + 1) % 3, (i + 2) % 3
+        cof[0, i] = (b[k] * c[n] - b[n] * c[k]) / 8
+        cof[1, i] = (c[k] * a[n] - c[n] * a[k]) / 8
+        cof[2, i] = (a[k] * b[n] - a[n] * b[k]) / 8
+    return a[0] * cof[0, 0] + a[1] * cof[0, 1] + a[2] * cof[0, 2]
+
+
+@nb.njit(cache=True, error_model="numpy")
+def evaluate_cells(  # type: ignore[no-untyped-def]
+    x, cells, weights, mu, lame, springs, walls, rho, lengths, energy, jacobian, volume_gradient, gradient
+):
+    """Energy, mean Jacobian and gradient of the volume of each cell, and the sum of their forces, in place.
+
+    Returns:
+        The smallest Jacobian.
+    """
+    smallest = np.inf
+    place, edge, own, cof = np.empty((8, 3)), np.empty((4, 3)), np.empty((8, 3)), np.empty((3, 3))
+    columns, bulk, log = np.empty((3, 4, 3)), np.empty((3, 4, 3)), np.empty((3, 4, 3))
+    for c in range(cells.shape[0]):
+        nodes = cells[c]
+        _columns(x, nodes, place, edge, columns)
+        mean, total, volume = 0.0, 0.0, 0.0
+        for p in range(8):
+            fx, fy, fz = 0.0, 0.0, 0.0
+            for r in range(8):
+                k = springs[c, p, r]
+                fx += k * place[r, 0]
+                fy += k * place[r, 1]
+                fz += k * place[r, 2]
+            own[p, 0], own[p, 1], own[p, 2] = fx, fy, fz
+            total += 0.5 * (fx * place[p, 0] + fy * place[p, 1] + fz * place[p, 2])
+        bulk[:], log[:] = 0.0, 0.0
+        for q in range(8):
+            s0, s1, s2 = GAUSS_COLUMNS[q, 0], GAUSS_COLUMNS[q, 1], GAUSS_COLUMNS[q, 2]
+            weight = weights[c, q]
+            deformed = _cofactor(columns[0, s0], columns[1, s1], columns[2, s2], cof)
+            j = deformed / weight
+            if not j >= smallest:
+                smallest = j
+            value, first, _ = negative_log(j)
+            volume += weight
+            mean += deformed
+            total += mu[c] * weight * (value - 1.5)
+            stress = mu[c] * first
+            for i in range(3):
+                bulk[0, s0, i] += cof[0, i]
+                bulk[1, s1, i] += cof[1, i]
+                bulk[2, s2, i] += cof[2, i]
+                log[0, s0, i] += stress * cof[0, i]
+                log[1, s1, i] += stress * cof[1, i]
+                log[2, s2, i] += stress * cof[2, i]
+        volume_gradient[c] = 0.0
+        for d in range(3):
+            for m in range(4):
+                a = CORNERS_ALONG[d, m]
+                b = a + NEXT_CORNER[d]
+                for i in range(3):
+                    of_bulk, of_log = 0.0, 0.0
+                    for s in range(4):
+                        of_bulk += MEAN_OF_EDGES[s, m] * bulk[d, s, i]
+                        of_log += MEAN_OF_EDGES[s, m] * log[d, s, i]
+                    volume_gradient[c, 3 * a + i] -= of_bulk
+                    volume_gradient[c, 3 * b + i] += of_bulk
+                    own[a, i] -= of_log
+                    own[b, i] += of_log
+        if walls[c] > 0:
+            total += add_walls(x, nodes, EDGES, lengths[c], walls[c], rho[c], own)
+        energy[c], jacobian[c] = total, mean / volume
+        pressure = lame[c] * (mean / volume - 1)
+        for p in range(8):
+            for i in range(3):
+                gradient[nodes[p], i] += own[p, i] + pressure * volume_gradient[c, 3 * p + i]
+    return smallest
+
+
+@nb.njit(cache=True, error_model="numpy")
+def add_stiffness(  # type: ignore[no-untyped-def]
+    x, cells, weights, mu, stiffness, pressure, springs, walls, rho, lengths, volume_gradient, indptr, blocks, values
+):
+    """Adds the Hessian of every cell to the entries of an upper triangle, see `BlockPattern`, in place."""
+    place, edge, columns, cof = np.empty((8, 3)), np.empty((4, 3)), np.empty((3, 4, 3)), np.empty((3, 3))
+    right, left, own = np.empty((9, 24)), np.empty((9, 24)), np.empty((24, 24))
+    geometric, turned = np.empty((3, 24)), np.empty((3, 28))
+    for c in range(cells.shape[0]):
+        nodes = cells[c]
+        _columns(x, nodes, place, edge, columns)
+        for q in range(8):
+            a, b, d = columns[0, GAUSS_COLUMNS[q, 0]], columns[1, GAUSS_COLUMNS[q, 1]], columns[2, GAUSS_COLUMNS[q, 2]]
+            deformed = _cofactor(a, b, d, cof)
+            _, first, second = negative_log(deformed / weights[c, q])
+            outer = mu[c] * second / weights[c, q]
+            for p in range(8):
+                for i in range(3):
+                    slope = 0.0
+                    for k in range(3):
+                        slope += cof[k, i] * GRADIENTS[q, p, k]
+                    right[q, 3 * p + i], left[q, 3 * p + i] = slope, outer * slope
+            stress = (mu[c] * first + pressure[c]) / 8
+            for i in range(3):
+                geometric[i, 3 * q] = stress * a[i]
+                geometric[i, 3 * q + 1] = stress * b[i]
+                geometric[i, 3 * q + 2] = stress * d[i]
+        for k in range(24):
+            right[8, k], left[8, k] = volume_gradient[c, k], stiffness[c] * volume_gradient[c, k]
+        np.dot(left.T, right, own)
+        np.dot(geometric, CROSSED, turned)
+        for p in range(8):
+            for r in range(8):
+                for i in range(3):
+                    own[3 * p + i, 3 * r + i] += springs[c, p, r]
+        if walls[c] > 0:
+            add_wall_stiffness(x, nodes, EDGES, lengths[c], walls[c], rho[c], own)
+        for k in range(28):
+            p, r = 3 * PAIRS[k, 0], 3 * PAIRS[k, 1]
+            own[p, r + 1] += turned[2, k]
+            own[p + 1, r] -= turned[2, k]
+            own[p + 1, r + 2] += turned[0, k]
+            own[p + 2, r + 1] -= turned[0, k]
+            own[p + 2, r] += turned[1, k]
+            own[p, r + 2] -= turned[1, k]
+        for p in range(8):
+            for r in range(p, 8):
+                block = blocks[c, p, r]
+                if block < 0:
+                    continue
+                for i in range(3):
+                    start = indptr[3 * nodes[p] + i] + 3 * block - i
+                    for k in range(i if p == r else 0, 3):
+                        values[start + k] += own[3 * p + i, 3 * r + k]

@@ -1,0 +1,184 @@
+"""Energy, gradient and Hessian of the lattice.
+
+    W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2 + walls
+
+The network springs have no rest length (the structural springs of printed walls, in `walls`, have one). J is the
+Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the exact trilinear volume over V0 (the Jacobian is
+quadratic in each coordinate, so two points a direction integrate it). The pressure term is no stabiliser: a Gaussian
+network alone has no elastic constants and would collapse. For affine motion and no walls W is the compressible neo-
+Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood 2008, 6.4.3, with that volume term). Below
+J = 0.01 the logarithm goes on as a parabola with the same value, slope and curvature, so that W stays finite for trial
+states.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.lattice.cell_kernels import add_stiffness, evaluate_cells
+from magicsim.deform.lattice.hexahedron import CORNERS, EDGES, gauss_geometry
+from magicsim.deform.lattice.pattern import BlockPattern
+from magicsim.deform.lattice.springs import network_matrices, spring_matrices
+from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.table import Table, TableState
+
+Array = npt.NDArray[np.float64]
+TINY = 1e-300
+BOX_SLACK_MM = 1e-9
+"""Largest deviation of a corner in a cell that counts as a box [mm]."""
+SLENDER = 1.5
+"""Ratio of edges from which a box takes its springs from the Gauss points: edge and face springs of long cells are too
+stiff, which costs a graded lattice two thirds of its accuracy."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ElasticState:
+    """What the lattice's energy is at given positions."""
+
+    energy_mj: float
+    """Springs, logarithm, walls and table, without the volume term, zero at rest [N mm]."""
+    gradient: Array
+    """Of the whole energy, the volume term included, shape (nodes, 3) [N]."""
+    jacobian: Array
+    """Volume over rest volume of each cell, shape (cells,)."""
+    volume_gradient: Array
+    """Of each cell's volume, shape (cells, 24) [mm2]."""
+    min_jacobian: float
+    """Smallest Jacobian at any Gauss point."""
+    table: TableState | None
+    """What the table does to the base; None where it is bonded."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elasticity:
+    """The lattice as the kernels want it."""
+
+    lattice: Lattice
+    volumes: Array
+    """Rest volume of each cell, shape (cells,) [mm3]."""
+    inverse: Array
+    """Inverse Jacobian of the rest map at the Gauss points, shape (cells, 8, 3, 3) [1/mm]."""
+    weights: Array
+    """Rest volume of each Gauss point, shape (cells, 8) [mm3]."""
+    springs: Array
+    """Laplacian of the network springs, shape (cells, 8, 8) [N/mm]."""
+    log_modulus_mpa: Array
+    """Factor of -ln J: the shear modulus, shape (cells,) [MPa]."""
+    walls: Array
+    """Stiffness beta V / 4 of the structural springs of each cell, shape (cells,) [N mm]."""
+    wall_ratio: Array
+    """mu / 2 beta of each cell, see `walls`, shape (cells,)."""
+    edges_mm: Array
+    """Rest length of the edges, shape (cells, 12) [mm]."""
+    table: Table | None = None
+    """What the base lies on; None where it is bonded."""
+
+    @classmethod
+    def of(cls, lattice: Lattice) -> "Elasticity":
+        """Prepares a lattice."""
+        corners = lattice.nodes_mm[lattice.cells]
+        inverse, weights = gauss_geometry(corners)
+        springs = spring_matrices(lattice.sizes_mm, lattice.shear_modulus_mpa)
+        bent = ~_have_spring_weights(corners, lattice.sizes_mm)
+        network = network_matrices(inverse[bent], weights[bent], lattice.shear_modulus_mpa[bent])
+        if lattice.face is not None:
+            boxes = lattice.sizes_mm[bent][:, None] * CORNERS
+            stubby = _have_spring_weights(boxes, lattice.sizes_mm[bent])
+            network[stubby] += bending_springs(
+                boxes[stubby], corners[bent][stubby], springs[bent][stubby], lattice.shear_modulus_mpa[bent][stubby]
+            )
+        springs[bent] = network
+        volumes = weights.sum(1)
+        return cls(
+            lattice=lattice,
+            volumes=volumes,
+            inverse=inverse,
+            weights=weights,
+            springs=springs,
+            log_modulus_mpa=lattice.shear_modulus_mpa,
+            walls=lattice.wall_modulus_mpa * volumes / 4,
+            wall_ratio=lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY),
+            edges_mm=np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2),
+            table=Table.below(lattice),
+        )
+
+    def evaluate(self, positions: Array) -> ElasticState:
+        """Energy, gradient and Jacobians.
+
+        Args:
+            positions: Node positions, shape (nodes, 3) [mm].
+        """
+        lattice = self.lattice
+        count = len(lattice.cells)
+        energy, jacobian, volume_gradient = np.empty(count), np.empty(count), np.empty((count, 24))
+        gradient = np.zeros_like(positions)
+        smallest = evaluate_cells(
+            positions, lattice.cells, self.weights, self.log_modulus_mpa, lattice.lame_mpa, self.springs, self.walls,
+            self.wall_ratio, self.edges_mm, energy, jacobian, volume_gradient, gradient,
+        )  # fmt: skip
+        below = None
+        if self.table is not None:
+            below = self.table.evaluate(positions)
+            gradient[self.table.first :] -= below.node_force_n
+        return ElasticState(
+            energy_mj=float(energy.sum()) + (below.energy_mj if below is not None else 0.0),
+            gradient=gradient,
+            jacobian=jacobian,
+            volume_gradient=volume_gradient,
+            min_jacobian=float(smallest),
+            table=below,
+        )
+
+    def hessian(
+        self, positions: Array, pressure: Array, volume_gradient: Array, pattern: BlockPattern, *, shift: float
+    ) -> Array:
+        """Upper triangle of the Hessian of the free nodes, with the pressure as an independent unknown condensed out.
+
+        Args:
+            positions: Node positions, shape (nodes, 3) [mm].
+            pressure: Volumetric stress of each cell, lambda (Jbar - 1) when converged, shape (cells,) [MPa].
+            volume_gradient: From `evaluate`, shape (cells, 24).
+            pattern: Where the entries go.
+            shift: Multiple of the spring Laplacian that is added.
+
+        Returns:
+            Entries in the pattern's order, shape (pattern.entries,) [N/mm].
+        """
+        lattice = self.lattice
+        values = np.zeros(pattern.entries)
+        add_stiffness(
+            positions, lattice.cells, self.weights, self.log_modulus_mpa, lattice.lame_mpa / self.volumes, pressure,
+            self.springs * (1 + shift), self.walls, self.wall_ratio, self.edges_mm, volume_gradient, pattern.indptr,
+            pattern.blocks, values,
+        )  # fmt: skip
+        if self.table is not None:
+            self.table.add_stiffness(positions, pattern.indptr, values)
+        return values
+
+
+def bending_springs(boxes_mm: Array, corners_mm: Array, springs: Array, modulus_mpa: Array) -> Array:
+    """What the springs of boxes add to their network where the boxes are mapped to other cells.
+
+    Springs and network of a box differ only in how they hold motions that are not affine. That difference is taken
+    along, less its part that an affine motion of the mapped cell would feel: rest stays free of stress, the patch test
+    holds, and a cell that is a box again has its springs.
+
+    Args:
+        boxes_mm: Corners of the boxes, shape (cells, 8, 3) [mm].
+        corners_mm: Corners of the mapped cells, of the same shape [mm].
+        springs: Laplacians of the boxes' springs, shape (cells, 8, 8) [N/mm].
+        modulus_mpa: Shear modulus, shape (cells,) [MPa].
+    """
+    difference = springs - network_matrices(*gauss_geometry(boxes_mm), modulus_mpa)
+    centred = corners_mm - corners_mm.mean(1, keepdims=True)
+    affine, _ = np.linalg.qr(np.concatenate([np.ones((len(corners_mm), 8, 1)), centred], 2))
+    rest = np.eye(8) - affine @ affine.transpose(0, 2, 1)
+    return np.asarray(rest @ difference @ rest)
+
+
+def _have_spring_weights(corners_mm: Array, sizes_mm: Array) -> npt.NDArray[np.bool_]:
+    """Whether cells are boxes along the axes that are not too long for the weights of `springs`, shape (cells,)."""
+    offset = corners_mm - corners_mm[:, :1] - CORNERS * sizes_mm[:, None]
+    is_box = (np.abs(offset) < BOX_SLACK_MM).all((1, 2))
+    return np.asarray(is_box & (sizes_mm.max(1) < SLENDER * sizes_mm.min(1)))

@@ -1,0 +1,255 @@
+"""The deformation lattice: nodes on the printed grid planes, box cells between them, stiffness per cell.
+
+Nodes and cells are numbered with x fastest and z slowest: the contact face z = 0 comes first and the base, the plane
+z = height, last.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.lattice.cell_problem import effective_stiffness
+from magicsim.deform.lattice.hexahedron import CORNERS
+from magicsim.deform.lattice.zone import Zone, graded_planes
+from magicsim.errors import GeometryError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.face_shape import Dome, HeightMap, flattened
+from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, resolve_grid
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+FINEST_MM = 0.1
+"""Smallest spacing that a small zone asks for."""
+MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
+"""Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""
+
+
+WEIGHT_N_PER_MM3 = 1.12e-5
+"""Of a printed block: 1.145 g/cm3 times gravity, the density of Agilus30."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableTop:
+    """A rigid plane on which the block lies loose."""
+
+    friction: float
+    """Coulomb's coefficient between block and table."""
+    weight_mpa: float
+    """Weight of the block over its footprint [MPa]; it rests on the base and does not deform the block."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lattice:
+    """Box cells at rest, in the sensor's frame."""
+
+    planes_mm: tuple[Array, Array, Array]
+    """Increasing node planes along x, y and z [mm]."""
+    nodes_mm: Array
+    """Rest positions of the nodes, shape (nodes, 3) [mm]."""
+    cells: Index
+    """Corner nodes in the order of `hexahedron.CORNERS`, shape (cells, 8)."""
+    sizes_mm: Array
+    """Edges of each cell, shape (cells, 3) [mm]."""
+    shear_modulus_mpa: Array
+    """Shear modulus mu of each cell, shape (cells,) [MPa]."""
+    wall_modulus_mpa: Array
+    """What the walls add along x, y and z (beta of `walls`), shape (cells,) [MPa]; 0 where a cell is isotropic."""
+    lame_mpa: Array
+    """First Lame parameter lambda of each cell, shape (cells,) [MPa]."""
+    is_core: npt.NDArray[np.bool_]
+    """Whether a cell's centre lies in the printed core, shape (cells,)."""
+    zone: Zone | None = None
+    """Where contact is expected and the planes are fine; None is everywhere."""
+    is_mirrored: bool = False
+    """Whether the planes of smallest x and y are planes of symmetry: the lattice is a quarter of the block."""
+    table: TableTop | None = None
+    """What the base lies on; None where it is bonded."""
+    face: Dome | HeightMap | None = None
+    """Shape of the contact face; planes and sizes then are those of the box that is mapped. None is flat."""
+
+    def flattened(self, points_mm: Array) -> Array:
+        """Points of the block where the box of its planes has them, shape (..., 3) [mm]."""
+        return flattened(points_mm, self.face, self.height_mm)
+
+    @property
+    def height_mm(self) -> float:
+        """Height of the block; its plane z = height is the base [mm]."""
+        return float(self.planes_mm[2][-1])
+
+    @property
+    def layer_nodes(self) -> int:
+        """Nodes in one z plane."""
+        return len(self.planes_mm[0]) * len(self.planes_mm[1])
+
+    @property
+    def free_nodes(self) -> int:
+        """Nodes that can move: all on a table, else all but the last plane; the first so many."""
+        return len(self.nodes_mm) - (self.layer_nodes if self.table is None else 0)
+
+    @property
+    def held(self) -> npt.NDArray[np.bool_]:
+        """Displacements of the free nodes that symmetry forbids, shape (free nodes, 3)."""
+        held = np.zeros((self.free_nodes, 3), bool)
+        if self.is_mirrored:
+            row = len(self.planes_mm[0])
+            number = np.arange(self.free_nodes) % self.layer_nodes
+            held[:, 0], held[:, 1] = number % row == 0, number < row
+        return held
+
+
+def box_lattice(planes_mm: tuple[Array, Array, Array], *, shear_modulus_mpa: float, lame_mpa: float) -> Lattice:
+    """A lattice of one material.
+
+    Args:
+        planes_mm: Increasing node planes along x, y and z [mm].
+        shear_modulus_mpa: Shear modulus mu [MPa].
+        lame_mpa: First Lame parameter lambda [MPa].
+    """
+    x, y, z = (np.asarray(planes, float) for planes in planes_mm)
+    nodes = np.stack(np.meshgrid(z, y, x, indexing="ij"), -1)[..., ::-1].reshape(-1, 3)
+    number = np.arange(len(nodes)).reshape(len(z), len(y), len(x))
+    k, j, i = (axis.ravel() for axis in np.indices((len(z) - 1, len(y) - 1, len(x) - 1)))
+    cells = np.stack([number[k + corner[2], j + corner[1], i + corner[0]] for corner in CORNERS], 1)
+    sizes = np.stack([np.diff(x)[i], np.diff(y)[j], np.diff(z)[k]], 1)
+    return Lattice(
+        planes_mm=(x, y, z),
+        nodes_mm=np.ascontiguousarray(nodes),
+        cells=cells.astype(np.int64),
+        sizes_mm=sizes,
+        shear_modulus_mpa=np.full(len(cells), float(shear_modulus_mpa)),
+        wall_modulus_mpa=np.zeros(len(cells)),
+        lame_mpa=np.full(len(cells), float(lame_mpa)),
+        is_core=np.zeros(len(cells), bool),
+    )
+
+
+def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Lattice:
+    """The lattice of a design: its planes, the body's stiffness in the skin, the effective stiffness in the core.
+
+    A core cell gets the stiffness of the periodic cell problem even where `lattice.spacing_mm` splits a printed cell or
+    the grading joins several: the lattice then resolves the deformation better or worse, not the wall.
+
+    Args:
+        design: The block.
+        zone: Part of the contact face that can be touched: there are `lattice.cells_across` cells across it, and
+            planes spread away from it by `lattice.growth`; None keeps all planes.
+
+    Raises:
+        GeometryError: The grid does not fit the block, or there are too many nodes.
+    """
+    if zone is None:
+        whole = _as_triple(lattice_planes(design, resolve_grid(design)))
+        _check_size(whole, MAX_NODES)
+        return lattice_on(whole, design)
+    planes = _graded(_as_triple(lattice_planes(_fine_enough(design, zone), resolve_grid(design))), zone, design)
+    _check_size(planes, MAX_GRADED_NODES)
+    return replace(lattice_on(planes, design), zone=zone)
+
+
+def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -> Lattice:
+    """A design's stiffness on given node planes, those between skin and core among them.
+
+    Args:
+        planes_mm: Increasing node planes along x, y and z [mm].
+        design: The block.
+
+    Raises:
+        GeometryError: The grid does not fit the block.
+    """
+    grid, body, infill = resolve_grid(design), design.materials.body, design.materials.infill
+    lattice = box_lattice(planes_mm, shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa)
+    if design.mounting.base == "table":
+        weight = WEIGHT_N_PER_MM3 * design.height_mm
+        lattice = replace(lattice, table=TableTop(friction=design.mounting.friction, weight_mpa=weight))
+    if grid is None or infill is None:
+        return curved(lattice, design)
+    core = effective_stiffness(
+        body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
+        infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
+        infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
+    )
+    is_core = _inside_core(lattice, grid)
+    grained = replace(
+        lattice,
+        shear_modulus_mpa=np.where(is_core, core.shear_modulus_mpa, lattice.shear_modulus_mpa),
+        wall_modulus_mpa=np.where(is_core, core.wall_modulus_mpa, 0.0),
+        lame_mpa=np.where(is_core, core.lame_mpa, lattice.lame_mpa),
+        is_core=is_core,
+    )
+    return curved(grained, design)
+
+
+def curved(lattice: Lattice, design: ElastomerDesign) -> Lattice:
+    """A box lattice mapped to a block with a curved face, free of stress there; itself for a flat one."""
+    if design.face is None:
+        return lattice
+    return replace(lattice, nodes_mm=np.ascontiguousarray(design.lifted(lattice.nodes_mm)), face=design.face)
+
+
+def jittered(lattice: Lattice, *, share: float, seed: int) -> Lattice:
+    """A lattice with its nodes moved at random, the block's faces kept plane.
+
+    Args:
+        lattice: Box cells.
+        share: Largest motion along each axis in units of the shorter neighbouring edge.
+        seed: Of the random motion.
+    """
+    moved = lattice.nodes_mm.copy()
+    rng = np.random.default_rng(seed)
+    for axis, planes in enumerate(lattice.planes_mm):
+        room = np.zeros(len(planes))
+        room[1:-1] = share * np.minimum(np.diff(planes)[:-1], np.diff(planes)[1:])
+        number = np.searchsorted(planes, lattice.nodes_mm[:, axis])
+        moved[:, axis] += room[number] * rng.uniform(-1, 1, len(moved))
+    return replace(lattice, nodes_mm=moved)
+
+
+def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
+    """The design with a spacing that a small zone asks for.
+
+    Not below sharp tips and textures: they slide off single nodes of a fine lattice without friction, and its paths
+    then do not end.
+    """
+    options = design.lattice
+    if options.cells_across == 0 or not zone.is_blunt:
+        return design
+    asked, usual = max(2 * zone.radius_mm / options.cells_across, FINEST_MM), node_spacing_mm(design)
+    update = {"lattice": options.model_copy(update={"spacing_mm": min(asked, usual)})}
+    return design.model_copy(update=update) if asked < usual else design
+
+
+def _graded(planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDesign) -> tuple[Array, Array, Array]:
+    options, skin = design.lattice, design.skin_mm
+    margin = options.margin * float(max(np.diff(planes[axis]).max() for axis in range(3)))
+    fine = zone.grown(margin)
+    sizes = (*design.footprint_mm, design.height_mm)
+    low = (fine.low_mm[0], fine.low_mm[1], 0.0)
+    high = (fine.high_mm[0], fine.high_mm[1], options.fine_depth * zone.radius_mm + margin)
+    faces = [planes[axis][0] + np.array([skin, sizes[axis] - skin] if design.has_grid else []) for axis in range(3)]
+    x, y, z = (
+        graded_planes(planes[axis], low[axis], high[axis], options.growth, keep_mm=faces[axis]) for axis in range(3)
+    )
+    return x, y, z
+
+
+def _inside_core(lattice: Lattice, grid: CellGrid) -> npt.NDArray[np.bool_]:
+    centres = lattice.nodes_mm[lattice.cells].mean(1)
+    far = grid.origin_mm + grid.pitch_mm * np.array(grid.counts)
+    return np.asarray(((centres > grid.origin_mm) & (centres < far)).all(1))
+
+
+def _check_size(planes: tuple[Array, Array, Array], most: int) -> None:
+    nodes = math.prod(len(each) for each in planes)
+    if nodes > most:
+        msg = (
+            f"the lattice has {nodes} nodes, at most {most} are allowed: take a larger design.lattice.spacing_mm or "
+            "growth, a smaller margin or fine_depth, or a smaller block"
+        )
+        raise GeometryError(msg)
+
+
+def _as_triple(planes: tuple[Array, ...]) -> tuple[Array, Array, Array]:
+    x, y, z = planes
+    return x, y, z

@@ -1,0 +1,1 @@
+"""Factors of symmetric positive definite matrices: MKL PARDISO, or SuperLU where it is missing."""

@@ -1,0 +1,180 @@
+"""The body as the face feels it: its stiffness at one state, condensed, and what later states taught about it.
+
+Factorising is most of what an equilibrium costs, and the stiffness of the body changes little from one state of a path
+to the next. So it is factorised where that was last worth it (a `Linearisation`), and what has changed since is learned
+from the steps themselves. A step s from the model K is meant to leave the forces K s behind; what the gradient of the
+energy leaves instead, e = dg - K s, corrects the model,
+
+    K <- K + e e^T / (e^T s),
+
+the symmetric rank-one formula (Nocedal and Wright 2006, 6.2). On a quadratic energy all earlier steps stay exact, so
+iterations converge like a Krylov method with the old factor as its preconditioner. Contact has no part in it: it is
+solved in full on the model, and e is smooth in the state.
+
+With interior unknowns i eliminated and E the columns e, D = diag(e^T s), the condensed model is
+
+    S = S_0 + R M R^T,   y = y_0 - R M h,   M = (D + E_i^T K_ii^-1 E_i)^-1,
+
+R being the condensed E and h = E_i^T K_ii^-1 r_i for forces r: products of halves of solutions that every step computes
+anyway. A correction that softens (e^T s < 0) is taken only where the body, held by the object, stays well stable.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.linear.factorise import SymmetricCondenser
+from magicsim.deform.solve.iterate import Iterate
+from magicsim.deform.solve.problem import Problem
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+MOST_SECANTS = 24
+"""Steps that are learned from between two factorisations."""
+LEAST_COSINE = 1e-8
+"""Between a step and its correction, below which nothing is learned from it."""
+MOST_SOFTER = 0.75
+"""Part of the stiffness along a correction that it may take away."""
+LEAST_PIVOT = 1e-10
+"""Smallest over largest eigenvalue of M^-1 below which the last correction is forgotten."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Linearisation:
+    """Where a body's stiffness was taken, and the part of the face that it was condensed onto."""
+
+    elasticity: Elasticity
+    """Energy of the body; it changes with every step of a path that takes time."""
+    positions: Array
+    """Of the nodes, shape (nodes, 3) [mm]."""
+    pressure: Array
+    """Volumetric stress of each cell, shape (cells,) [MPa]."""
+    shift: float
+    """Multiple of the spring Laplacian that was added."""
+    facets: Index
+    """Of the face, ascending."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Step:
+    """A step that the model proposed."""
+
+    load: Array
+    """Forces without contact before it, shape (unknowns,) [N]."""
+    reduced: Array
+    """Their reduced form, see `SymmetricCondenser`."""
+    contact: Array
+    """Forces on the kept unknowns that it is meant to balance, shape (kept,) [N]."""
+    held: Array
+    """Stiffness of what holds the kept unknowns, shape (kept, kept) [N/mm]."""
+    before: Iterate
+    """Where it begins."""
+
+
+class Body:
+    """The condensed model within one load step; it learns while the step is iterated."""
+
+    def __init__(
+        self, problem: Problem, condenser: SymmetricCondenser, stiffness: Array, *, shift: float = 0.0
+    ) -> None:
+        """Takes a factor.
+
+        Args:
+            problem: The lattice.
+            condenser: Holds the factor.
+            stiffness: The Schur complement that came with it, shape (kept, kept) [N/mm].
+            shift: Multiple of the spring Laplacian in it.
+        """
+        self.shift = shift
+        self._problem, self._condenser, self._first_stiffness = problem, condenser, stiffness
+        self._columns: list[Array] = []
+        """Reduced corrections, each of unit norm."""
+        self._curvatures: list[float] = []
+        """e^T s over |e|^2 of each [mm/N]."""
+        self._step: _Step | None = None
+        self._after: Iterate | None = None
+        self._load = self._reduced = self._beside = np.empty(0)
+        self._set(np.empty((0, 0)))
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing was learned since the factorisation."""
+        return not self._columns
+
+    def at(self, iterate: Iterate) -> tuple[Array, Array]:
+        """Condensed stiffness, shape (kept, kept) [N/mm], and load without contact, shape (kept,) [N], at a state.
+
+        Args:
+            iterate: Where the last step led, or where the first one begins.
+        """
+        load = self._problem.free_forces(-iterate.elastic.gradient).ravel()
+        reduced = self._condenser.reduce(load)
+        if self._step is not None and self._after is not None and self._after.positions is iterate.positions:
+            self._learn(self._step, self._after, load, reduced)
+        self._load, self._reduced = load, reduced
+        self._beside = self._condenser.inner(self._matrix, reduced)
+        return self._stiffness, self._condensed_load()
+
+    def step(self, iterate: Iterate, motion: Array, held: Array) -> Array:
+        """Motion of all unknowns that belongs to that of the kept ones, shape (unknowns,) [mm].
+
+        Args:
+            iterate: The state that `at` was asked for.
+            motion: Of the kept unknowns, shape (kept,) [mm].
+            held: Stiffness of what holds them there, shape (kept, kept) [N/mm].
+        """
+        contact = self._stiffness @ motion - self._condensed_load()
+        self._step = _Step(load=self._load, reduced=self._reduced, contact=contact, held=held, before=iterate)
+        amounts = self._inverse @ (self._matrix[self._condenser.kept].T @ motion + self._beside)
+        return self._condenser.expand(self._reduced - self._matrix @ amounts, motion)
+
+    def took(self, after: Iterate) -> None:
+        """Notes where the step led."""
+        self._after = after
+
+    def _condensed_load(self) -> Array:
+        kept = self._condenser.kept
+        return np.asarray(self._reduced[kept] - self._matrix[kept] @ (self._inverse @ self._beside))
+
+    def _learn(self, step: _Step, after: Iterate, load: Array, reduced: Array) -> None:
+        """Corrects the model by what a step left."""
+        if len(self._columns) >= MOST_SECANTS:
+            return
+        share, kept = after.taken, self._condenser.kept
+        error = (1 - share) * step.load - load
+        error[kept] -= share * step.contact
+        motion = (after.positions - step.before.positions).ravel()[: len(load)]
+        size, curvature = float(np.linalg.norm(error)), float(error @ motion)
+        if not abs(curvature) > LEAST_COSINE * size * float(np.linalg.norm(motion)):
+            return
+        column = ((1 - share) * step.reduced - reduced - share * self._condenser.lifted(step.contact)) / size
+        curvature /= size**2
+        if curvature < 0 and not 0 < self._compliance(column, step.held) < -MOST_SOFTER * curvature:
+            return
+        matrix = np.column_stack([self._matrix, column])
+        inner = self._condenser.inner(matrix, matrix)
+        curvatures = np.array([*self._curvatures, curvature])
+        spectrum = np.linalg.eigvalsh(np.diag(curvatures) + (inner + inner.T) / 2)
+        is_regular = np.abs(spectrum).min() > LEAST_PIVOT * np.abs(spectrum).max()
+        if not is_regular or (spectrum < 0).sum() != (curvatures < 0).sum():
+            return
+        self._columns.append(column)
+        self._curvatures.append(curvature)
+        self._set(np.asarray(np.linalg.inv(np.diag(curvatures) + (inner + inner.T) / 2), np.float64))
+
+    def _compliance(self, column: Array, held: Array) -> float:
+        """e^T K^-1 e of the held body for reduced forces [mm/N]."""
+        kept = self._condenser.kept
+        beside = self._condenser.inner(self._matrix, column)
+        condensed = column[kept] - self._matrix[kept] @ (self._inverse @ beside)
+        inner = float(self._condenser.inner(column, column)) - float(beside @ self._inverse @ beside)
+        return inner + float(condensed @ np.linalg.solve(self._stiffness + held, condensed))
+
+    def _set(self, inverse: Array) -> None:
+        self._inverse = inverse
+        reduced_size = len(self._condenser.lifted(np.zeros(len(self._condenser.kept))))
+        self._matrix = np.array(self._columns).reshape(-1, reduced_size).T
+        condensed = self._matrix[self._condenser.kept]
+        self._stiffness = self._first_stiffness + condensed @ inverse @ condensed.T

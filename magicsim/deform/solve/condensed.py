@@ -1,0 +1,222 @@
+"""Newton iterations on the body with the contact solved in full for each of them.
+
+Almost all of what happens between an object and the face happens on the face: points touch or leave, stick or slip,
+multipliers and friction limits follow the pressures. The body only has to say how stiff the face is. So the Hessian of
+the energy alone is condensed onto the nodes near the object (a Schur complement S, dense, made by the factorisation),
+the contact problem of that linearised body
+
+    S u = y + f(u)
+
+is solved with small dense matrices (`face_problem`), and the body then takes the whole step. The factor is kept over
+iterations and load steps as long as it does well (`factor`), with what the steps teach added to it (`body`).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.contact.augmented import Surface, evaluate_contact
+from magicsim.deform.solve.body import Body, Linearisation
+from magicsim.deform.solve.face_part import FacePart, near_facets
+from magicsim.deform.solve.face_problem import FaceProblem, held_stiffness, solve_face
+from magicsim.deform.solve.factor import Carried, FactorStore
+from magicsim.deform.solve.iterate import Iterate
+from magicsim.deform.solve.ladder import Rung
+from magicsim.deform.solve.line_search import Direction, search
+from magicsim.deform.solve.problem import Problem
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+NEEDED_MM, NEAR_MM = 0.05, 0.8
+"""Facets with a point nearer to the object than the first may come into contact in this step, and nearer than the
+second before long [mm]."""
+MOST_REMAINING = 15.0
+"""Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
+FAR = 0.3
+"""Residual above which the first step with the factor of an earlier load step is taken again with a new one."""
+GIVEN_UP_SHARE = 1 / 3
+"""A load step is given up after this part of `NewtonOptions.max_iterations`: condensed ones need few."""
+ON_ITS_WAY = 1e-3
+"""Residual below which it is not: where the body is close to folding, the last digits come slowly."""
+FIRST_SHIFT = 1 / 64
+"""Least multiple of the spring Laplacian added where the interior is not definite: as little as will do, since
+convergence is linear with it."""
+LONGEST_MM = 1e3
+"""A longer motion of the face is none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FirstStep:
+    """What helps the first step of a load step."""
+
+    predictor: Surface
+    """A surface that the face follows roughly before the object's own decides."""
+    pressed: Index
+    """Points of the face that were pressed at the end of the last load step; they may still be in a retreat."""
+
+
+class Condenser:
+    """Takes the steps of one load step after the other, with the body's model of the last ones while it does well."""
+
+    def __init__(self) -> None:
+        """Starts without a model."""
+        self.store = FactorStore()
+        self.carried = Carried(linearisation=None)
+        """For the next load step."""
+        self._body: Body | None = None
+        self._part: FacePart | None = None
+        self._facets: Index = np.empty(0, np.int64)
+        self._residual = np.inf
+
+    def begin(self, carried: Carried | None, way_mm: float) -> None:
+        """Begins a load step.
+
+        Args:
+            carried: By the state that it starts from; None where there is nothing.
+            way_mm: How far the object moves [mm].
+        """
+        before = carried.linearisation if carried is not None else None
+        self.carried = (carried or Carried(linearisation=None)).moved(way_mm)
+        self._facets = np.empty(0, np.int64) if before is None else before.facets
+        self._body, self._residual = None, np.inf
+
+    def step(
+        self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
+    ) -> Iterate | None:
+        """One step of the body with the contact that belongs to it; None where this way does not lead on.
+
+        Args:
+            problem: The lattice and its tolerances.
+            surface: The object in the pose of this load step.
+            iterate: Where the step begins.
+            first: What helps the first step of a load step.
+        """
+        if not problem.options.is_condensed:
+            return None
+        needed = near_facets(problem.face, iterate, NEEDED_MM)
+        if first is not None:
+            needed = np.union1d(needed, problem.face.facet[first.pressed])
+        elif self._asks_for_factor(problem, iterate):
+            self._drop()
+        while True:
+            body = self._model(problem, iterate, needed)
+            if body is None or self._part is None:
+                return None
+            if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
+                return replace(iterate, stuck=True)
+            found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
+            is_poor = found is None or found.stuck or found.shortened
+            if found is not None and not is_poor:
+                is_poor = found.residual > (FAR if first is not None else self._expected(iterate, found))
+            if is_poor and not self._is_fresh(body, iterate):
+                self._drop()
+                continue
+            if found is None:
+                return None
+            missing = np.setdiff1d(problem.face.facet[found.contact.acting], self._part.facets)
+            if len(missing) == 0 or found.shortened:
+                break
+            needed = np.union1d(np.union1d(needed, self._facets), near_facets(problem.face, found, NEAR_MM))
+        body.took(found)
+        self._residual = np.inf if first is not None else self._expected(iterate, found)
+        return found.on(Rung.SHIFTED) if found.shift > 0 else found
+
+    @staticmethod
+    def _expected(iterate: Iterate, found: Iterate) -> float:
+        """Residual that a step has to beat; any will do where multipliers were updated, which makes another problem."""
+        return iterate.residual if found.memory.updates == iterate.memory.updates else np.inf
+
+    def _asks_for_factor(self, problem: Problem, iterate: Iterate) -> bool:
+        """Whether a new factor is worth its cost."""
+        remaining = remaining_steps(self._residual, iterate.residual, problem.options.residual)
+        is_slow = iterate.shortened or iterate.shift > 0 or remaining > MOST_REMAINING
+        return is_slow or not problem.options.keeps_factors
+
+    def _drop(self) -> None:
+        if self.carried.linearisation is not None:
+            self.carried = self.carried.failed()
+        self._body = None
+
+    def _is_fresh(self, body: Body, iterate: Iterate) -> bool:
+        """Whether a model is the best that there is at a state."""
+        last = self.carried.linearisation
+        return last is not None and last.positions is iterate.positions and body.is_plain
+
+    def _model(self, problem: Problem, iterate: Iterate, needed: Index) -> Body | None:
+        """The model to step with: a new one at this state where there is none, or none that has all facets needed."""
+        last = self.carried.linearisation
+        if last is not None and len(np.setdiff1d(needed, last.facets)) == 0:
+            if self._body is None:
+                self._body = self._body_of(problem, last)
+            return self._body
+        if len(np.setdiff1d(needed, self._facets)) > 0:
+            self._facets = np.union1d(needed, near_facets(problem.face, iterate, NEAR_MM))
+        if self.store.part(problem, self._facets) is None:
+            return None
+        shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
+        while shift < problem.options.last_shift:
+            last = Linearisation(
+                elasticity=problem.elasticity,
+                positions=iterate.positions,
+                pressure=iterate.pressure,
+                shift=shift,
+                facets=self._facets,
+            )
+            self._body = self._body_of(problem, last)
+            if self._body is not None:
+                self.carried = self.carried.made(last)
+                return self._body
+            shift = max(FIRST_SHIFT, 4 * shift)
+        return None
+
+    def _body_of(self, problem: Problem, linearisation: Linearisation) -> Body | None:
+        found = self.store.factor(problem, linearisation)
+        if found is None:
+            return None
+        self._part, condenser, stiffness = found
+        return Body(problem, condenser, stiffness, shift=linearisation.shift)
+
+
+def remaining_steps(before: float, residual: float, wanted: float) -> float:
+    """How many iterations convergence will take if they go on as the last one did; infinite where they do not.
+
+    Args:
+        before: Residual before the last step; infinite where it is not known, and nothing is said against it.
+        residual: After it.
+        wanted: That ends the iterations.
+    """
+    if residual >= before:
+        return np.inf
+    return max(0.0, float(np.log(residual / wanted) / np.log(before / residual)))
+
+
+def _step(
+    problem: Problem, part: FacePart, body: Body, surface: Surface, iterate: Iterate, predictor: Surface | None
+) -> Iterate | None:
+    """The state after a step with a model; None where the face cannot be solved with it."""
+    stiffness, load = body.at(iterate)
+    face_problem = FaceProblem(
+        face=part.face,
+        positions=iterate.positions[part.nodes],
+        stiffness=stiffness,
+        load=load,
+        held=problem.pattern.held[part.unknowns],
+        surface=surface,
+        law=problem.law,
+        options=problem.options,
+        cautious=problem.stiffness / 4,
+        least_force_n=problem.least_force_n,
+    )
+    solved = solve_face(face_problem, part.memory(iterate.memory), accuracy=iterate.residual, predictor=predictor)
+    if solved is None or not np.abs(solved[0]).max() < LONGEST_MM:
+        return None
+    motion, memory = solved
+    moved = body.step(iterate, motion, held_stiffness(face_problem, motion, memory))
+    nodes = np.zeros_like(iterate.positions)
+    nodes[: problem.pattern.size // 3] = moved.reshape(-1, 3)
+    memory = part.put_back(memory, iterate.memory)
+    contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
+    start = replace(iterate, memory=memory, contact=contact)
+    found = search(problem, surface, start, Direction(nodes=nodes, shift=body.shift, is_stiffened=body.shift > 0))
+    return replace(found, iteration=iterate.iteration + 1, shift=body.shift)

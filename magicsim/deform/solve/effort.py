@@ -1,0 +1,120 @@
+"""What the search for one equilibrium has cost, and what is said where it found none."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from magicsim.deform.solve.iterate import Iterate, IterationFigures
+from magicsim.deform.solve.ladder import Rung
+from magicsim.deform.solve.problem import Problem
+
+MAX_BALANCE = 1e-6
+"""Largest relative difference between contact force and reaction that is accepted."""
+LEAST_LIFT = 0.01
+"""Normal force, in units of the sum of the forces on all points of the face, below which the object has pierced it:
+what is left squeezes its flanks."""
+PARTS = 1000
+"""In which progress is told."""
+Progress = Callable[[int, int, str], None]
+"""Told the done and all parts of the way, the first of them from the start, and what it has cost."""
+
+
+@dataclass(slots=True)
+class Effort:
+    """What a solve has cost so far."""
+
+    iterations: list[IterationFigures] = field(default_factory=list)
+    cutbacks: int = 0
+    """Load steps that were halved."""
+    restarts: int = 0
+    """Paths begun again from rest."""
+    rungs: frozenset[Rung] = frozenset()
+    """Of the ladder, on which the load steps stand that were solved."""
+    last: Iterate | None = None
+    """Where the last load step ended."""
+    share: float = 0.0
+    """How much of the way is done."""
+    progress: Progress | None = None
+    """Told after every iteration."""
+
+    def tell(self) -> None:
+        """Tells how far the solve is, if anybody asked."""
+        if self.progress is not None:
+            note = f"{len(self.iterations)} iterations, {self.cutbacks} halved steps, {self.restarts} restarts"
+            self.progress(1 + int((PARTS - 1) * self.share), PARTS, note)
+
+
+def part_of(progress: Progress, number: int, count: int) -> Progress:
+    """Progress of one of several solves as that of all of them.
+
+    Args:
+        progress: Of all.
+        number: Of this one, from 0.
+        count: How many there are.
+    """
+    return lambda done, parts, note: progress(number * parts + done, count * parts, note)
+
+
+def force_balance(problem: Problem, iterate: Iterate) -> float:
+    """|Contact force - reaction of the base| over the contact force; 0 where nothing presses.
+
+    Args:
+        problem: The lattice.
+        iterate: A state of it.
+    """
+    applied = iterate.contact.node_force_n
+    size = float(np.linalg.norm(applied.sum(0)))
+    unbalanced = applied - iterate.elastic.gradient
+    reaction = unbalanced.sum(0) - problem.free_forces(unbalanced).sum(0)
+    if iterate.elastic.table is not None:
+        reaction -= iterate.elastic.table.node_force_n.sum(0)
+    return float(np.linalg.norm(applied.sum(0) - reaction)) / size if size > 0 else 0.0
+
+
+def lift(problem: Problem, iterate: Iterate) -> float:
+    """Normal force on the face in units of the sum of the forces on all its points; 0 where nothing touches.
+
+    Args:
+        problem: The lattice.
+        iterate: A state of it.
+    """
+    forces = problem.face.area_mm2[:, None] * iterate.contact.traction_mpa()
+    total = np.linalg.norm(forces, axis=1).sum()
+    return float(forces[:, 2].sum() / total) if total > 0 else 0.0
+
+
+def report(problem: Problem, effort: Effort) -> str:
+    """One line with the figures of the last load step beside what was asked for.
+
+    Args:
+        problem: What was solved.
+        effort: What it has cost.
+    """
+    iterate, options = effort.last, problem.options
+    if iterate is None:
+        return "the deformation did not start"
+    return (
+        f"the deformation did not reach a valid equilibrium after {len(effort.iterations)} iterations, "
+        f"{effort.cutbacks} halved steps and {effort.restarts} restarts: residual {iterate.residual:.2g} (at most "
+        f"{options.residual:g}), min J {iterate.elastic.min_jacobian:.3g} (above 0), penetration "
+        f"{iterate.contact.max_penetration_mm:.3g} mm (at most {options.tolerance_mm:g} mm), force balance "
+        f"{force_balance(problem, iterate):.2g} (at most {MAX_BALANCE:g}), friction limits off by "
+        f"{iterate.mismatch:.2g} (at most {options.slip_mismatch:g})"
+    )
+
+
+def report_passage(problem: Problem, effort: Effort) -> str:
+    """The same where the last load step ended with the object through the face.
+
+    Args:
+        problem: What was solved.
+        effort: What it has cost; its last load step has an end.
+    """
+    share = 0.0 if effort.last is None else lift(problem, effort.last)
+    return (
+        f"the object passed through the contact face: {share:.2g} of the forces on the face press back (above "
+        f"{LEAST_LIFT:g}) after {len(effort.iterations)} iterations, {effort.cutbacks} halved steps and "
+        f"{effort.restarts} restarts; it is pressed deeper than it is high, or a soft face would close above it, or "
+        "lattice.spacing_mm is too coarse for it"
+    )

@@ -1,0 +1,215 @@
+"""Contact of an object with a linearised body: a small dense problem on the nodes near the object.
+
+    minimise  1/2 u S u - y u + W(x + u)
+
+with the condensed stiffness S, the load y and the contact's augmented energy W. Newton's method with a line search;
+whenever its residual is small, multipliers and friction limits follow the pressures, until both hold.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from magicsim.deform.contact.augmented import (
+    ContactState,
+    Surface,
+    add_dense_stiffness,
+    contact_stiffness,
+    evaluate_contact,
+    slip_mismatch,
+)
+from magicsim.deform.contact.face import ContactFace
+from magicsim.deform.contact.friction import ContactLaw, ContactMemory
+from magicsim.deform.contact.patience import Patience, updated_memory
+from magicsim.deform.solve.descent import Shifts, decreases, shortened, stiffenings
+from magicsim.deform.solve.problem import NewtonOptions
+
+Array = npt.NDArray[np.float64]
+ITERATIONS = 60
+"""Most Newton steps of one problem."""
+HALVINGS = 12
+"""Most shortenings of one of them."""
+UPDATES, REPRIEVE = 24, 6
+"""Of the multipliers in a load step, cheap here, before the penalty is raised; and before it is raised again."""
+MISFIT_SHARE, MISMATCH_SHARE = 0.2, 0.5
+"""Misfits and friction limits are brought below these parts of their tolerances: steps are cheap here, and forces are
+then smooth in the object's motion."""
+GROWTH_SHARE = 0.95
+"""Part of the tolerance below which a misfit does not raise the penalty."""
+RESIDUALS, RESIDUAL_PACE = (1e-10, 1e-3), 1e-3
+"""Residuals that are asked for: the body's own times the pace, within these."""
+ROUGH, ROUGH_ITERATIONS = 1e-2, 10
+"""Residual of a predicted motion, and most Newton steps towards it."""
+NOISE = 1e-10
+"""Relative rounding of the energy."""
+SHIFTS = Shifts(first=1e-3, growth=10.0, last=1e3)
+"""Multiples of the mean diagonal added to a matrix that is not positive definite."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaceProblem:
+    """What does not change while the contact settles; node vectors are of shape (nodes, 3)."""
+
+    face: ContactFace
+    positions: Array
+    """Where the nodes stand before the step [mm]."""
+    stiffness: Array
+    """Condensed, shape (3 nodes, 3 nodes) [N/mm]."""
+    load: Array
+    """Condensed forces without contact, shape (3 nodes,) [N]."""
+    held: npt.NDArray[np.bool_]
+    """Unknowns that stay zero, shape (3 nodes,)."""
+    surface: Surface
+    law: ContactLaw
+    options: NewtonOptions
+    cautious: float
+    """Largest pressure times curvature that counts far from balance [N/mm3]."""
+    least_force_n: float
+    """Contact forces below this do not sharpen the residual [N]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Point:
+    """A trial motion of the nodes, with what belongs to it."""
+
+    motion: Array
+    contact: ContactState
+    unbalanced: Array
+    energy_mj: float
+    residual: float
+    mismatch: float
+
+
+def solve_face(
+    problem: FaceProblem, memory: ContactMemory, *, accuracy: float, predictor: Surface | None = None
+) -> tuple[Array, ContactMemory] | None:
+    """Motion of the nodes, shape (3 nodes,) [mm], and the memory of contact that belongs to it; None where it fails.
+
+    Args:
+        problem: Body, face and object.
+        memory: Multipliers, anchors and limits of the face's points.
+        accuracy: The body's relative residual, which says how exactly this problem has to be solved.
+        predictor: A surface that the face follows roughly, memory as it is, before the object's own decides.
+    """
+    options = problem.options
+    target = float(np.clip(RESIDUAL_PACE * accuracy, *RESIDUALS))
+    patience = Patience(
+        misfit_mm=options.tolerance_mm * MISFIT_SHARE,
+        mismatch=options.slip_mismatch * MISMATCH_SHARE,
+        multiplier_residual=options.update_residual,
+        limit_residual=options.limit_residual[True],
+        is_relaxed=True,
+        updates=UPDATES,
+        growth=options.penalty_growth,
+        reprieve=REPRIEVE,
+        largest_misfit_mm=GROWTH_SHARE * options.tolerance_mm,
+    )
+    start = np.zeros(len(problem.load))
+    if predictor is not None:
+        start = _predicted(replace(problem, surface=predictor), memory)
+    point = _evaluated(problem, start, memory)
+    was_cut = False
+    for iteration in range(ITERATIONS):
+        updated = updated_memory(patience, problem.law, memory, point.contact, point.residual, point.mismatch)
+        if updated is not memory:
+            memory = updated
+            point = _evaluated(problem, point.motion, memory)
+        elif point.residual <= target:
+            break
+        step = _newton_step(problem, point, memory, is_secant=was_cut)
+        if step is None:
+            return None
+        found, alpha = _line_search(problem, point, step, memory)
+        if found is None:
+            if iteration == 0 and predictor is None:
+                return None
+            break
+        point, was_cut = found, alpha < 1
+    return (point.motion, memory) if np.isfinite(point.motion).all() else None
+
+
+def held_stiffness(problem: FaceProblem, motion: Array, memory: ContactMemory) -> Array:
+    """Stiffness of the contact after a motion of the nodes without the object's curvature, positive semidefinite.
+
+    Args:
+        problem: Body, face and object.
+        motion: Of the nodes, shape (3 nodes,) [mm].
+        memory: Multipliers, anchors and limits of the face's points.
+
+    Returns:
+        Shape (3 nodes, 3 nodes) [N/mm].
+    """
+    nodes = problem.positions + motion.reshape(-1, 3)
+    contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.law)
+    local = contact_stiffness(contact, problem.face, problem.surface, memory, problem.law, curvature_limit=0.0)
+    matrix = np.zeros_like(problem.stiffness)
+    add_dense_stiffness(matrix, problem.face, contact.acting, local)
+    return matrix
+
+
+def _predicted(problem: FaceProblem, memory: ContactMemory) -> Array:
+    """A rough motion, shape (3 nodes,) [mm]; none where the surface cannot be followed."""
+    point, was_cut = _evaluated(problem, np.zeros(len(problem.load)), memory), False
+    for _ in range(ROUGH_ITERATIONS):
+        if point.residual < ROUGH:
+            break
+        step = _newton_step(problem, point, memory, is_secant=was_cut)
+        found, alpha = (None, 0.0) if step is None else _line_search(problem, point, step, memory)
+        if found is None:
+            break
+        point, was_cut = found, alpha < 1
+    return point.motion
+
+
+def _evaluated(problem: FaceProblem, motion: Array, memory: ContactMemory) -> _Point:
+    nodes = problem.positions + motion.reshape(-1, 3)
+    contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.law)
+    force = np.where(problem.held, 0.0, contact.node_force_n.ravel())
+    stretched = problem.stiffness @ motion
+    unbalanced = problem.load + force - stretched
+    size = max(problem.least_force_n, float(np.linalg.norm(force)))
+    return _Point(
+        motion=motion,
+        contact=contact,
+        unbalanced=unbalanced,
+        energy_mj=float(motion @ (stretched / 2 - problem.load)) + contact.energy_mj,
+        residual=float(np.linalg.norm(unbalanced)) / size,
+        mismatch=slip_mismatch(problem.face, contact, memory, problem.law),
+    )
+
+
+def _newton_step(problem: FaceProblem, point: _Point, memory: ContactMemory, *, is_secant: bool) -> Array | None:
+    is_near = point.residual < problem.options.update_residual
+    diagonal = float(np.abs(np.diagonal(problem.stiffness)).mean())
+    for tried in stiffenings(SHIFTS, cautious=problem.cautious, is_near=is_near):
+        matrix = problem.stiffness.copy()
+        local = contact_stiffness(
+            point.contact, problem.face, problem.surface, memory, problem.law, curvature_limit=tried.curvature_limit,
+            is_secant=is_secant,
+        )  # fmt: skip
+        add_dense_stiffness(matrix, problem.face, point.contact.acting, local)
+        matrix[problem.held], matrix[:, problem.held] = 0.0, 0.0
+        matrix[np.diag_indices_from(matrix)] += np.where(problem.held, 1.0, tried.shift * diagonal)
+        try:
+            return np.asarray(cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), point.unbalanced))
+        except LinAlgError:
+            continue
+    return None
+
+
+def _line_search(
+    problem: FaceProblem, start: _Point, step: Array, memory: ContactMemory
+) -> tuple[_Point | None, float]:
+    slope = -float(start.unbalanced @ step)
+    noise = NOISE * (abs(start.energy_mj) + abs(start.contact.energy_mj))
+
+    def trial(alpha: float) -> _Point:
+        return _evaluated(problem, start.motion + alpha * step, memory)
+
+    def accepts(found: _Point, alpha: float) -> bool:
+        return decreases(found.energy_mj, start.energy_mj, alpha * slope, noise)
+
+    found, alpha, is_accepted = shortened(accepts, trial, longest=1.0, halvings=HALVINGS)
+    return (found, alpha) if is_accepted else (None, 0.0)

@@ -1,0 +1,110 @@
+"""One load step: iterations on one pose of the object, from an equilibrium under it in another.
+
+They begin where the path is going if it goes on as it came, and on the object's surface carried along from its last
+pose (see `contact.moved_surface`), so that the face follows the object before the true surface decides.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.contact.augmented import moved_surface
+from magicsim.deform.contact.friction import ContactMemory
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice.table import has_settled
+from magicsim.deform.solve import newton
+from magicsim.deform.solve.condensed import Condenser, FirstStep
+from magicsim.deform.solve.iterate import Iterate, evaluated
+from magicsim.deform.solve.problem import Problem
+from magicsim.deform.solve.rigid_motion import reach_mm, repeated_share, way_length_mm
+from magicsim.geometry.indenter import Indenter
+
+Array = npt.NDArray[np.float64]
+UNFOLDED_SHARE = 0.3
+"""Least smallest Jacobian of an extrapolated state in units of the last one's."""
+
+TABLE_UPDATES, TABLE_PATIENCE = 30, 6
+"""Most updates of the limits of friction below a block on a table in one load step, and how many of them are early."""
+TABLE_RESIDUALS = (0.3, 1e-2)
+"""Residuals below which they are updated, early and late; updated in balance only, a base that was held too little has
+slid out and has to be pulled back."""
+
+
+def iterate_pose(
+    problem: Problem,
+    condenser: Condenser,
+    indenter: Indenter,
+    before: Indenter,
+    start: Deformation,
+    *,
+    may_use_path: bool,
+    note: Callable[[Iterate], None],
+) -> Iterate:
+    """Where the iterations on a pose end.
+
+    Args:
+        problem: The lattice, its tolerances and limits.
+        condenser: Takes the steps.
+        indenter: The object in its pose.
+        before: The object in the pose of the last equilibrium.
+        start: That equilibrium.
+        may_use_path: Whether what the path has taught is used: a factor, and where it is going.
+        note: Told every iteration.
+    """
+    problem = problem.on_table(start.table)
+    nodes, pressed = problem.elasticity.lattice.nodes_mm, np.flatnonzero(start.contact_pressure_mpa > 0)
+    positions, surface = nodes + start.displacements_mm, moved_surface(indenter, before)
+    memory = _first_memory(problem, indenter, start)
+    last = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
+    first = FirstStep(predictor=surface, pressed=pressed)
+    condenser.begin(
+        start.carried if may_use_path else None,
+        way_length_mm(before.pose, indenter.pose, reach_mm(start, before.pose)),
+    )
+    ahead = _ahead(problem, indenter, start, last) if may_use_path else None
+    found = condenser.step(problem, indenter.distance, ahead or last, first=first)
+    if ahead is not None and (found is None or found.stuck or found.shortened or found.shift > 0):
+        condenser.begin(None, 0.0)
+        found = condenser.step(problem, indenter.distance, last, first=first)
+    if found is None:
+        found = newton.step(problem, surface, evaluated(problem, surface, positions, start.pressure_mpa, memory))
+        if not found.stuck:
+            guess = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
+            found = replace(guess, iteration=found.iteration, shift=found.shift, rungs=found.rungs)
+    note(found)
+    updates = 0
+    while True:
+        near = TABLE_RESIDUALS[updates >= TABLE_PATIENCE]
+        if found.residual <= near and updates < TABLE_UPDATES and not has_settled(found.elastic.table):
+            problem, updates = problem.with_table_at(found.positions), updates + 1
+            again = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
+            found = replace(again, rungs=found.rungs)
+        if newton.terminate(problem, found):
+            return found
+        following = condenser.step(problem, indenter.distance, found)
+        found = following or newton.step(problem, indenter.distance, found)
+        note(found)
+
+
+def _first_memory(problem: Problem, indenter: Indenter, start: Deformation) -> ContactMemory:
+    """Multipliers of zero, see `newton`; anchors move with the object, and limits are those of the last pressures."""
+    return ContactMemory(
+        multipliers_mpa=np.zeros(len(start.contact_points_mm)),
+        penalty=problem.first_penalty,
+        anchors_mm=start.contact_points_mm if start.is_rest else indenter.pose.to_sensor(start.anchors_mm),
+        limit_mpa=problem.law.friction * start.contact_pressure_mpa,
+        normal=indenter.distance(start.contact_points_mm)[1],
+    )
+
+
+def _ahead(problem: Problem, indenter: Indenter, start: Deformation, last: Iterate) -> Iterate | None:
+    """The last state moved on as the path came; None where it goes elsewhere, or where cells would fold."""
+    share = repeated_share(start, indenter.pose)
+    if share == 0 or start.before is None:
+        return None
+    positions = last.positions + share * (start.displacements_mm - start.before.displacements_mm)
+    pressure = start.pressure_mpa + share * (start.pressure_mpa - start.before.pressure_mpa)
+    ahead = evaluated(problem, indenter.distance, positions, pressure, last.memory)
+    return ahead if ahead.elastic.min_jacobian > UNFOLDED_SHARE * last.elastic.min_jacobian else None

@@ -1,0 +1,286 @@
+"""Poses in sequence: warm starts, sub-steps, the fallbacks of a step that fails, and the check of what comes out.
+
+What is tried where a step fails is in `strides`; when all of
+that fails the path is begun again from rest, with longer and with shorter steps.
+"""
+
+import logging
+import math
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.deform.contact.augmented import dragged_anchors
+from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face
+from magicsim.deform.deformation import Before, Deformation
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.pattern import block_pattern
+from magicsim.deform.lattice.relaxation import Branches, Relaxation
+from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.table import has_settled
+from magicsim.deform.linear.factorise import on_one_blas_thread, symmetric_solver
+from magicsim.deform.overlap import burial_fault, overlap_fault
+from magicsim.deform.solve import newton
+from magicsim.deform.solve.condensed import Condenser
+from magicsim.deform.solve.effort import (
+    LEAST_LIFT,
+    MAX_BALANCE,
+    Effort,
+    Progress,
+    force_balance,
+    lift,
+    report,
+    report_passage,
+)
+from magicsim.deform.solve.iterate import Iterate
+from magicsim.deform.solve.ladder import Rung, named
+from magicsim.deform.solve.load_step import iterate_pose
+from magicsim.deform.solve.problem import NewtonOptions, Problem
+from magicsim.deform.solve.rigid_motion import first_contact, pose_between, reach_mm, way_length_mm
+from magicsim.deform.solve.strides import Care, Strides
+from magicsim.errors import ConvergenceError
+from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.pose import Pose
+
+Array = npt.NDArray[np.float64]
+LOGGER = logging.getLogger(__name__)
+TOUCHING_SHARE = 0.01
+"""Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
+ROUNDING = 1e-9
+SHORTEST_FEATURE_MM = 0.1
+"""Objects with smaller features do not shorten the load steps further [mm]."""
+RESTARTS = (1 / 4, 4)
+"""Numbers of load steps of a path begun again, in units of the first attempt's: long steps do not meet the snaps of a
+face between the bumps of a texture at all, and short ones follow what long ones miss. Short ones, the costlier, are not
+tried where the object has passed through the face with long ones."""
+
+
+class ContactSolver:
+    """Solves one lattice for any sequence of objects and poses; keeps the factorisation's analysis."""
+
+    @on_one_blas_thread
+    def __init__(
+        self,
+        lattice: Lattice,
+        *,
+        tolerance_mm: float = 0.002,
+        max_step_mm: float = 0.5,
+        friction: float = 0.0,
+        point_spacing_mm: float = POINT_SPACING_MM,
+        branches: Branches | None = None,
+    ) -> None:
+        """Prepares a lattice.
+
+        Args:
+            lattice: The block.
+            tolerance_mm: Largest penetration at any contact point [mm].
+            max_step_mm: Longest motion of the object between two load steps [mm], before anything else is tried.
+            friction: Coulomb's coefficient between object and face.
+            point_spacing_mm: Largest distance between contact points at rest [mm].
+            branches: Relaxation of a timed path; None is the quasi-static, long-term response.
+        """
+        self.lattice = lattice
+        self.max_step_mm = max_step_mm
+        face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
+        pattern = block_pattern(lattice, face.patches)
+        elasticity = Elasticity.of(lattice)
+        self._relaxation = Relaxation.of(elasticity, branches) if branches is not None else None
+        added = branches.shear_modulus_mpa.sum(0) if branches is not None else 0.0
+        self._problem = Problem.of(
+            elasticity,
+            face,
+            pattern,
+            symmetric_solver(pattern.indptr, pattern.indices),
+            NewtonOptions(tolerance_mm=tolerance_mm),
+            friction=friction,
+            shear_modulus_mpa=lattice.shear_modulus_mpa + added,
+        )
+        self._condenser = Condenser()
+        rest = Deformation.rest(lattice, face)
+        self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
+
+    @on_one_blas_thread
+    def solve(
+        self,
+        indenter: Indenter,
+        previous: Deformation | None = None,
+        *,
+        dt_s: float = math.inf,
+        progress: Progress | None = None,
+    ) -> Deformation:
+        """Equilibrium with the object in a pose, reached from a previous one or from first contact.
+
+        Args:
+            indenter: The object in its pose.
+            previous: Where the path stands; None starts from rest.
+            dt_s: Time since then, for a lattice with branches [s].
+            progress: Told the share of the way after every iteration, see `Progress`.
+
+        Returns:
+            A valid deformation; the rest state, without a solve, when no point of the undeformed face lies inside the
+            object or below a part of it (a dent that would still recover there is left out).
+
+        Raises:
+            ConvergenceError: No valid equilibrium was found, or the object lies inside the block between the points
+                (see `overlap`); the message has the figures, `history` every iteration.
+        """
+        if not self.can_touch(indenter):
+            self._refuse_overlap(self._rest, indenter, Effort())
+            return self._rest
+        buried = burial_fault(indenter)
+        if buried is not None:
+            raise ConvergenceError(buried)
+        start = previous if previous is not None and previous.pose is not None else self._rest
+        problem, effort = self._timed(start, dt_s), Effort(progress=progress)
+        state = self._follow_path(problem, indenter, start, effort, fineness=1)
+        for fineness in RESTARTS if self._forgets_its_path else ():
+            if state is not None or (fineness > 1 and self._has_passed_through(effort.last)):
+                break
+            effort.restarts += 1
+            effort.rungs = frozenset((Rung.FEWER if fineness < 1 else Rung.MORE,))
+            state = self._follow_path(problem, indenter, self._rest, effort, fineness=fineness)
+        if state is None:
+            complain = report_passage if self._has_passed_through(effort.last) else report
+            raise ConvergenceError(complain(problem, effort), history=tuple(effort.iterations))
+        self._refuse_overlap(state, indenter, effort)
+        if self._relaxation is None or start.relaxation is None:
+            return state
+        positions = self.lattice.nodes_mm + state.displacements_mm
+        return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
+
+    def _refuse_overlap(self, state: Deformation, indenter: Indenter, effort: Effort) -> None:
+        """Raises ConvergenceError where the object lies inside the block between its contact points."""
+        fault = overlap_fault(self.lattice, self._problem.face, state, indenter)
+        if fault is not None:
+            raise ConvergenceError(fault, history=tuple(effort.iterations))
+
+    @property
+    def _forgets_its_path(self) -> bool:
+        """Whether the equilibrium does not depend on how it was reached, so that it may be sought from rest."""
+        return self._problem.law.friction == 0 and self._relaxation is None and self.lattice.table is None
+
+    def _timed(self, start: Deformation, dt_s: float) -> Problem:
+        """The problem of one time step: the branches make it another elastic one."""
+        if self._relaxation is None or start.relaxation is None:
+            return self._problem
+        elasticity = self._relaxation.timed_elasticity(start.relaxation, dt_s=dt_s)
+        return replace(self._problem, elasticity=elasticity)
+
+    def can_touch(self, indenter: Indenter) -> bool:
+        """Whether any point of the undeformed contact face lies inside the object or below a part of it."""
+        points = self._rest.contact_points_mm
+        return any(
+            (indenter.distance(points + np.array([0.0, 0.0, level]))[0] < 0).any() for level in indenter.levels_mm()
+        )
+
+    @property
+    def factorisations(self) -> int:
+        """How many matrices this solver has factorised with the contact condensed."""
+        return self._condenser.store.made
+
+    def force_within_n(self, state: Deformation, centre_mm: tuple[float, float], radius_mm: float) -> Array:
+        """Force on the points of the face that lie, deformed, within a distance of a vertical axis, shape (3,) [N]."""
+        offset = state.contact_points_mm[:, :2] - np.array(centre_mm)
+        inside = np.flatnonzero(np.hypot(offset[:, 0], offset[:, 1]) < radius_mm)
+        return np.asarray(self._problem.face.area_mm2[inside] @ state.contact_traction_mpa[inside])
+
+    def _follow_path(
+        self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, fineness: float
+    ) -> Deformation | None:
+        first = start.pose or first_contact(indenter)
+        reach = reach_mm(start, first)
+        longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
+        count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
+        state, pose = start, first
+        strides = Strides(usual=1.0 / count, may_leap=self._forgets_its_path)
+        problems = {Care.ORDINARY: problem, Care.CAREFUL: problem.careful(), Care.PATIENT: problem.patient()}
+        before_cutbacks = effort.cutbacks
+        while strides.done < 1 and not strides.gave_up:
+            target, effort.share = strides.target, strides.done
+            next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
+            moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
+            stuck = effort.last
+            iterate = iterate_pose(
+                problems[strides.care],
+                self._condenser,
+                moved,
+                before,
+                state,
+                may_use_path=strides.care is Care.ORDINARY,
+                note=partial(self._note, effort),
+            )
+            if self._is_valid(problem, iterate, moved):
+                effort.rungs |= iterate.rungs | strides.rungs
+                state, pose = self._result(problem, iterate, next_pose, effort, state), next_pose
+                strides.succeed()
+            else:
+                effort.last = stuck if strides.is_leap else iterate  # a leap may end far from what went wrong
+                strides.fail(state.min_jacobian)
+                effort.cutbacks = before_cutbacks + strides.cutbacks
+        return None if strides.gave_up else state
+
+    def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
+        has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= MAX_BALANCE
+        return (
+            has_converged
+            and has_settled(iterate.elastic.table)
+            and not (self._has_passed_through(iterate) and self.can_touch(indenter))
+        )
+
+    def _has_passed_through(self, iterate: Iterate | None) -> bool:
+        """Whether nothing presses back, as around an object that has pierced the face: not an answer below an object.
+
+        On a timed path it is one: a dent that still recovers.
+        """
+        return self._relaxation is None and iterate is not None and lift(self._problem, iterate) <= LEAST_LIFT
+
+    def _note(self, effort: Effort, iterate: Iterate) -> None:
+        figures = iterate.figures()
+        effort.iterations.append(figures)
+        effort.last = iterate
+        effort.tell()
+        LOGGER.debug("iteration %d: %s", iterate.iteration, figures)
+
+    def _result(
+        self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort, start: Deformation
+    ) -> Deformation:
+        contact, face = iterate.contact, problem.face
+        traction = contact.traction_mpa()
+        forces = face.area_mm2[:, None] * traction
+        friction = np.linalg.norm(contact.shear_mpa, axis=1)
+        tolerance = problem.options.tolerance_mm
+        touching = contact.gap_mm <= max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm)
+        return Deformation(
+            displacements_mm=iterate.positions - self.lattice.nodes_mm,
+            pressure_mpa=iterate.pressure,
+            anchors_mm=pose.to_object(dragged_anchors(contact, iterate.memory, problem.law)),
+            contact_points_mm=contact.points_mm,
+            contact_pressure_mpa=contact.pressure_mpa,
+            contact_traction_mpa=traction,
+            is_slipping=(contact.pressure_mpa > 0)
+            & (friction > 0)
+            & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
+            contact_gap_mm=contact.gap_mm,
+            relaxation=None,
+            before=None
+            if start.pose is None
+            else Before(displacements_mm=start.displacements_mm, pressure_mpa=start.pressure_mpa, pose=start.pose),
+            carried=self._condenser.carried,
+            pose=pose,
+            force_n=forces.sum(0),
+            torque_nmm=np.cross(contact.points_mm, forces).sum(0),
+            contact_area_mm2=float(face.current_area_mm2(iterate.positions)[touching].sum()),
+            max_penetration_mm=contact.max_penetration_mm,
+            min_jacobian=iterate.elastic.min_jacobian,
+            force_balance=force_balance(problem, iterate),
+            iterations=len(effort.iterations),
+            cutbacks=effort.cutbacks,
+            restarts=effort.restarts,
+            rungs=named(effort.rungs),
+            shifted=sum(figures.shift > 0 for figures in effort.iterations),
+            unknowns=problem.pattern.size,
+            converged=True,
+            table=iterate.elastic.table.memory if iterate.elastic.table is not None else None,
+        )

@@ -1,0 +1,170 @@
+"""Thresholds that separate labelled features best.
+
+A candidate threshold lies in the middle of a gap between neighbouring training values (or between them and
+the end of the feature's range), so that a separable pair of classes gets the middle of the gap between them.
+Among equally good ones the widest gap wins, measured in standard deviations within the classes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.detectors.scoring.episode import Features
+from magicsim.detectors.scoring.truth import FrameClass
+
+SPREAD_FLOOR = 1e-3
+"""Smallest spread that a margin is divided by, in the feature's unit: below it differences are rounding."""
+
+COMPARED_DECIMALS = 9
+"""Decimals to which scores and margins are compared, so that rounding decides nothing."""
+
+_ENTROPY_ENDS = (0.0, 8.0)
+_CORRELATION_ENDS = (-1.0, 1.0)
+_SIMILARITY_ENDS = (0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProximityFit:
+    """The two thresholds of the proximity algorithm."""
+
+    tau_e: float
+    """Entropy from which something brightens [bit]."""
+    tau_c: float
+    """Correlation from which a brightening is outside light."""
+    accuracy: float
+    """Balanced proximity accuracy on the training frames, 0..1."""
+    margin: float
+    """The smaller of the half gaps that both thresholds lie in, in standard deviations."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactFit:
+    """The threshold of the contact algorithm."""
+
+    tau_g: float
+    """Grid similarity below which the sensor is touched."""
+    accuracy: float
+    """Balanced accuracy of the combined contact verdict on the training frames, 0..1."""
+    margin: float
+    """Half the gap that tau_g lies in, in standard deviations."""
+
+
+def rest_limit(values: Features, at_rest: Sequence[npt.NDArray[np.bool_]], margin_sd: float) -> float:
+    """The farthest of several sensors' untouched frames: mean and so many standard deviations, the largest of them.
+
+    Args:
+        values: A feature of all frames, shape (frames,); of one that falls, its negative.
+        at_rest: Which frames are a sensor's untouched ones, shape (frames,) each; fewer than two say nothing.
+        margin_sd: How many standard deviations; a negative infinity is returned where nothing is known.
+    """
+    spreads = [values[each] for each in at_rest if np.count_nonzero(each) > 1]
+    return max((float(each.mean() + margin_sd * each.std(ddof=1)) for each in spreads), default=-np.inf)
+
+
+def fit_proximity(
+    entropy: Features, correlation: Features, classes: Sequence[FrameClass], *, least_tau_e: float = -np.inf
+) -> ProximityFit:
+    """Choose tau_e and tau_c together.
+
+    Maximises the balanced proximity accuracy plus half the share of Contact frames that are not called Noise:
+    a Contact frame called Noise is `Unknown`, which counts as untouched and costs that half in the contact
+    accuracy. Every pair of candidates is tried.
+
+    Args:
+        entropy: E [bit], shape (frames,).
+        correlation: C, shape (frames,).
+        classes: True classes, every one of the four at least once.
+        least_tau_e: From which entropy on a brightening is more than the camera's own, see `rest_limit` [bit].
+    """
+    labels = np.array(classes, dtype=object)
+    clear, near, contact, light = (labels == each for each in FrameClass)
+    judged_e = clear | near | light
+    cuts_e, gaps_e = _allowed(*candidate_cuts(entropy[judged_e], _ENTROPY_ENDS), least=least_tau_e)
+    margins_e = gaps_e / within_spread(entropy, [clear, near | light])
+    fits: list[tuple[tuple[float, ...], ProximityFit]] = []
+    for tau_e, margin_e in zip(cuts_e, margins_e, strict=True):
+        rises = entropy >= tau_e
+        judged_c = rises & ~clear
+        cuts_c, gaps_c = candidate_cuts(correlation[judged_c], _CORRELATION_ENDS)
+        spread = within_spread(correlation, [rises & (near | contact), rises & light])
+        accuracy = (
+            np.mean(entropy[clear] < tau_e)
+            + share_below(correlation[near & rises], cuts_c, int(near.sum()))
+            + share_from(correlation[light & rises], cuts_c, int(light.sum()))
+        ) / 3.0
+        kept = 1.0 - share_from(correlation[contact & rises], cuts_c, int(contact.sum()))
+        scores, margins_c = accuracy + kept / 2.0, gaps_c / spread
+        chosen = _first_best(scores, margins_c)
+        weaker, stronger = sorted((float(margin_e), float(margins_c[chosen])))
+        key = tuple(round(each, COMPARED_DECIMALS) for each in (float(scores[chosen]), weaker, stronger))
+        fit = ProximityFit(
+            tau_e=float(tau_e),
+            tau_c=float(cuts_c[chosen]),
+            accuracy=float(accuracy[chosen]),
+            margin=weaker,
+        )
+        fits.append((key, fit))
+    return max(fits, key=lambda keyed: keyed[0])[1]
+
+
+def fit_contact(
+    similarity: Features, noise: npt.NDArray[np.bool_], classes: Sequence[FrameClass], *, most_tau_g: float = np.inf
+) -> ContactFit:
+    """Choose tau_g, given which frames proximity calls Noise (those are never `Touched`).
+
+    Args:
+        similarity: S, shape (frames,).
+        noise: Whether proximity calls the frame Noise, shape (frames,).
+        classes: True classes, Contact and another one at least once.
+        most_tau_g: Down to which similarity the camera's own noise reaches, see `rest_limit`.
+    """
+    labels = np.array(classes, dtype=object)
+    touched = labels == FrameClass.CONTACT
+    cuts, gaps = _allowed(*candidate_cuts(similarity[~noise], _SIMILARITY_ENDS), most=most_tau_g)
+    margins = gaps / within_spread(similarity, [touched & ~noise, ~touched & ~noise])
+    hits = share_below(similarity[touched & ~noise], cuts, int(touched.sum()))
+    false_alarms = share_below(similarity[~touched & ~noise], cuts, int((~touched).sum()))
+    accuracy = (hits + 1.0 - false_alarms) / 2.0
+    chosen = _first_best(accuracy, margins)
+    return ContactFit(tau_g=float(cuts[chosen]), accuracy=float(accuracy[chosen]), margin=float(margins[chosen]))
+
+
+def candidate_cuts(values: Features, ends: tuple[float, float]) -> tuple[Features, Features]:
+    """Middles and half widths of the gaps between neighbouring values and the ends of their range."""
+    edges = np.unique(np.concatenate([values, ends]))
+    return (edges[:-1] + edges[1:]) / 2.0, np.diff(edges) / 2.0
+
+
+def _allowed(
+    cuts: Features, gaps: Features, *, least: float = -np.inf, most: float = np.inf
+) -> tuple[Features, Features]:
+    """Cuts between two limits, and the limit itself where none is."""
+    inside = (cuts >= least) & (cuts <= most)
+    if inside.any():
+        return cuts[inside], gaps[inside]
+    return np.array([least if np.isfinite(least) else most]), np.zeros(1)
+
+
+def within_spread(values: Features, groups: Sequence[npt.NDArray[np.bool_]]) -> float:
+    """Root mean square of the standard deviations of groups that have members, at least `SPREAD_FLOOR`."""
+    variances = [float(np.var(values[group])) for group in groups if group.any()]
+    return max(SPREAD_FLOOR, float(np.sqrt(np.mean(variances))) if variances else 0.0)
+
+
+def share_below(values: Features, cuts: Features, total: int) -> Features:
+    """Share of `total` frames whose value lies below each cut, shape (cuts,)."""
+    return np.searchsorted(np.sort(values), cuts, side="left") / total
+
+
+def share_from(values: Features, cuts: Features, total: int) -> Features:
+    """Share of `total` frames whose value is at or above each cut, shape (cuts,)."""
+    return len(values) / total - share_below(values, cuts, total)
+
+
+def _first_best(scores: Features, margins: Features) -> int:
+    """Index of the best score, by margin among equals, and then the first."""
+    rounded = np.round(scores, COMPARED_DECIMALS)
+    tied = np.flatnonzero(rounded == rounded.max())
+    return int(tied[np.argmax(np.round(margins[tied], COMPARED_DECIMALS))])

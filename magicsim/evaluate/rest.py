@@ -1,0 +1,148 @@
+"""The untouched sensor in a long stream: how far its frames are from a false alarm, and how often they give one.
+
+Scores between 0 and 1 are read as probabilities whose verdict turns at 1/2; their logarithms of odds are nearly normal
+at rest, so that their distance from 0 in standard deviations tells the margin of a threshold, and the distance of a
+touched frame from them its d' (Green and Swets 1966).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import gammaincinv, ndtr
+
+from magicsim.detectors.scoring.truth import FrameClass
+from magicsim.detectors.verdict import Contact, Proximity
+from magicsim.evaluation.detector import MakeDetector, check_detection
+from magicsim.evaluation.judged import JudgedEpisode
+from magicsim.evaluation.takes.footage import ExposedTake, Footage
+
+Array = npt.NDArray[np.float64]
+REPEATABILITY_SD = 3.0
+"""A verdict on a frame that is nearer to rest than this rests on less than the camera's own repeatability."""
+TAIL = 0.025
+"""On either side of a 95 % interval."""
+HOUR_S = 3600.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScoreAtRest:
+    """Logarithms of a score's odds over the frames of a stream at rest."""
+
+    mean: float
+    sd: float
+    margin_sd: float
+    """How far the mean is from where the verdict turns, in standard deviations; negative where rest gives an alarm."""
+    weak_verdicts: int
+    """Right verdicts on frames whose d' is below `REPEATABILITY_SD`."""
+    verdicts: int
+    """All right verdicts of the kind."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """One sensor in one place, through one camera."""
+
+    place: str
+    noise: str
+    frames: int
+    alarms: int
+    """Frames called Approaching or Touched."""
+    alarms_per_hour: float
+    low: float
+    high: float
+    """Ends of the exact 95 % interval of a Poisson count."""
+    expected_per_hour: float | None
+    """What the tails of normal scores promise; None where scores are no probabilities."""
+    touch: ScoreAtRest | None
+    approach: ScoreAtRest | None
+
+
+def rest_streams(
+    footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], make: MakeDetector, *, seconds: float, who: str
+) -> list[Rest]:
+    """One stream for every place and noise of some footage, by the first take of each; recordings have none.
+
+    Args:
+        footage: Of a suite.
+        episodes: What the detector said of it.
+        make: Makes the detector, anew for every stream.
+        seconds: Length of each stream [s]; none are filmed with 0.
+        who: Name of the detector.
+
+    Raises:
+        MagicsimError: A frame cannot be used, or the detector does not answer as it must.
+    """
+    first: dict[tuple[str, str], Footage] = {}
+    for film in footage:
+        if isinstance(film.images, ExposedTake):
+            first.setdefault((film.tag.place, film.tag.noise), film)
+    return [
+        _rest(film, [one for one in episodes if (one.tag.place, one.tag.noise) == key], make, seconds=seconds, who=who)
+        for key, film in first.items()
+        if round(seconds * film.frames_per_second) > 1
+    ]
+
+
+def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, *, seconds: float, who: str) -> Rest:
+    assert isinstance(film.images, ExposedTake)
+    detector = make()
+    detector.fit(list(film.images.references()))
+    count = round(seconds * film.frames_per_second)
+    said = [check_detection(detector.step(frame), who=who) for frame in film.images.at_rest(count)]
+    alarms = sum(each.proximity == Proximity.APPROACHING or each.contact == Contact.TOUCHED for each in said)
+    hours = count / film.frames_per_second / HOUR_S
+    touch = _score(np.array([each.touch for each in said]), episodes, "touch", FrameClass.CONTACT, Contact.TOUCHED)
+    approach = _score(
+        np.array([each.approach for each in said]), episodes, "approach", FrameClass.NEAR, Proximity.APPROACHING
+    )
+    tails = [ndtr(-each.margin_sd) for each in (touch, approach) if each is not None]
+    return Rest(
+        place=film.tag.place,
+        noise=film.tag.noise,
+        frames=count,
+        alarms=alarms,
+        alarms_per_hour=alarms / hours,
+        low=float(gammaincinv(alarms, TAIL)) / hours if alarms else 0.0,
+        high=float(gammaincinv(alarms + 1, 1 - TAIL)) / hours,
+        expected_per_hour=float(sum(tails)) * film.frames_per_second * HOUR_S if tails else None,
+        touch=touch,
+        approach=approach,
+    )
+
+
+def _score(
+    at_rest: Array, episodes: Sequence[JudgedEpisode], name: str, truth: FrameClass, verdict: str
+) -> ScoreAtRest | None:
+    """A score at rest, and the right verdicts that lie near it; None where a score is no probability."""
+    scores = [np.asarray(getattr(each, name), np.float64) for each in episodes]
+    if any(((each < 0) | (each > 1)).any() for each in [at_rest, *scores]):
+        return None
+    odds = log_odds(at_rest)
+    mean, spread = float(odds.mean()), float(odds.std(ddof=1))
+    right = np.concatenate(
+        [
+            (log_odds(score) - mean)[_is_right(each, truth, verdict)]
+            for each, score in zip(episodes, scores, strict=True)
+        ]
+        or [np.zeros(0)]
+    )
+    return ScoreAtRest(
+        mean=mean,
+        sd=spread,
+        margin_sd=-mean / spread if spread > 0 else float(np.copysign(1e6, -mean)),
+        weak_verdicts=int((right < REPEATABILITY_SD * spread).sum()),
+        verdicts=len(right),
+    )
+
+
+def _is_right(episode: JudgedEpisode, truth: FrameClass, verdict: str) -> npt.NDArray[np.bool_]:
+    said = episode.contact if truth is FrameClass.CONTACT else episode.proximity
+    return np.array([one is truth and word == verdict for one, word in zip(episode.labels.classes, said, strict=True)])
+
+
+def log_odds(probability: Array) -> Array:
+    """Logarithm of p / (1 - p), finite at 0 and 1."""
+    inside = np.clip(probability, 1e-300, 1 - 1e-16)
+    return np.asarray(np.log(inside) - np.log1p(-inside))

@@ -1,0 +1,156 @@
+"""A baseline: what a detector said of every frame of a suite, small enough to be committed."""
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.config.documents import read_json
+from magicsim.config.presets import preset_root
+from magicsim.detectors.scoring.truth import FrameClass
+from magicsim.detectors.verdict import Contact, Proximity
+from magicsim.errors import ConfigError
+from magicsim.evaluation.judged import JudgedEpisode
+from magicsim.folder import result_file
+
+Array = npt.NDArray[np.float64]
+FORMAT = 1
+DIGITS = 6
+"""Significant digits of a score in the file."""
+CLASS_LETTERS = {None: ".", FrameClass.CLEAR: "c", FrameClass.NEAR: "n", FrameClass.CONTACT: "t", FrameClass.LIGHT: "l"}
+PROXIMITY_LETTERS = {Proximity.NORMAL: "n", Proximity.APPROACHING: "a", Proximity.NOISE: "x"}
+CONTACT_LETTERS = {Contact.TOUCHED: "t", Contact.UNTOUCHED: "u", Contact.UNKNOWN: "?"}
+FOLDER = "detectors/baselines"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaselineEpisode:
+    """One episode as a baseline knows it; one letter or number a frame."""
+
+    classes: str
+    proximity: tuple[str, ...]
+    contact: tuple[str, ...]
+    approach: tuple[float, ...]
+    touch: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Baseline:
+    """What a detector said of a suite."""
+
+    suite: str
+    detector: str
+    episodes: dict[str, BaselineEpisode]
+
+
+def default_baseline(suite: str, profile: str) -> Path | None:
+    """The committed baseline of a shipped suite and profile, where there is one."""
+    path = preset_root() / FOLDER / f"{suite}-{profile}.json"
+    return path if path.is_file() else None
+
+
+def save_baseline(path: Path, episodes: Sequence[JudgedEpisode], *, suite: str, detector: str) -> None:
+    """Writes a baseline; the file appears whole or not at all.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    content = {
+        "format": FORMAT,
+        "suite": suite,
+        "detector": detector,
+        "episodes": {each.tag.name: _packed(each) for each in episodes},
+    }
+    text = json.dumps(content, indent=1)
+    with result_file(path) as partial, partial.open("w", encoding="utf-8") as file:
+        file.write(text + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def load_baseline(path: Path) -> Baseline:
+    """Reads what `save_baseline` wrote.
+
+    Raises:
+        ConfigError: Not readable, not a baseline, or of another format.
+    """
+    try:
+        content = read_json(path)
+    except ConfigError as error:
+        msg = f"baseline: {error}"
+        raise ConfigError(msg) from None
+    if isinstance(content, dict) and content.get("format", FORMAT) != FORMAT:
+        msg = f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}"
+        raise ConfigError(msg)
+    try:
+        episodes = {name: _unpacked(each) for name, each in content["episodes"].items()}
+        return Baseline(suite=str(content["suite"]), detector=str(content["detector"]), episodes=episodes)
+    except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
+        msg = f"baseline '{path}' is not one that magicsim wrote: {error!r}"
+        raise ConfigError(msg) from None
+
+
+def paired(baseline: Baseline, episodes: Sequence[JudgedEpisode]) -> list[tuple[JudgedEpisode, JudgedEpisode]]:
+    """Episodes of both, as the baseline's detector and the present one judged them.
+
+    Raises:
+        ConfigError: No episode in common, or one that has other frames now.
+    """
+    pairs = []
+    for each in episodes:
+        known = baseline.episodes.get(each.tag.name)
+        if known is None:
+            continue
+        if known.classes != _classes(each):
+            msg = f"baseline: episode '{each.tag.name}' has other frames now; make the baseline anew"
+            raise ConfigError(msg)
+        before = replace(
+            each, proximity=known.proximity, contact=known.contact, approach=np.array(known.approach),
+            touch=np.array(known.touch),
+        )  # fmt: skip
+        now = replace(each, approach=_rounded(each.approach), touch=_rounded(each.touch))
+        pairs.append((before, now))
+    if not pairs:
+        msg = f"baseline of suite '{baseline.suite}' has no episode in common with this one"
+        raise ConfigError(msg)
+    return pairs
+
+
+def _rounded(scores: Array) -> Array:
+    """Scores as the file would give them back, so that a rerun compares as equal."""
+    return np.array([float(f"{each:.{DIGITS}g}") for each in scores])
+
+
+def _classes(episode: JudgedEpisode) -> str:
+    return "".join(CLASS_LETTERS[each] for each in episode.labels.classes)
+
+
+def _packed(episode: JudgedEpisode) -> dict[str, Any]:
+    return {
+        "classes": _classes(episode),
+        "proximity": "".join(PROXIMITY_LETTERS[Proximity(each)] for each in episode.proximity),
+        "contact": "".join(CONTACT_LETTERS[Contact(each)] for each in episode.contact),
+        "approach": " ".join(f"{each:.{DIGITS}g}" for each in episode.approach),
+        "touch": " ".join(f"{each:.{DIGITS}g}" for each in episode.touch),
+    }
+
+
+def _unpacked(entry: dict[str, str]) -> BaselineEpisode:
+    words = {letter: str(word) for word, letter in PROXIMITY_LETTERS.items()}
+    touches = {letter: str(word) for word, letter in CONTACT_LETTERS.items()}
+    found = BaselineEpisode(
+        classes=entry["classes"],
+        proximity=tuple(words[letter] for letter in entry["proximity"]),
+        contact=tuple(touches[letter] for letter in entry["contact"]),
+        approach=tuple(map(float, entry["approach"].split())),
+        touch=tuple(map(float, entry["touch"].split())),
+    )
+    if len({len(found.classes), len(found.proximity), len(found.contact), len(found.approach), len(found.touch)}) != 1:
+        msg = "lists of different length"
+        raise IndexError(msg)
+    return found

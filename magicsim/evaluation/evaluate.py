@@ -1,0 +1,226 @@
+"""Judges a detector on a suite: measures with intervals, curves, and what fell against a baseline."""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
+from magicsim.detectors.scoring.truth import FrameClass
+from magicsim.detectors.verdict import Contact, Proximity
+from magicsim.evaluate.rest import Rest, rest_streams
+from magicsim.evaluation.baseline import Baseline, paired
+from magicsim.evaluation.cases import list_cases
+from magicsim.evaluation.detector import MakeDetector
+from magicsim.evaluation.judged import JudgedEpisode, judge_footage
+from magicsim.evaluation.statistics.curves import (
+    NO_TOUCH,
+    NOTHING_NEAR,
+    CurvePoint,
+    Roc,
+    detection_by_depth,
+    detection_by_distance,
+    trade_off,
+)
+from magicsim.evaluation.statistics.intervals import Estimate, estimate, exact_share
+from magicsim.evaluation.statistics.measures import MEASURES
+from magicsim.evaluation.statistics.regression import Change, compare
+from magicsim.evaluation.statistics.tally import tally
+from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig
+from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
+
+Progress = Callable[[int, int], None]
+FAULTLESS = "faultless_episodes"
+"""Share of episodes in which every scored verdict is right."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evaluation:
+    """Everything that is known of a detector on a suite."""
+
+    suite: str
+    detector: str
+    baseline: str | None
+    standard: str
+    """Condition of light and noise that the headline measures are of."""
+    metrics: dict[str, dict[str, Estimate]]
+    """By group of episodes, then by name of the measure."""
+    confusion: dict[str, dict[str, dict[str, int]]]
+    """`proximity` and `contact` of the standard condition: frames by true class and verdict."""
+    distance: list[CurvePoint]
+    depth: list[CurvePoint]
+    roc: dict[str, Roc | None]
+    changes: list[Change]
+    rest: list[Rest]
+    episodes: list[JudgedEpisode] = field(repr=False)
+    footage: list[Footage] = field(repr=False)
+    seconds: float
+
+    @property
+    def regressions(self) -> list[Change]:
+        """What is significantly worse than the baseline."""
+        return [each for each in self.changes if each.is_regression]
+
+    @property
+    def improvements(self) -> list[Change]:
+        """What is significantly better."""
+        return [each for each in self.changes if each.is_improvement]
+
+    def as_dict(self) -> dict[str, Any]:
+        """What goes into the JSON: everything but images and single frames."""
+        times = sorted(each.milliseconds for each in self.episodes)
+        return {
+            "suite": self.suite,
+            "detector": self.detector,
+            "baseline": self.baseline,
+            "standard": self.standard,
+            "metrics": {group: {name: asdict(one) for name, one in row.items()} for group, row in self.metrics.items()},
+            "confusion": self.confusion,
+            "detection_by_distance": [asdict(each) for each in self.distance],
+            "detection_by_depth": [asdict(each) for each in self.depth],
+            "roc": {name: asdict(each) if each is not None else None for name, each in self.roc.items()},
+            "rest": [asdict(each) for each in self.rest],
+            "compared": [asdict(each) | {"frames": len(each.frames)} for each in self.changes],
+            "regressions": [asdict(each) for each in self.regressions],
+            "improvements": [asdict(each) for each in self.improvements],
+            "episodes": len(self.episodes),
+            "frames": sum(len(each.proximity) for each in self.episodes),
+            "milliseconds_per_frame": times[len(times) // 2],
+            "seconds": round(self.seconds, 3),
+        }
+
+
+def evaluate_suite(
+    suite: SuiteConfig,
+    make: MakeDetector,
+    *,
+    name: str,
+    detector: str,
+    cache: Path,
+    baseline: Baseline | None = None,
+    progress: Progress | None = None,
+) -> Evaluation:
+    """Judges a detector.
+
+    Args:
+        suite: The episodes.
+        make: Makes the detector, anew for every episode.
+        name: Of the suite, for results.
+        detector: Its name, for results.
+        cache: Folder of takes, where simulated episodes are kept.
+        baseline: What to compare with.
+        progress: Told after every take with the takes done and all takes.
+
+    Raises:
+        MagicsimError: An episode cannot be simulated or read, the detector fails, or the baseline does not fit.
+    """
+    start = time.perf_counter()
+    total = count_takes(suite)
+    episodes: list[JudgedEpisode] = []
+    footage: list[Footage] = []
+    for done, films in enumerate(film_suite(suite, cache), 1):
+        footage += films
+        episodes += [judge_footage(film, make, who=detector) for film in films]
+        if progress is not None:
+            progress(done, total)
+    conditions = [condition_of(each) for each in episodes]
+    standard = [each for each, one in zip(episodes, conditions, strict=True) if one == conditions[0]]
+    options: dict[str, Any] = {"resamples": suite.resamples, "seed": suite.seed}
+    curve = options | {"false_alarm_rate": suite.false_alarm_rate}
+    changes = []
+    if baseline is not None:
+        pairs = paired(baseline, episodes)
+        conditions_now = [condition_of(now) for _, now in pairs]
+        changes = compare(pairs, conditions_now, seed=suite.seed, same_scale=baseline.detector == detector)
+    return Evaluation(
+        suite=name,
+        detector=detector,
+        baseline=baseline.detector if baseline is not None else None,
+        standard=conditions[0],
+        metrics={group: _estimates(chosen, **options) for group, chosen in group_episodes(episodes).items()},
+        confusion=confusion(standard),
+        distance=detection_by_distance(standard, **curve),
+        depth=detection_by_depth(standard, **curve),
+        roc={
+            "approach": trade_off(standard, "approach", {FrameClass.NEAR}, NOTHING_NEAR),
+            "touch": trade_off(standard, "touch", {FrameClass.CONTACT}, NO_TOUCH),
+        },
+        changes=changes,
+        rest=rest_streams(footage, episodes, make, seconds=suite.rest_s, who=detector),
+        episodes=episodes,
+        footage=footage,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def film_suite(suite: SuiteConfig, cache: Path) -> Iterator[list[Footage]]:
+    """Footage of every take of a suite, one list a take. Takes do not depend on each other's order."""
+    for case in list_cases(suite):
+        yield film_case(case, suite, cache)
+    for each in read_recordings(suite):
+        yield [each]
+
+
+def condition_of(episode: JudgedEpisode) -> str:
+    """Light and noise of an episode, and its place where that is another than the suite's own."""
+    condition = f"{episode.tag.light}/{episode.tag.noise}"
+    return condition if episode.tag.place == FIRST_PLACE else f"{condition}/{episode.tag.place}"
+
+
+def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEpisode]]:
+    """Episodes by condition; those of the standard one, which comes first, also by role, object and path."""
+    conditions = [condition_of(each) for each in episodes]
+    groups = {
+        one: [each for each, other in zip(episodes, conditions, strict=True) if other == one]
+        for one in dict.fromkeys(conditions)
+    }
+    standard = groups[conditions[0]]
+    elsewhere = [one for one in groups if one.startswith(f"{conditions[0]}/")]
+    if elsewhere:
+        groups["other places"] = [each for one in elsewhere for each in groups[one]]
+    for kind in ("role", "object", "path"):
+        values = dict.fromkeys(getattr(each.tag, kind) for each in standard)
+        if len(values) > 1:
+            groups |= {
+                f"{kind} {value}": [each for each in standard if getattr(each.tag, kind) == value] for value in values
+            }
+    return groups
+
+
+def confusion(episodes: Sequence[JudgedEpisode]) -> dict[str, dict[str, dict[str, int]]]:
+    """Frames by true class and verdict; proximity is not scored during contact."""
+    proximity: Counter[tuple[str, str]] = Counter()
+    contact: Counter[tuple[str, str]] = Counter()
+    for each in episodes:
+        for truth, near, touch in zip(each.labels.classes, each.proximity, each.contact, strict=True):
+            if truth is not None:
+                contact[truth, touch] += 1
+            if truth in PROXIMITY_TRUTH:
+                proximity[str(truth), near] += 1
+    return {
+        "proximity": {
+            str(row): {str(column): proximity[row, column] for column in Proximity} for row in PROXIMITY_TRUTH
+        },
+        "contact": {str(row): {str(column): contact[row, column] for column in Contact} for row in FrameClass},
+    }
+
+
+def is_faultless(episode: JudgedEpisode) -> bool:
+    """Whether every scored verdict is right."""
+    for truth, near, touch in zip(episode.labels.classes, episode.proximity, episode.contact, strict=True):
+        if truth is None:
+            continue
+        if (touch == Contact.TOUCHED) != (truth is FrameClass.CONTACT):
+            return False
+        if truth in PROXIMITY_TRUTH and near != PROXIMITY_TRUTH[truth]:
+            return False
+    return True
+
+
+def _estimates(episodes: Sequence[JudgedEpisode], *, resamples: int, seed: int) -> dict[str, Estimate]:
+    table, takes = tally(episodes), [each.tag.take for each in episodes]
+    found = {name: estimate(name, table, takes, resamples=resamples, seed=seed) for name in MEASURES}
+    right = [is_faultless(each) for each in episodes]
+    return found | {FAULTLESS: exact_share(sum(right), len(right))}

@@ -1,0 +1,55 @@
+"""What a detector says of every frame of an episode, beside the truth."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.evaluation.detector import MakeDetector, check_detection
+from magicsim.evaluation.takes.footage import EpisodeTag, Footage, Labels
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedEpisode:
+    """Verdicts and scores of the frames after the references."""
+
+    tag: EpisodeTag
+    labels: Labels
+    proximity: tuple[str, ...]
+    contact: tuple[str, ...]
+    approach: Array
+    """Evidence for a nearby object, shape (frames,)."""
+    touch: Array
+    """Evidence for a touch, shape (frames,)."""
+    milliseconds: float = 0.0
+    """Median time of one step [ms]; belongs to the machine, so nothing is compared by it."""
+    frames_per_second: float = 15.0
+
+
+def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEpisode:
+    """Runs a new detector over an episode.
+
+    Raises:
+        MagicsimError: A frame cannot be used, or the detector does not answer as it must.
+    """
+    detector = make()
+    detector.fit(list(footage.images.references()))
+    said, spent = [], []
+    for frame in footage.images.frames():
+        start = time.perf_counter()
+        answer = detector.step(frame)
+        spent.append(time.perf_counter() - start)
+        said.append(check_detection(answer, who=who))
+    return JudgedEpisode(
+        tag=footage.tag,
+        labels=footage.labels,
+        proximity=tuple(str(each.proximity) for each in said),
+        contact=tuple(str(each.contact) for each in said),
+        approach=np.array([each.approach for each in said], np.float64),
+        touch=np.array([each.touch for each in said], np.float64),
+        milliseconds=round(1e3 * float(np.median(spent)), 3) if spent else 0.0,
+        frames_per_second=footage.frames_per_second,
+    )

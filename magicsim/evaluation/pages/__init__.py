@@ -1,0 +1,1 @@
+"""The results of an evaluation as files, plots and one page."""

@@ -1,0 +1,1 @@
+"""Measures of a detector, their intervals, and tests of what changed."""

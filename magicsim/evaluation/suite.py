@@ -1,0 +1,273 @@
+"""A suite: which objects move how, under which light and noise. The configuration of `detectors/suites/*.toml`."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from magicsim.config.documents import read_toml
+from magicsim.config.models import Config, apply_overrides, validate
+from magicsim.config.presets import find_preset
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.objects.rigid_object import AngleDeg
+from magicsim.scenes.rig import PlaceMm, Rig
+from magicsim.scenes.scene import FrameNumber, FrameRate, GapMm, RenderSettings, Seed
+
+Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
+Role = Literal["training", "held_out"]
+FIRST_PLACE = "own"
+"""The suite's own sensor, where no places are given."""
+MAX_TAKES = 10_000
+"""Most combinations of object, path, light and seed: each is rendered, which takes a minute or so."""
+
+
+class SuiteObject(Config):
+    """An object and how it is brought to the sensor."""
+
+    name: Name
+    """What it is called in results."""
+    object: str
+    """An object preset, or `KIND:key=value,...`."""
+    role: Role
+    """Whether the calibration of the shipped profiles may have seen it."""
+    press_mm: Annotated[float, Field(gt=0, le=3)] = 1.0
+    """Deepest press [mm], which paths give shares of; what keeps within the sensor's recommended 6 N."""
+    x_mm: PlaceMm = 0.0
+    """Its origin along x [mm]; chosen so that the contact lies inside the face."""
+    y_mm: PlaceMm = 0.0
+    """Its origin along y [mm]."""
+
+
+class PathFrame(Config):
+    """State at one frame; between these everything moves linearly, without gap and press there is no object."""
+
+    frame: FrameNumber
+    """Index among the scored frames."""
+    gap_mm: GapMm | None = None
+    """Distance from the undeformed contact face [mm], negative when pressed."""
+    press: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Depth instead, in units of the object's `press_mm`."""
+    x_mm: PlaceMm = 0.0
+    """Shift along x [mm]."""
+    y_mm: PlaceMm = 0.0
+    """Shift along y [mm]."""
+    twist_deg: AngleDeg = 0.0
+    """Rotation about z [degrees]."""
+    flashlight: bool = False
+    """Whether the outside light is on, from this frame to the next one given."""
+    light_x_mm: PlaceMm = 0.0
+    """Shift of the flashlight along x [mm]."""
+
+    @model_validator(mode="after")
+    def _check_distance(self) -> Self:
+        if self.gap_mm is not None and self.press is not None:
+            msg = f"frame {self.frame} gives both gap_mm and press: must be one of them"
+            raise ValueError(msg)
+        return self
+
+    @property
+    def has_object(self) -> bool:
+        """Whether the object is there."""
+        return self.gap_mm is not None or self.press is not None
+
+
+class SuitePath(Config):
+    """How an object moves, the same for every object."""
+
+    name: Name
+    friction: Annotated[float, Field(ge=0, le=5)] = 0.0
+    """Coulomb's coefficient between skin and object."""
+    frames: Annotated[tuple[PathFrame, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        numbers = [each.frame for each in self.frames]
+        if numbers[0] != 0 or any(later <= earlier for earlier, later in pairwise(numbers)):
+            msg = f"frames.frame = {numbers} is not allowed: must start at 0 and increase"
+            raise ValueError(msg)
+        return self
+
+
+class SuiteLight(Config):
+    """Outside light while the object is there; what a path says of the light without an object stays."""
+
+    name: Name
+    flashlight: bool = False
+    """Whether a flashlight is on."""
+    from_x_mm: PlaceMm = 0.0
+    """Shift of the flashlight along x when the object appears [mm]."""
+    to_x_mm: PlaceMm = 0.0
+    """The same when the object is gone [mm]; between them it moves evenly."""
+
+
+class SuiteNoise(Config):
+    """Noise of the camera; what is left out stays as in the rig."""
+
+    name: Name
+    full_well_e: Annotated[float, Field(ge=10, le=1e12)] | None = None
+    """See `magicsim.scenes.rig.Camera` [electrons]."""
+    read_noise_e: Annotated[float, Field(ge=0, le=1e12)] | None = None
+    """See `magicsim.scenes.rig.Camera` [electrons]."""
+
+
+class SuitePlace(Config):
+    """One sensor of the suite's kind, and where it stands: another room, another print, another camera."""
+
+    name: Name
+    role: Role = "held_out"
+    """Whether the calibration of the shipped profiles may have seen it."""
+    settings: Annotated[tuple[str, ...], Field(max_length=100)] = ()
+    """`dotted.key=value` settings of design and rig, such as `rig.room='bench'`."""
+
+
+class SuiteBlock(Config):
+    """Every combination of what is named here is an episode."""
+
+    objects: Annotated[tuple[Name, ...], Field(min_length=1)]
+    paths: Annotated[tuple[Name, ...], Field(min_length=1)]
+    lights: Annotated[tuple[Name, ...], Field(min_length=1)]
+    seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (1,)
+    """Seeds of rendering and placement."""
+    places: tuple[Name, ...] = ()
+    """The first place of the suite, if none is named."""
+
+
+class SuiteRecording(Config):
+    """An episode of a real sensor: images and a table of labels, see `magicsim.evaluation.takes.recording`."""
+
+    name: Name
+    folder: str
+    """The folder, relative to the suite's file."""
+    object: str = ""
+    """What it shows."""
+    role: Role = "held_out"
+    """Whether the calibration may have seen it."""
+
+
+class SuiteConfig(Config):
+    """A fixed set of labelled episodes."""
+
+    schema_version: Literal[1]
+    design: ElastomerDesign
+    """The block; a file may give the name of a design preset instead."""
+    rig: Rig
+    """What surrounds it; a file may give the name of a rig preset instead."""
+    seed: Seed = 0
+    """Seed of the camera noise and of the resampling; another one needs no new rendering."""
+    references: Annotated[int, Field(ge=1, le=1000)] = 30
+    """Frames of the untouched sensor before those of the path."""
+    frames_per_second: FrameRate = 15.0
+    """Frame rate [1/s]."""
+    jitter_mm: Annotated[float, Field(ge=0, le=5)] = 0.0
+    """Largest random shift of an object along x and y [mm], drawn from the episode's seed."""
+    jitter_deg: Annotated[float, Field(ge=0, le=180)] = 0.0
+    """Largest random twist of an object [degrees]."""
+    false_alarm_rate: Annotated[float, Field(gt=0, lt=1)] = 0.05
+    """Share of frames with nothing to detect at which detection rates are compared."""
+    resamples: Annotated[int, Field(ge=99, le=100_000)] = 999
+    """Bootstrap resamples of the confidence intervals."""
+    render: RenderSettings = RenderSettings()
+    objects: tuple[SuiteObject, ...] = ()
+    paths: tuple[SuitePath, ...] = ()
+    lights: tuple[SuiteLight, ...] = ()
+    noises: Annotated[tuple[SuiteNoise, ...], Field(min_length=1)] = (SuiteNoise(name="rig"),)
+    """The first noise and the first light of the first block are the standard condition."""
+    places: Annotated[tuple[SuitePlace, ...], Field(min_length=1)] = (SuitePlace(name=FIRST_PLACE, role="training"),)
+    rest_s: Annotated[float, Field(ge=0, le=36_000)] = 30.0
+    """Length of a stream at rest, which false alarms are counted in, for every place and noise [s]."""
+    episodes: tuple[SuiteBlock, ...] = ()
+    recordings: tuple[SuiteRecording, ...] = ()
+
+    def sensor(self, place: SuitePlace) -> tuple[ElastomerDesign, Rig]:
+        """Block and rig of a place.
+
+        Raises:
+            ConfigError: A setting is not allowed.
+        """
+        return _sensor_of(self.design, self.rig, place)
+
+    @model_validator(mode="after")
+    def _check_names(self) -> Self:
+        known = {"objects": self.objects, "paths": self.paths, "lights": self.lights, "places": self.places}
+        for key, entries in (*known.items(), ("noises", self.noises), ("recordings", self.recordings)):
+            names = [each.name for each in entries]  # type: ignore[attr-defined]
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                msg = f"{key}.name = '{twice[0]}' is given twice: names must differ"
+                raise ValueError(msg)
+        for block in self.episodes:
+            for key, entries in known.items():
+                choices = [each.name for each in entries]  # type: ignore[attr-defined]
+                for name in getattr(block, key):
+                    if name not in choices:
+                        raise ValueError(unknown_choice(f"episodes.{key}", name, choices))
+        takes = sum(
+            len(block.objects) * len(block.paths) * len(block.lights) * len(block.seeds) * max(1, len(block.places))
+            for block in self.episodes
+        )
+        if takes > MAX_TAKES:
+            msg = f"{takes} combinations in episodes are too many: at most {MAX_TAKES}"
+            raise ValueError(msg)
+        if not self.episodes and not self.recordings:
+            msg = "episodes and recordings are both empty: a suite needs at least one of them"
+            raise ValueError(msg)
+        return self
+
+
+def _sensor_of(design: ElastomerDesign, rig: Rig, place: SuitePlace) -> tuple[ElastomerDesign, Rig]:
+    data = {"design": design.model_dump(mode="json"), "rig": rig.model_dump(mode="json")}
+    changed = apply_overrides(data, list(place.settings))
+    unknown = sorted(set(changed) - set(data))
+    if unknown:
+        raise ConfigError(unknown_choice(f"places.{place.name}: setting of", unknown[0], data))
+    source = f"places.{place.name}"
+    return (
+        validate(ElastomerDesign, changed["design"], source=source),
+        validate(Rig, changed["rig"], source=source),
+    )
+
+
+def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SuiteConfig:
+    """Reads a suite by preset name or path and puts its design and rig in place.
+
+    Args:
+        name: Suite preset or TOML file.
+        overrides: `dotted.key=value` settings; `design.` and `rig.` reach into those files.
+        seed: Seed instead of the file's.
+
+    Raises:
+        PresetError: The suite, its design or its rig does not exist.
+        ConfigError: The content is not acceptable.
+    """
+    path = find_preset("suite", name)
+    data = read_toml(path)
+    named = {"design", "rig"}
+    data = apply_overrides(data, [each for each in overrides if each.partition("=")[0].strip() in named])
+    for kind in sorted(named):
+        if isinstance(data.get(kind), str):
+            data[kind] = read_toml(find_preset(kind, data[kind]))
+    data = apply_overrides(data, [each for each in overrides if each.partition("=")[0].strip() not in named])
+    for each in data.get("recordings", ()) if isinstance(data.get("recordings"), list) else ():
+        if isinstance(each, dict) and isinstance(each.get("folder"), str):
+            each["folder"] = str(path.parent / each["folder"])
+    if seed is not None:
+        data["seed"] = seed
+    suite = validate(SuiteConfig, data, source=path.name)
+    for each in suite.objects:
+        _check_object(each, path.name)
+    for place in suite.places:
+        suite.sensor(place)
+    return suite
+
+
+def _check_object(each: SuiteObject, source: str) -> None:
+    from magicsim.geometry.objects.kinds import parse_object
+
+    try:
+        parse_object(each.object)
+    except ConfigError as error:
+        msg = f"{source}: objects.{each.name}: {error}"
+        raise ConfigError(msg) from None

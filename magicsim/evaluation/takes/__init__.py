@@ -1,0 +1,1 @@
+"""Frames to judge: simulated once and kept, or recorded by a real sensor."""

@@ -1,0 +1,225 @@
+"""Fits assumed constants to images of a real sensor, and says which of them the images determine."""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.config.ranges import check_number
+from magicsim.errors import ConfigError, OutputError
+from magicsim.fit.blocks import check_blocks
+from magicsim.fit.constants import Constant, named, value_of, with_values
+from magicsim.fit.equilibria import Equilibria
+from magicsim.fit.fitted_scene import fitted_scene, write_scene
+from magicsim.fit.model import Comparison, compare, observed_states, render_bases
+from magicsim.fit.observation import Observation
+from magicsim.fit.solve import DETERMINED_SD, UNKNOWN_SD, Solution, scatter, solve
+from magicsim.fit.strengths import Basis, Strengths
+from magicsim.folder import refuse_unsigned
+from magicsim.scenes.scene import SceneConfig
+
+Array = npt.NDArray[np.float64]
+DEFAULT_FREE = ("body_ior", "infill_ior", "infill_scattering", "body_absorption", "strip_margin")
+"""Constants that are fitted where nothing is said."""
+CAMERA_ALONE = ("gamma",)
+"""Constants that change no basis image."""
+NOT_FITTED = ("exposure", "full_well", "read_noise")
+"""Constants that mean frames do not hold: exposure comes with the strengths of the lights, noise is averaged away."""
+MOST_STARTS, MOST_EVALUATIONS = 1000, 100_000
+PAIRS = 4
+"""Independent renderings of the fitted sensor by which the noise of the rendering is told."""
+EDGE = 0.01
+"""A fitted constant so near to an end of its range, as a share of it, would go on beyond."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedConstant:
+    """One constant."""
+
+    name: str
+    field: str
+    value: float
+    low: float
+    high: float
+    """Ends of its assumed range."""
+    plausible: tuple[float, float]
+    """One standard deviation to either side."""
+    sd_share: float
+    """That deviation as a share of the range; 0.29 where the images say nothing. From the residuals and from the noise
+    of the rendering; what is wrong with the model itself is in neither."""
+    render_share: float
+    """The part of it that comes from the noise of the rendering; more particles and samples lower it."""
+    determined: bool
+    """Whether it is below a tenth and the value lies inside the range."""
+    restarts: list[float]
+    """Where each start ended, the best one included."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitResult:
+    """What `magicsim fit` reports."""
+
+    out: str
+    """Scene file of the fitted sensor."""
+    picture: str
+    """Observed and simulated frames, and the residual."""
+    constants: list[FittedConstant]
+    strengths: dict[str, list[float]]
+    """Of each light in units of the rig's, red, green and blue, up to one common factor (the exposure)."""
+    mean_rms: list[float]
+    """Root mean square of what is left of the block means, of red, green and blue [grey levels]."""
+    contrast_rms: list[float]
+    """The same of the contrast inside the blocks."""
+    start_rms: float
+    """Root mean square of all residuals of the scene's own constants [grey levels]."""
+    rms: float
+    """The same of the fitted ones."""
+    restart_rms: list[float]
+    singular_values: list[float]
+    """Of the residuals' derivatives, largest first: what the whole range of a combination of constants changes, as the
+    length of the vector of residuals [grey levels]."""
+    weakest: dict[str, float]
+    """The combination that the images say least of, in shares of the ranges."""
+    evaluations: int
+    seconds: float
+
+
+def fit_constants(
+    scene: SceneConfig, observations: Sequence[Observation], out: Path, *, free: Sequence[str] = DEFAULT_FREE,
+    blocks: tuple[int, int] = (8, 6), starts: int = 2, evaluations: int = 12, seed: int = 0,
+) -> FitResult:  # fmt: skip
+    """Fits constants and writes the fitted scene and a picture of the residual.
+
+    Args:
+        scene: The sensor as it is assumed; everything that is not fitted stays. Its render settings say how well.
+        observations: Of the untouched sensor first, then of scored frames of the scene.
+        out: TOML file; the picture stands beside it, as `.png`.
+        free: Names of the constants, keys of `magicsim.fit.constants.CONSTANTS`.
+        blocks: Down and across.
+        starts: Starts of the search, the scene's own constants first.
+        evaluations: Points tried from each start at most, beside those of derivatives.
+        seed: Of the other starts.
+
+    Raises:
+        MagicsimError: A constant, a scene, an image or the file cannot be used; then nothing is written.
+    """
+    start_time = time.perf_counter()
+    constants = _checked(free, out, starts=starts, evaluations=evaluations)
+    window = scene.rig.camera.window
+    check_blocks(blocks, rows=window.rows, columns=window.columns)
+    if not observations or observations[0].frame is not None:
+        msg = "observations of the untouched sensor are missing; they must come first"
+        raise ConfigError(msg)
+    if not any(scene.rig.lit):
+        msg = "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark: there is nothing to fit"
+        raise ConfigError(msg)
+    observed_states(scene, observations)
+    equilibria = Equilibria()
+    rendered: dict[tuple[float, ...], list[tuple[Basis, Basis]]] = {}
+    optical = [place for place, name in enumerate(constants) if name not in CAMERA_ALONE]
+
+    def values_at(point: Array) -> dict[str, object]:
+        return {each.path: each.at(float(share)) for each, share in zip(constants.values(), point, strict=True)}
+
+    def comparison(point: Array) -> Comparison:
+        values, key = values_at(point), tuple(point[optical].tolist())
+        if key not in rendered:
+            rendered.clear()
+            states = observed_states(with_values(scene, values), observations)
+            rendered[key] = render_bases(scene, values, states, equilibria)
+        return compare(rendered[key], observations, with_values(scene, values).rig.camera, blocks=blocks)
+
+    first = np.array([each.share(value_of(scene, each.path)) for each in constants.values()])
+    start_rms = float(np.sqrt(np.mean(comparison(first).residuals ** 2)))
+    found = solve(lambda point: comparison(point).residuals, first, starts=starts, evaluations=evaluations, seed=seed)
+    best = comparison(found.point)
+    values = values_at(found.point)
+    camera = with_values(scene, values).rig.camera
+    states = observed_states(with_values(scene, values), observations)
+    again = [
+        compare(render_bases(scene, values, states, equilibria, pair=pair), observations, camera, blocks=blocks)
+        for pair in range(1, PAIRS)
+    ]
+    rendering = scatter(found.jacobian, [best.residuals, *(each.residuals for each in again)])
+    told = _told(constants, found, rendering)
+    from magicsim.fit.residual_plot import plot_residual
+
+    picture = _picture(out)
+    plot_residual(observations, best, picture)
+    fitted = fitted_scene(scene, values, best.strengths, best.images[0])
+    write_scene(out, fitted, comment=_comment(told, found, observations))
+    return FitResult(
+        out=str(out), picture=str(picture), constants=told, strengths=_by_light(best.strengths),
+        mean_rms=_rms(best.means), contrast_rms=_rms(best.contrasts), start_rms=start_rms, rms=found.rms,
+        restart_rms=found.ends_rms, singular_values=found.singular_values.tolist(),
+        weakest=dict(zip(constants, found.weakest.tolist(), strict=True)), evaluations=found.evaluations,
+        seconds=time.perf_counter() - start_time,
+    )  # fmt: skip
+
+
+def _picture(out: Path) -> Path:
+    """The picture of the residual stands beside the scene file."""
+    return out.with_suffix(".png")
+
+
+def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -> dict[str, Constant]:
+    constants = named(free)
+    for name in NOT_FITTED:
+        if name in constants:
+            msg = f"constant '{name}' cannot be fitted to mean frames"
+            raise ConfigError(msg)
+    if not constants:
+        msg = "no constant is free; name at least one"
+        raise ConfigError(msg)
+    if out.suffix != ".toml":
+        msg = f"out = {out} is not allowed; must end in .toml"
+        raise ConfigError(msg)
+    if not out.resolve().parent.is_dir():
+        msg = f"scene file '{out}' cannot be written: no such folder"
+        raise OutputError(msg)
+    refuse_unsigned(_picture(out))
+    check_number("starts", starts, 1, MOST_STARTS, whole=True)
+    check_number("evaluations", evaluations, 1, MOST_EVALUATIONS, whole=True)
+    return constants
+
+
+def _told(constants: Mapping[str, Constant], found: Solution, rendering: Array) -> list[FittedConstant]:
+    told = []
+    for place, (name, each) in enumerate(constants.items()):
+        share = float(found.point[place])
+        sd = min(float(np.hypot(found.sd[place], rendering[place])), UNKNOWN_SD)
+        told.append(
+            FittedConstant(
+                name=name, field=each.path, value=each.at(share), low=each.low, high=each.high,
+                plausible=(each.at(max(share - sd, 0.0)), each.at(min(share + sd, 1.0))), sd_share=sd,
+                render_share=float(rendering[place]),
+                determined=sd < DETERMINED_SD and EDGE < share < 1 - EDGE,
+                restarts=[each.at(float(end[place])) for end in found.ends],
+            )
+        )  # fmt: skip
+    return told
+
+
+def _comment(told: Sequence[FittedConstant], found: Solution, observations: Sequence[Observation]) -> str:
+    frames = sum(each.count for each in observations)
+    lines = [
+        f"Written by magicsim fit from {frames} frames of {len(observations)} states; residual {found.rms:.2f} grey."
+    ]
+    for each in told:
+        said = "" if each.determined else ", not determined"
+        lines.append(f"{each.field} = {each.value:.5g}, {each.plausible[0]:.5g} to {each.plausible[1]:.5g}{said}")
+    return "\n".join(lines)
+
+
+def _by_light(strengths: Strengths) -> dict[str, list[float]]:
+    told: dict[str, list[float]] = {}
+    for (name, channel), value in strengths.of.items():
+        told.setdefault(name, [0.0, 0.0, 0.0])[channel] = value
+    return told
+
+
+def _rms(values: Array) -> list[float]:
+    return [float(each) for each in np.sqrt(np.mean(values**2, axis=(0, 1, 2)))]

@@ -1,0 +1,112 @@
+"""Rigid objects that approach and press: all kinds that a user may write, and how their line is read."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, TypeAdapter
+
+from magicsim.config.documents import read_toml
+from magicsim.config.models import validate
+from magicsim.config.presets import find_preset, preset_names
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.geometry.objects.everyday import BananaObject, ScissorsObject, ScrewdriverObject, SpannerObject
+from magicsim.geometry.objects.mesh_object import MeshObject
+from magicsim.geometry.objects.plain import BoxObject, CylinderObject, PunchObject, SphereObject
+from magicsim.geometry.objects.pointed import ConeObject, DomedCylinderObject
+from magicsim.geometry.objects.rigid_object import ObjectBase
+from magicsim.geometry.objects.textured import DotsObject, LinesObject
+
+__all__ = [
+    "OBJECT_KINDS",
+    "BananaObject",
+    "BoxObject",
+    "ConeObject",
+    "CylinderObject",
+    "DomedCylinderObject",
+    "DotsObject",
+    "LinesObject",
+    "MeshObject",
+    "ObjectBase",
+    "ObjectConfig",
+    "PunchObject",
+    "ScissorsObject",
+    "ScrewdriverObject",
+    "SpannerObject",
+    "SphereObject",
+    "find_object",
+    "parse_object",
+]
+
+SEQUENCES = frozenset({"size_mm", "color"})
+"""Keys whose value may be several numbers, written `4x4x8` on the command line."""
+
+AnyObject = (
+    SphereObject
+    | CylinderObject
+    | PunchObject
+    | BoxObject
+    | DomedCylinderObject
+    | ConeObject
+    | DotsObject
+    | LinesObject
+    | SpannerObject
+    | ScrewdriverObject
+    | ScissorsObject
+    | BananaObject
+    | MeshObject
+)
+ObjectConfig = Annotated[AnyObject, Field(discriminator="kind")]
+OBJECT_KINDS: dict[str, type[ObjectBase]] = {
+    "sphere": SphereObject,
+    "cylinder": CylinderObject,
+    "punch": PunchObject,
+    "box": BoxObject,
+    "domed_cylinder": DomedCylinderObject,
+    "cone": ConeObject,
+    "dots": DotsObject,
+    "lines": LinesObject,
+    "spanner": SpannerObject,
+    "screwdriver": ScrewdriverObject,
+    "scissors": ScissorsObject,
+    "banana": BananaObject,
+    "mesh": MeshObject,
+}
+
+
+def parse_object(text: str) -> AnyObject:
+    """Reads `KIND:key=value,key=value`, such as `box:size_mm=4x4x8`, or the name of an object preset, such as `orange`.
+
+    Raises:
+        ConfigError: Unknown kind, name or key, or a value that is not allowed.
+    """
+    kind, separator, settings = text.partition(":")
+    if not separator and (kind in preset_names("object") or kind.endswith(".toml")) and kind not in OBJECT_KINDS:
+        return find_object(kind)
+    if kind not in OBJECT_KINDS:
+        named = [] if separator else preset_names("object")
+        raise ConfigError(unknown_choice("object kind", kind, [*OBJECT_KINDS, *named]))
+    values: dict[str, Any] = {"kind": kind}
+    for setting in filter(None, settings.split(",")):
+        key, separator, value = setting.partition("=")
+        if not separator:
+            msg = f"object '{text}': '{setting}' is not of the form key=value"
+            raise ConfigError(msg)
+        name = key.strip()
+        values[name] = value.split("x") if name in SEQUENCES and "x" in value else value
+    model = validate(OBJECT_KINDS[kind], values, source=f"object '{text}'")
+    return TypeAdapter(ObjectConfig).validate_python(model)
+
+
+def find_object(name: str | Path) -> AnyObject:
+    """An object by preset name, or from the user's own TOML file.
+
+    Raises:
+        PresetError: No such preset or file.
+        ConfigError: The content is not acceptable.
+    """
+    path = find_preset("object", name)
+    data = read_toml(path)
+    kind = str(data.get("kind", ""))
+    if kind not in OBJECT_KINDS:
+        raise ConfigError(f"{path.name}: {unknown_choice('object kind', kind, OBJECT_KINDS)}")
+    return TypeAdapter(ObjectConfig).validate_python(validate(OBJECT_KINDS[kind], data, source=path.name))

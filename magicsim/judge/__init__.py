@@ -1,0 +1,1 @@
+"""Verdicts on an episode, the folder that a main job leaves, and detector profiles fitted to episodes."""

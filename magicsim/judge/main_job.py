@@ -1,0 +1,156 @@
+"""The main job: simulate a scene, judge it, and leave a folder that explains itself."""
+
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import tomli_w
+
+from magicsim.errors import FrameError
+from magicsim.folder import MARKER, SIGNATURE, result_folder
+from magicsim.judge.table import TABLE, frame_file, write_lattice, write_table
+from magicsim.judge.verdicts import PROFILES, judge
+from magicsim.light.variant import activate_variant
+from magicsim.report.animation.preview import animate
+from magicsim.report.page import render_report
+from magicsim.scenes.scene import SceneConfig
+from magicsim.simulation.episode import Episode, Judgement
+from magicsim.simulation.marker_truth import MARKERS, write_markers
+from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.stream import Progress, simulate_with
+
+LOGGER = logging.getLogger(__name__)
+REPORT = "report.html"
+PREVIEW = "preview.webp"
+LATTICE = "lattice.parquet"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSummary:
+    """What `magicsim demo` and `magicsim simulate` report."""
+
+    frames: int
+    """Frames written, references included."""
+    seconds: float
+    """Warm cost of solving, rendering and judging, without compilation and scene build [s]."""
+    seconds_total: float
+    """Everything [s]."""
+    variant: str
+    """Mitsuba variant that rendered."""
+    estimator: str
+    """Estimator that rendered."""
+    contact_accuracy: float | None
+    """Balanced accuracy of contact with the `calibrated` profile; None where a class has no frames."""
+    proximity_accuracy: float | None
+    """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
+    not_judged: str | None
+    """Profiles that gave no verdicts, and why; None where all did, or where the scene has no reference frames."""
+    report: str | None
+    """Path of the HTML report, None where not asked for."""
+    out: str
+    """Folder of all results."""
+
+
+def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None) -> RunSummary:
+    """Simulates a scene, judges it with every standard profile, and writes the episode's folder.
+
+    Args:
+        scene: What happens.
+        out: Folder to write; an earlier result there is replaced at the very end.
+        progress: Told after every frame.
+
+    Raises:
+        MagicsimError: Anything that keeps the episode from being valid, or the folder from being written.
+    """
+    start = time.perf_counter()
+    with result_folder(out) as folder:
+        sensor = Sensor(scene)
+        episode = simulate_with(sensor, progress=progress)
+        before = time.perf_counter()
+        judgements, refused = judged(episode)
+        judging = time.perf_counter() - before
+        write_frames(folder, episode)
+        write_table(folder / TABLE, episode, judgements)
+        if scene.output.displacements:
+            write_lattice(folder / LATTICE, sensor.printed)
+        if sensor.markers is not None:
+            write_markers(folder / MARKERS, sensor.markers, scene.design, scene.rig)
+        if scene.output.preview:
+            verdicts = judgements[0].verdicts if judgements else ()
+            animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
+        if scene.output.report:
+            facts = describe(scene, sensor.renderer.estimator) | ({"Not judged": refused} if refused else {})
+            (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")
+        (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
+    seconds = episode.seconds + judging
+    return _summary(scene, out, episode, judgements, refused, sensor, seconds, time.perf_counter() - start)
+
+
+def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
+    """What every standard profile makes of an episode.
+
+    Detectors refuse a sensor that they cannot judge, such as one whose reference frames show no grid. That is no
+    fault of the frames.
+
+    Returns:
+        The judgements, and which profiles refuse and why; None where none does.
+    """
+    judgements, refusals = [], []
+    for name in PROFILES if episode.references else ():
+        try:
+            judgements.append(judge(episode, name))
+        except FrameError as error:
+            refusals.append(f"profile '{name}': {error}")
+            LOGGER.warning("no verdicts of profile '%s': %s; frames and truth are written without", name, error)
+    return judgements, "; ".join(refusals) or None
+
+
+def write_frames(folder: Path, episode: Episode) -> None:
+    """Writes every frame as a PNG below `frames/`."""
+    (folder / "frames").mkdir()
+    for frame in episode.frames:
+        encoded = cv2.imencode(".png", cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR))[1]
+        (folder / frame_file(frame.truth.index)).write_bytes(encoded.tobytes())
+
+
+def describe(scene: SceneConfig, estimator: str) -> dict[str, str]:
+    """Facts about a scene for its report."""
+    design, render = scene.design, scene.render
+    grid = f"cell {design.cell_mm:g} mm, wall {design.wall_mm:g} mm" if design.has_grid else "no grid"
+    width, length = design.footprint_mm
+    return {
+        "Design": f"{width:g} x {length:g} x {design.height_mm:g} mm, skin {design.skin_mm:g} mm, {grid}",
+        "Light": f"{estimator} ({activate_variant()}), {render.samples} samples a pixel, {render.particles} particles",
+    }
+
+
+def _resolved(scene: SceneConfig) -> dict[str, object]:
+    return scene.model_dump(mode="json", exclude_none=True)
+
+
+def _summary(
+    scene: SceneConfig,
+    out: Path,
+    episode: Episode,
+    judgements: Sequence[Judgement],
+    refused: str | None,
+    sensor: Sensor,
+    seconds: float,
+    seconds_total: float,
+) -> RunSummary:
+    score = next((each.score for each in judgements if each.profile == PROFILES[0]), None)
+    return RunSummary(
+        frames=len(episode.frames),
+        seconds=round(seconds, 3),
+        seconds_total=round(seconds_total, 3),
+        variant=activate_variant(),
+        estimator=sensor.renderer.estimator,
+        contact_accuracy=score.contact.accuracy if score else None,
+        proximity_accuracy=score.proximity.accuracy if score else None,
+        not_judged=refused,
+        report=str(out / REPORT) if scene.output.report else None,
+        out=str(out),
+    )

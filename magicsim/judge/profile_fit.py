@@ -1,0 +1,184 @@
+"""Fits a detector profile to labelled episodes of one sensor and saves it, so that every design is judged fairly."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.config.models import apply_overrides
+from magicsim.detectors.combined import detect_all
+from magicsim.detectors.fusion import fuse
+from magicsim.detectors.profiles.calibrate import Candidates, fit_profile
+from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profiles.profile_file import load_profile, save_profile
+from magicsim.detectors.profiles.roc import RocCurve, rates_at, roc_curve
+from magicsim.detectors.profiles.validation import cross_validate, score_profile
+from magicsim.detectors.profiles.widths import fit_widths
+from magicsim.detectors.scoring.episode import Episode, scored_classes
+from magicsim.detectors.scoring.score import DetectionScore
+from magicsim.detectors.scoring.truth import FrameClass
+from magicsim.detectors.verdict import Proximity, Verdict
+from magicsim.errors import ConfigError, FrameError, OutputError, unknown_choice
+from magicsim.judge.recorded import read_episode
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Separation:
+    """How well one feature tells two groups of training frames apart, and where its threshold lies."""
+
+    area: float
+    """Area under the ROC curve, 0..1."""
+    threshold: float
+    """The fitted threshold, in the feature's unit."""
+    hit_rate: float
+    """Share of positives beyond the threshold, 0..1."""
+    false_alarm_rate: float
+    """Share of negatives beyond the threshold, 0..1."""
+    curve: list[tuple[float, float]]
+    """False alarm rate and hit rate of every threshold, from the strictest."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitSummary:
+    """What `magicsim calibrate` reports."""
+
+    profile: str
+    """File of the fitted profile."""
+    options: dict[str, float | int | str]
+    """Every value of the profile."""
+    frames: dict[str, int]
+    """Training frames of each class."""
+    candidates: int
+    """Combinations of options that were tried."""
+    proximity_accuracy: float | None
+    """Balanced accuracy on the training frames, 0..1."""
+    contact_accuracy: float | None
+    """Balanced accuracy of the combined verdict on the training frames, 0..1."""
+    cross_validated_proximity_accuracy: float | None
+    """The same with each episode judged by a fit to the others; None where those lack a class."""
+    cross_validated_contact_accuracy: float | None
+    base_proximity_accuracy: float | None
+    """Balanced accuracy of the base profile on the same frames, 0..1."""
+    base_contact_accuracy: float | None
+    roc: dict[str, Separation]
+    """`brightening`: Near and Light against Clear by E; `light`: Light against Near and Contact by C; `touch`: Contact
+    against the rest by S, frames called Noise left out."""
+
+
+def calibrate(
+    episodes: Sequence[Path], out: Path, *, base: str | Path = "published", settings: Sequence[str] = ()
+) -> FitSummary:
+    """Fits thresholds, options and widths to labelled episodes and writes them as a profile.
+
+    Args:
+        episodes: Folders of labelled episodes of one sensor (`magicsim.judge.recorded.read_episode`), every class of
+            frame in at least one of them.
+        out: TOML file to write.
+        base: Profile that gives everything that is not fitted.
+        settings: `key=value`: one value or a list for an option that is searched, one value for another of the base.
+
+    Raises:
+        MagicsimError: Episodes, settings or the file cannot be used; then nothing is written.
+    """
+    if out.suffix != ".toml":
+        msg = f"out = {out} is not allowed; must end in .toml"
+        raise ConfigError(msg)
+    if not out.parent.is_dir():
+        msg = f"profile file '{out}' cannot be written: no such folder"
+        raise OutputError(msg)
+    start, candidates = _search(load_profile(base), settings)
+    labelled = [read_episode(folder) for folder in episodes]
+    fitted = fit_profile(start, labelled, candidates)
+    profile = fit_widths(fitted.best.profile, labelled)
+    seen, unseen = score_profile(profile, labelled), cross_validate(start, labelled, candidates)
+    before = _base_score(start, labelled)
+    names = ", ".join(folder.resolve().name for folder in episodes)
+    save_profile(profile, out, comment=f"Fitted by magicsim calibrate to {names}.\nValid for that sensor only.")
+    classes = scored_classes(labelled)
+    return FitSummary(
+        profile=str(out),
+        options=dataclasses.asdict(profile),
+        frames={str(each): classes.count(each) for each in FrameClass},
+        candidates=len(fitted.candidates),
+        proximity_accuracy=seen.proximity.accuracy,
+        contact_accuracy=seen.contact.accuracy,
+        cross_validated_proximity_accuracy=unseen.proximity.accuracy if unseen else None,
+        cross_validated_contact_accuracy=unseen.contact.accuracy if unseen else None,
+        base_proximity_accuracy=before.proximity.accuracy if before else None,
+        base_contact_accuracy=before.contact.accuracy if before else None,
+        roc=separations(profile, labelled),
+    )
+
+
+def separations(profile: DetectorProfile, episodes: Sequence[Episode]) -> dict[str, Separation]:
+    """ROC of entropy, correlation and similarity on the scored frames; a group without frames leaves its ROC out."""
+    verdicts = [each for episode in episodes for each in _scored_verdicts(profile, episode)]
+    labels = np.array(scored_classes(episodes), dtype=object)
+    clear, near, contact, light = (labels == each for each in FrameClass)
+    entropy, correlation, similarity = (
+        np.array([getattr(each, name) for each in verdicts]) for name in ("entropy", "correlation", "similarity")
+    )
+    dark = np.array([each.proximity is not Proximity.NOISE for each in verdicts])
+    # A similarity below its threshold is a touch, so its sign turns; a value at the threshold is none.
+    touch_from = float(np.nextafter(-profile.tau_g, np.inf))
+    told = {
+        "brightening": (entropy, near | light, clear, profile.tau_e, profile.tau_e),
+        "light": (correlation, light, near | contact, profile.tau_c, profile.tau_c),
+        "touch": (-similarity, contact & dark, ~contact & dark, touch_from, profile.tau_g),
+    }
+    return {
+        name: _separation(scores[positive | negative], positive[positive | negative], cut, threshold)
+        for name, (scores, positive, negative, cut, threshold) in told.items()
+        if positive.any() and negative.any()
+    }
+
+
+def _separation(
+    scores: npt.NDArray[np.float64], positive: npt.NDArray[np.bool_], cut: float, threshold: float
+) -> Separation:
+    curve: RocCurve = roc_curve(scores, positive)
+    hits, alarms = rates_at(scores, positive, cut)
+    return Separation(
+        area=curve.area,
+        threshold=threshold,
+        hit_rate=hits,
+        false_alarm_rate=alarms,
+        curve=list(zip(curve.false_alarm_rate.tolist(), curve.hit_rate.tolist(), strict=True)),
+    )
+
+
+def _scored_verdicts(profile: DetectorProfile, episode: Episode) -> list[Verdict]:
+    frames = [frame for frame, each in zip(episode.frames, episode.classes, strict=True) if each is not None]
+    return detect_all(frames, fuse(episode.references, profile), profile)
+
+
+def _base_score(base: DetectorProfile, episodes: Sequence[Episode]) -> DetectionScore | None:
+    """Score before the fit; None where the base's references show no grid."""
+    try:
+        return score_profile(base, episodes)
+    except FrameError:
+        return None
+
+
+def _search(base: DetectorProfile, settings: Sequence[str]) -> tuple[DetectorProfile, Candidates]:
+    """Base and candidates with the settings put in."""
+    given: Mapping[str, Any] = apply_overrides({}, settings)
+    fixed = {each.name for each in dataclasses.fields(DetectorProfile)}
+    searched = {each.name for each in dataclasses.fields(Candidates)}
+    fitted = {"tau_e", "tau_c", "tau_g", "entropy_width", "correlation_width", "similarity_width", "schema_version"}
+    for key in given:
+        if key not in fixed - fitted:
+            raise ConfigError(unknown_choice("option", key, fixed - fitted))
+    lists = {key: value if isinstance(value, list) else [value] for key, value in given.items() if key in searched}
+    for key, values in lists.items():
+        for value in values:
+            dataclasses.replace(base, **{key: value})  # refuses what is not allowed
+        if not values:
+            msg = f"{key} = [] is not allowed; must hold at least one value"
+            raise ConfigError(msg)
+    others = {key: value for key, value in given.items() if key not in searched}
+    return dataclasses.replace(base, **others), dataclasses.replace(Candidates(), **lists)

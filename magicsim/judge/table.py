@@ -1,0 +1,100 @@
+"""An episode as a Parquet table: one row a frame with its truth and every profile's verdict."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from magicsim.deform.lattice.structure import Lattice
+from magicsim.detectors.verdict import NUMBERS, WORDS
+from magicsim.simulation.episode import Episode, Judgement, SimulatedFrame
+
+TABLE = "episode.parquet"
+"""Name of the table in a folder of results."""
+
+
+def frame_file(index: int) -> str:
+    """Name of a frame's image inside the episode's folder."""
+    return f"frames/{index:05d}.png"
+
+
+def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -> None:
+    """Writes truth and verdicts, one row a frame, references included."""
+    skipped = len(episode.references)
+    marked = episode.scene.design.markers is not None
+    rows = [_row(frame) | (_marker_row(frame) if marked else {}) for frame in episode.frames]
+    for judgement in judgements:
+        for row, frame in zip(rows, episode.frames, strict=True):
+            number = frame.truth.index - skipped
+            verdict = judgement.verdicts[number].as_dict() if number >= 0 else {}
+            for key in (*NUMBERS, *WORDS):
+                row[f"{judgement.profile}_{key}"] = verdict.get(key)
+    pq.write_table(pa.Table.from_pylist(rows, schema=_schema(judgements, marked=marked)), path, compression="zstd")
+
+
+def write_lattice(path: Path, lattice: Lattice) -> None:
+    """Writes the rest positions of the nodes that the displacements belong to."""
+    columns = {f"{axis}_mm": lattice.nodes_mm[:, number] for number, axis in enumerate("xyz")}
+    pq.write_table(pa.table(columns), path, compression="zstd")
+
+
+def _schema(judgements: Sequence[Judgement], *, marked: bool) -> pa.Schema:
+    number, vector = pa.float64(), pa.list_(pa.float64(), 3)
+    fields = [
+        ("frame", pa.int32()), ("file", pa.string()), ("time_s", number), ("is_reference", pa.bool_()),
+        ("frame_class", pa.string()), ("gap_mm", number), ("x_mm", number), ("y_mm", number), ("twist_deg", number),
+        ("flashlight", pa.bool_()), ("contact", pa.bool_()), ("depth_mm", number), ("force_n", vector),
+        ("torque_nmm", vector), ("contact_area_mm2", number), ("iterations", pa.int32()), ("min_jacobian", number),
+        ("max_penetration_mm", number), ("force_balance", number), ("contact_mask_png", pa.binary()),
+        ("displacements_mm", pa.list_(pa.float32())),
+    ]  # fmt: skip
+    if marked:
+        fields += [(name, pa.list_(pa.list_(number))) for name in ("markers_mm", "markers_px")]
+    for judgement in judgements:
+        fields += [(f"{judgement.profile}_{key}", number) for key in NUMBERS]
+        fields += [(f"{judgement.profile}_{key}", pa.string()) for key in WORDS]
+    return pa.schema(fields)
+
+
+def _row(frame: SimulatedFrame) -> dict[str, Any]:
+    truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
+    moved = frame.displacements_mm
+    return {
+        "frame": truth.index,
+        "file": frame_file(truth.index),
+        "time_s": truth.time_s,
+        "is_reference": truth.is_reference,
+        "frame_class": str(truth.frame_class) if truth.frame_class is not None else None,
+        "gap_mm": state.gap_mm,
+        "x_mm": state.x_mm,
+        "y_mm": state.y_mm,
+        "twist_deg": state.twist_deg,
+        "flashlight": state.flashlight,
+        "contact": truth.contact,
+        "depth_mm": truth.depth_mm,
+        "force_n": list(truth.force_n),
+        "torque_nmm": list(truth.torque_nmm),
+        "contact_area_mm2": truth.contact_area_mm2,
+        "iterations": solve.iterations,
+        "min_jacobian": solve.min_jacobian,
+        "max_penetration_mm": solve.max_penetration_mm,
+        "force_balance": solve.force_balance,
+        "contact_mask_png": _png(frame.contact_mask) if frame.contact_mask is not None else None,
+        "displacements_mm": moved.ravel() if moved is not None else None,
+    }
+
+
+def _marker_row(frame: SimulatedFrame) -> dict[str, Any]:
+    places, pixels = frame.markers_mm, frame.markers_px
+    return {
+        "markers_mm": places.tolist() if places is not None else None,
+        "markers_px": pixels.tolist() if pixels is not None else None,
+    }
+
+
+def _png(mask: np.ndarray[Any, np.dtype[np.bool_]]) -> bytes:
+    return bytes(cv2.imencode(".png", mask.astype(np.uint8) * 255)[1].tobytes())

@@ -1,0 +1,1 @@
+"""Light and image of one frame: the untouched sensor's, and what the frame changes of it."""

@@ -1,0 +1,35 @@
+"""Image of a frame, anchored to the untouched sensor: its careful image and what the frame changes."""
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.camera.window import Window
+from magicsim.light.frame.shared_noise import REACH_PX, change_without_shared_noise
+
+FloatImage = npt.NDArray[np.float32]
+
+
+def anchored_image(
+    now: FloatImage, cheap: FloatImage, careful: FloatImage, changed: npt.NDArray[np.bool_]
+) -> FloatImage:
+    """The careful image and the change that a frame shows, less shared noise.
+
+    Nothing smooths it: detail keeps its contrast (`benchmarks/detail.py`), and noise that is the frame's own stays.
+
+    Args:
+        now: Radiance of the frame, shape (rows, columns, 3).
+        cheap: The untouched sensor with the frame's random numbers and samples, of the same shape.
+        careful: The untouched sensor with many samples, of the same shape.
+        changed: Which pixels the frame can change, shape (rows, columns); the others are the careful ones.
+    """
+    result = careful.copy()
+    if not changed.any():
+        return result
+    rows, columns = (np.flatnonzero(changed.any(axis)) for axis in (1, 0))
+    box = Window(
+        column=int(columns[0]), row=int(rows[0]), columns=int(np.ptp(columns)) + 1, rows=int(np.ptp(rows)) + 1
+    ).grown(REACH_PX, changed.shape[1], changed.shape[0])
+    change = change_without_shared_noise(*(box.of(each) for each in (now, cheap, careful)))
+    part = np.maximum(box.of(careful) + change, 0)
+    box.of(result)[...] = np.where(box.of(changed)[..., None], part, box.of(careful))
+    return result

@@ -1,0 +1,69 @@
+"""Image of one frame from recorded camera paths: what light and things outside change of the untouched sensor's image.
+
+A path serves as long as no surface that it meets inside the block has moved. What it then meets outside, and the light
+that it gathers on its way, are those of the frame. Where a press has moved something on a pixel's way, its paths are
+traced anew, with the random numbers of recorded ones: what both differ by is the change (`anchored_image`).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.light.records.untouched import Untouched
+from magicsim.light.records.untouched_passes import follow_camera
+from magicsim.light.transport.integrator import FluenceIntegrator
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.outside import Outside
+
+FloatImage = npt.NDArray[np.float32]
+Numbers = npt.NDArray[np.uint32]
+MIRRORED_PER_SAMPLE = 3
+"""Paths that a glossy object sends on, for each camera sample: its highlights are small and bright."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """What a frame shows to paths through the untouched block."""
+
+    scene: Any
+    """The loaded scene, with nothing before the block."""
+    outside: Outside
+    """What stands there."""
+    field: LightField
+    """Light in the block and on the object."""
+    finish: Finish
+    """Surface of the object."""
+    samples: int
+    """Camera samples of each pixel that are traced on where the object mirrors."""
+    seed: int
+    """Of the frame."""
+
+    def through(self, rest: Untouched, light: LightField, pixels: Numbers) -> npt.NDArray[np.float64]:
+        """Radiance of some pixels by the paths of one record, shape (pixels, 3).
+
+        Args:
+            rest: The untouched sensor, with its paths.
+            light: Of the untouched sensor, that its image was gathered from.
+            pixels: Numbers of the pixels, row by row of the film.
+        """
+        integrator: FluenceIntegrator = self.scene.integrator()
+        change = LightField(
+            fluence=self.field.fluence - light.fluence, body=self.field.body - light.body, irradiance=light.irradiance
+        )
+        paths = rest.paths
+        seen = paths.glow(integrator.elements(self.scene, change), pixels)
+        seen += paths.seen_outside(self.scene, self.outside, self.field.irradiance, self.finish, pixels)
+        seen += paths.mirrored(
+            self.outside, self.finish, pixels, lambda starts: follow_camera(
+                self.scene, self.outside, starts, self.field, self.finish, seed=self.seed
+            ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
+        )  # fmt: skip
+        return np.asarray(np.maximum(rest.image.reshape(-1, 3)[pixels] + seen, 0))
+
+
+def own_field(scene: Any, rest: Untouched) -> LightField:
+    """Light of all lights of the untouched sensor."""
+    return total([scene.integrator().darkness(scene), *rest.fields.values()])

@@ -1,0 +1,159 @@
+"""Light of one frame: that of the untouched sensor, and what object, outside lights and deformation change of it.
+
+While nothing touches, what the object adds is traced from recorded light, and nothing else changes. A touched frame
+traces its particles anew; what they differ by from the same particles just before contact is the change that counts, as
+far as it is more than noise (`anchored_light`). So light is the same estimate on both sides of the first contact.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.light.frame.anchored_light import anchored_light
+from magicsim.light.records.untouched import Untouched
+from magicsim.light.records.untouched_passes import follow_light
+from magicsim.light.transport.integrator import FluenceIntegrator
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
+from magicsim.light.world.outside import Outside
+
+Array = npt.NDArray[np.float64]
+LIFTED_MM = 2e-3
+"""Gap of the last state before contact [mm]."""
+LIFTED_DIGITS = 7
+"""Decimals of the object's vertices there [mm], so that all depths of one press have the very same ones."""
+CHANNELS = 3
+
+
+def lifted(vertices: Array) -> Array:
+    """The object moved back along z until it only just does not touch, shape (vertices, 3) [mm].
+
+    Args:
+        vertices: The object where it is, of the same shape [mm].
+    """
+    return np.asarray(np.round(vertices - np.array([0.0, 0.0, vertices[:, 2].max() + LIFTED_MM]), LIFTED_DIGITS))
+
+
+def free_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
+    """Light in the untouched block and on what stands before it.
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        outside: What stands there.
+        careful: The untouched sensor.
+        cheap: The same with the particles and random numbers of the frame.
+        seed: Of the frame.
+    """
+    return total([_own_light(scene, outside, careful, cheap, seed=seed), _flashlight(scene, outside, seed=seed)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Before:
+    """Light of the last state before contact, which frames along one press share."""
+
+    careful: LightField
+    """As well as it is known."""
+    traced: LightField
+    """By the particles of the frame."""
+
+
+def before_contact(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> Before:
+    """Light of strips and room when the block was last untouched.
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        outside: What stood before the block then.
+        careful: The untouched sensor.
+        cheap: The same with the particles and random numbers of the frame.
+        seed: Of the frame.
+    """
+    return Before(
+        careful=_own_light(scene, outside, careful, cheap, seed=seed),
+        traced=_traced_before(scene, outside, cheap, seed=seed),
+    )
+
+
+def touched_light(world: Any, before: Before, careful: Untouched, *, seed: int) -> LightField:
+    """Light in the deformed block and on the object.
+
+    Args:
+        world: The loaded scene of the frame.
+        before: Light of the last state before contact.
+        careful: The untouched sensor.
+        seed: Of the frame.
+    """
+    integrator: FluenceIntegrator = world.integrator()
+    fields = integrator.light_fields(world, integrator.shares(world), seed=seed)
+    lamp = fields.pop(FLASHLIGHT, None)
+    dark = integrator.darkness(world)
+    now = total([dark, *fields.values()])
+    held, held_before = integrator.held_mm3(world), careful.held_mm3
+    growth = np.divide(held, held_before, out=np.zeros_like(held), where=held_before > 0)
+    voxels = integrator.voxels.counts if integrator.voxels is not None else None
+    states = [_by_channel(each) for each in (now, before.traced, before.careful)]
+    found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth)
+    anchored = replace(total(list(found.values())), irradiance=now.irradiance)
+    return total([anchored, *([lamp] if lamp is not None else [])])
+
+
+def _own_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
+    """Light of strips and room with something outside: the untouched sensor's, and what the object adds to it."""
+    integrator: FluenceIntegrator = scene.integrator()
+    dark = integrator.darkness(scene, outside)
+    known = replace(total([integrator.darkness(scene), *careful.fields.values()]), irradiance=dark.irradiance)
+    if outside.object is None:
+        return known
+    back, counts = follow_light(scene, outside, careful.light, seed=seed), integrator.counts
+    voxels = integrator.voxels.counts if integrator.voxels is not None else None
+    lit = total([known, back])
+    lit = replace(anchored_light({"": lit}, {"": known}, {"": known}, counts, voxels)[""], irradiance=back.irradiance)
+    if ENVIRONMENT not in careful.fields:
+        return lit
+    room = _room(scene, outside, cheap, seed=seed)
+    traced, rest = (each.fields[ENVIRONMENT] for each in (cheap, careful))
+    changed = anchored_light({"": room}, {"": traced}, {"": rest}, counts, voxels)[""]
+    return LightField(
+        fluence=lit.fluence + changed.fluence - rest.fluence,
+        body=lit.body + changed.body - rest.body,
+        irradiance=lit.irradiance + room.irradiance,
+    )
+
+
+def _traced_before(scene: Any, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
+    """Light of strips and room with something outside, by the particles of the frame."""
+    integrator: FluenceIntegrator = scene.integrator()
+    fields = dict(cheap.fields)
+    if ENVIRONMENT in fields:
+        fields[ENVIRONMENT] = _room(scene, outside, cheap, seed=seed)
+    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in fields.values()]
+    rest = total([integrator.darkness(scene), *unseen])
+    back = follow_light(scene, outside, cheap.light, seed=seed)
+    return replace(rest, fluence=rest.fluence + back.fluence, body=rest.body + back.body, irradiance=back.irradiance)
+
+
+def _room(scene: Any, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
+    """Light of the room, of which the object keeps some out, by the particles of the frame."""
+    integrator: FluenceIntegrator = scene.integrator()
+    count = {ENVIRONMENT: cheap.particles[ENVIRONMENT]}
+    return integrator.light_fields(scene, count, seed=seed, outside=outside)[ENVIRONMENT]
+
+
+def _flashlight(scene: Any, outside: Outside, *, seed: int) -> LightField:
+    """Light of the flashlight in the block and on the object; it reflects nothing itself."""
+    integrator: FluenceIntegrator = scene.integrator()
+    dark = integrator.darkness(scene, outside)
+    # Nothing else is traced from a light.
+    particles = {FLASHLIGHT: integrator.particles} if outside.flashlight is not None else {}
+    return total([dark, *integrator.light_fields(scene, particles, seed=seed, outside=outside).values()])
+
+
+def _by_channel(field: LightField) -> dict[str, LightField]:
+    """One field for each channel, dark in the others: what changes one colour of light need not change another."""
+    return {
+        f"channel {number}": LightField(
+            fluence=field.fluence * only, body=field.body * only, irradiance=np.zeros((1, CHANNELS))
+        )
+        for number, only in enumerate(np.eye(CHANNELS))
+    }

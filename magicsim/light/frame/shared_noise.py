@@ -1,0 +1,56 @@
+"""What of the untouched sensor's noise a frame shares with it, found from the images themselves.
+
+Frames of an episode share their random numbers. Where nothing changed a frame has the very noise of the untouched
+sensor's cheap image; where the grid is deformed its camera paths are others, and taking that noise off would add it.
+"""
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import gaussian_filter, gaussian_filter1d
+
+FloatImage = npt.NDArray[np.float32]
+Array = npt.NDArray[np.float64]
+SPREAD_PX = 6.0
+"""Standard deviation of the weights of neighbouring pixels [px]: half as much is noisier, more blurs what is local."""
+REACH_PX = 12
+"""Largest distance of a neighbour along columns and rows [px]."""
+
+
+def change_without_shared_noise(now: FloatImage, cheap: FloatImage, careful: FloatImage) -> Array:
+    """How a frame differs from the untouched sensor, less the noise that both share, shape (rows, columns, 3).
+
+    The share is the linear regression of the frame on that noise over all neighbours, with a constant for each channel.
+    A pixel's own values are left out, so that its own noise does not choose its share: the mean stays as it is (a
+    control variate with a coefficient that is independent of what it multiplies). Up to six pixels from the border the
+    mirror brings them back with a weight of 1 % at most. Every pixel sums in one order: crops are exact.
+
+    Args:
+        now: Radiance of the frame, shape (rows, columns, 3).
+        cheap: The untouched sensor with the frame's random numbers and samples, of the same shape.
+        careful: The untouched sensor with many samples, of the same shape.
+    """
+    noise = cheap.astype(np.float64) - careful
+    changed = now.astype(np.float64) - careful
+    shared, squared = _covariance(changed, noise), _covariance(noise, noise)
+    share = np.clip(np.divide(shared, squared, out=np.zeros_like(shared), where=squared > 0), 0, 1)
+    return np.asarray(changed - share * noise)
+
+
+def _covariance(one: Array, other: Array) -> Array:
+    """Over the neighbours of each pixel, summed over the channels, shape (rows, columns, 1)."""
+    each = _of_neighbours(one * other) - _of_neighbours(one) * _of_neighbours(other)
+    return np.asarray(each.sum(2, keepdims=True))
+
+
+def _of_neighbours(values: Array) -> Array:
+    """Weighted mean over the pixels around each, without itself, in every channel."""
+    own = _own_weight()
+    # Mirrored at the border, which the mean then does not count again.
+    around = gaussian_filter(values, SPREAD_PX, mode="mirror", radius=REACH_PX, axes=(0, 1))
+    return np.asarray((around - own * values) / (1 - own))
+
+
+def _own_weight() -> float:
+    pulse = np.zeros(2 * REACH_PX + 1)
+    pulse[REACH_PX] = 1
+    return float(gaussian_filter1d(pulse, SPREAD_PX, radius=REACH_PX)[REACH_PX]) ** 2

@@ -1,0 +1,166 @@
+"""Radiance of one sensor in any state by an estimator alone, every image for itself."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.camera.film import Film, film
+from magicsim.errors import RenderError
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.backend import mi
+from magicsim.light.refinement import MAX_PASSES, Refinement
+from magicsim.light.transport.estimator import choose_estimator, integrator_entry
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.loaded_scene import World
+from magicsim.light.world.loaded_scenes import Worlds
+from magicsim.light.world.scene_dict import lights_off
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.view import View
+
+Array = npt.NDArray[np.float64]
+FloatImage = npt.NDArray[np.float32]
+
+
+class PlainRenderer:
+    """Owns the Mitsuba scenes of one elastomer on one rig."""
+
+    def __init__(
+        self,
+        elastomer: Elastomer,
+        rig: Rig,
+        settings: RenderSettings,
+        *,
+        seed: int,
+        object_mesh: SurfaceMesh | None = None,
+        object_finish: Finish | None = None,
+    ) -> None:
+        """Prepares; scenes are loaded when a view first needs them.
+
+        Args:
+            elastomer: The block.
+            rig: What surrounds it.
+            settings: Estimator, samples, particles.
+            seed: Monte Carlo seed that all frames share.
+            object_mesh: The object in its own frame, if one will come.
+            object_finish: Its surface; grey by default.
+
+        Raises:
+            RenderError: The estimator cannot do what the materials ask for.
+        """
+        self.elastomer = elastomer
+        self.rig = rig
+        self.settings = settings
+        self.seed = seed
+        self.object_mesh = object_mesh
+        self.object_finish = object_finish or Finish()
+        self.estimator = choose_estimator(settings.estimator, elastomer, rig)
+        self._film = film(elastomer.design, rig, rig.camera.window)
+        self._worlds = Worlds(elastomer, rig, object_mesh, self.object_finish, self.integrator_entry())
+
+    def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
+        """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
+
+        Args:
+            view: What to see.
+            turn: Another number is an independent image of the same view.
+        """
+        world = self.world(view)
+        return self._lit(world, lights_of(world), turn=turn)
+
+    def basis(self, view: View, *, turn: int = 0) -> dict[str, FloatImage]:
+        """One linear radiance image for each light that a view has, each of shape (rows, columns, 3).
+
+        Rendering is linear in the lights and all images share their random numbers: those of `plain_radiance` are their
+        sum, and other strengths or colours of the lights a weighted one (see `relight`).
+
+        Args:
+            view: What to see.
+            turn: Another number gives independent images of the same view.
+        """
+        world, images = self.world(view), {}
+        try:
+            for name in lights_of(world):
+                world.light_only(name)
+                images[name] = self._lit(world, [name], turn=turn)
+        finally:
+            world.light_only(None)
+        return images
+
+    def refined(self, view: View, relative_error: float) -> Refinement:
+        """Independent images of a view until their mean is as good as asked for, or `MAX_PASSES` have been taken.
+
+        Args:
+            view: What to see.
+            relative_error: Root mean square error over pixels and channels in units of the mean, see `Refinement`.
+        """
+        world = self.world(view)
+        names, refinement = lights_of(world), Refinement()
+        while not refinement.is_within(relative_error) and refinement.passes < MAX_PASSES:
+            refinement.add(self._lit(world, names, turn=refinement.passes))
+        return refinement
+
+    def world(self, view: View) -> World:
+        """The Mitsuba scene that shows a view, loaded when it is first needed."""
+        return self._worlds.of(view, self._placed(view))
+
+    def _placed(self, view: View) -> Array | None:
+        """Vertices of the object in the sensor's frame [mm], or None where there is none."""
+        if view.indenter is None or self.object_mesh is None:
+            return None
+        return view.indenter.pose.to_sensor(self.object_mesh.vertices)
+
+    def integrator_entry(self) -> dict[str, Any]:
+        """The integrator's entry of a scene dictionary."""
+        return integrator_entry(self.estimator, self.elastomer, self.rig, self.settings, self.object_finish)
+
+    def _lit(self, world: World, names: list[str], *, turn: int = 0, read: Film | None = None) -> FloatImage:
+        """An image by some lights, others being off; every turn is independent of the others."""
+        seed = self.seed + turn
+        if not set(names) - set(lights_off(self.rig)):
+            window = (read or self._film).window
+            return (read or self._film).seen(np.zeros((window.rows, window.columns, 3), np.float32))
+        if self.estimator == "path":
+            used = read or self._film
+            image = np.array(mi.render(world.scene, spp=self.settings.samples, seed=seed), np.float32)
+            return used.seen(checked(np.asarray(used.window.of(image))))
+        integrator = world.scene.integrator()
+        shares = integrator.shares(world.scene)
+        fields = integrator.light_fields(world.scene, {name: shares[name] for name in names}, seed=seed)
+        field = integrator.with_lit_object(
+            world.scene, total([integrator.darkness(world.scene), *fields.values()]),
+            particles=self.settings.particles, seed=seed,
+        )  # fmt: skip
+        return self._gather(world, field, self.settings.samples, seed, pattern=turn, read=read)
+
+    def _gather(
+        self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0, read: Film | None = None
+    ) -> FloatImage:
+        used = read or self._film
+        image = world.scene.integrator().gather(
+            world.scene, field, samples=samples, seed=seed, pattern=pattern, window=used.window
+        )
+        return used.seen(checked(np.array(image, np.float32)))
+
+
+def lights_of(world: World) -> list[str]:
+    """Names of all lights of a scene."""
+    from magicsim.light.world.shapes import lights
+
+    return lights(world.scene)
+
+
+def checked(image: FloatImage) -> FloatImage:
+    """The image itself.
+
+    Raises:
+        RenderError: A value is not finite.
+    """
+    bad = int(np.count_nonzero(~np.isfinite(image)))
+    if bad:
+        msg = f"the rendered image holds {bad} values that are not finite"
+        raise RenderError(msg)
+    return image

@@ -1,0 +1,72 @@
+"""How far an object can be seen: beyond that it is left out, and no pixel changes by more than a stated bound.
+
+In a dark room nothing is brighter than the lights, so what is at distance d from the middle of a block of circumscribed
+radius r sees no more than the brightest light's radiance, from within the block's solid angle 2 pi (1 - sqrt(1 -
+(r / d)^2)). A matte object sends reflectance / pi of that back at most, and a block that only bends, scatters and
+absorbs makes nothing of it brighter.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.camera.exposure import Exposure, FloatImage, meter
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.scene_dict import AIR_GAP_MM
+from magicsim.scenes.rig import Camera, Rig
+
+Array = npt.NDArray[np.float64]
+FAINT_LEVELS = 0.5
+"""What cannot change any pixel by more is left out [grey levels]: rounding to 8 bit does as much."""
+
+
+def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig: Rig, untouched: FloatImage) -> bool:
+    """Whether an object is too far to be seen.
+
+    Never where the room is lit, since an object hides what is behind it at any distance, nor where it mirrors: a
+    mirror is as bright as what it shows; nor where exposure is live, since gains then are not known beforehand.
+
+    Args:
+        gap_mm: From the contact face to its highest point [mm].
+        finish: Its surface.
+        design: The block.
+        rig: Its lights; a flashlight counts as on.
+        untouched: Linear radiance of the whole sensor at rest, which exposure is locked on, shape (rows, columns, 3).
+    """
+    if (
+        rig.camera.live is not None
+        or max(rig.room_light) > 0
+        or finish.specular > 0
+        or finish.is_ghost
+        or gap_mm <= rig.flashlight.distance_mm
+    ):
+        return False
+    sent_back = brightest_return(gap_mm, finish, design, rig)
+    return grey_levels(sent_back, meter(untouched, rig.camera, rig.lit), rig.camera) <= FAINT_LEVELS
+
+
+def brightest_return(gap_mm: float, finish: Finish, design: ElastomerDesign, rig: Rig) -> Array:
+    """Bound of the radiance of each channel that a matte object sends back, shape (3,); arguments as above."""
+    height = design.height_mm + rig.lens.thickness_mm
+    radius = float(np.linalg.norm([*design.footprint_mm, height])) / 2 + AIR_GAP_MM
+    distance = gap_mm + height / 2
+    if distance <= radius:
+        return np.full(3, np.inf)
+    solid_angle = 2 * np.pi * (1 - np.sqrt(1 - (radius / distance) ** 2))
+    brightest = np.max([rig.flashlight.radiance, *rig.lamps], axis=0)
+    reflectance = np.ones(3) if finish.vertex_colors else np.array(finish.color)
+    return np.asarray(reflectance / np.pi * solid_angle * brightest)
+
+
+def grey_levels(radiance: Array, exposure: Exposure, camera: Camera) -> float:
+    """The most that some radiance can add to a pixel, where the tone curve is steepest [grey levels].
+
+    Args:
+        radiance: Of each channel, shape (3,).
+        exposure: Locked gains.
+        camera: Colours and tone curve.
+    """
+    signal = np.abs(np.array(camera.color_matrix)) @ radiance * exposure.gain
+    # signal^(1 / gamma) is steepest at black, or at white, where its slope is 1 / gamma.
+    rise = signal ** (1 / camera.gamma) if camera.gamma > 1 else signal / camera.gamma
+    return float(255 * rise.max())

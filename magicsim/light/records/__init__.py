@@ -1,0 +1,1 @@
+"""The untouched sensor, rendered once with its paths taken down, kept in memory and on disk."""

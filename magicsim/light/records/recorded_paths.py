@@ -1,0 +1,277 @@
+"""Camera paths through the undeformed block, recorded once and used for every frame in which nothing touches it.
+
+What stands outside neither bends a path within the block nor scatters it. So the image is a matrix times the fluence,
+plus what the rays that left the block meet outside. Only what a glossy object mirrors is traced on, through the block
+again.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from magicsim.light.aligned import aligned
+from magicsim.light.backend import dr, mi
+from magicsim.light.transport.cached_light import Elements
+from magicsim.light.transport.camera_pass import ROULETTE_WEIGHT
+from magicsim.light.transport.path_record import PathRecord
+from magicsim.light.transport.path_starts import ObjectStarts
+from magicsim.light.transport.ray_start import leave
+from magicsim.light.transport.regions import Regions
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.outside import Outside
+
+Array = npt.NDArray[np.float64]
+Follow = Callable[[ObjectStarts], Array]
+"""Radiance that mirrored paths meet, shape (paths, 3)."""
+Numbers = npt.NDArray[np.uint32]
+FEW_SEGMENTS = 6
+"""Room at first for the ways of one path that scatter; paths through a millimetre grid pass 4.4 in the mean."""
+AT_ONCE = 1_200_000
+"""Paths that are traced together: bounds the memory."""
+MIRROR_STREAM = 0x9E3779B97F4A7C15
+"""Of the choices at a mirror."""
+WEIGHT = 6
+"""Place of the weight among a ray's floats."""
+MOMENTS = 4
+"""Of a response: to a cell's mean, and to its slopes along x, y and z."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedPaths:
+    """Paths of all pixels of a film."""
+
+    direct: Array
+    """Radiance of each pixel from lights that its paths meet, shape (pixels, 3)."""
+    response: sp.csr_matrix
+    """Radiance of each pixel for the light in the elements, cells and voxels, then for its slopes along x, y and z,
+    shape (pixels, 4 * elements)."""
+    rays: Any
+    """Rays that left, pixel by pixel: origin [mm], direction, weight, nothing; mi.Float."""
+    first: Any
+    """Number of each pixel's first ray, and of all rays; mi.UInt32 of size pixels + 1."""
+    owner: Numbers
+    """The pixel of each ray."""
+    samples: int
+    """Paths of each pixel."""
+    regions: Regions | None
+    """Boxes that the paths met surfaces in, if they were asked for."""
+    met: npt.NDArray[np.uint32]
+    """Which, one bit each, shape (words, pixels)."""
+
+    @classmethod
+    def of(
+        cls,
+        *,
+        direct: Array,
+        response: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
+        columns: int,
+        rays: npt.NDArray[np.float32],
+        first: Numbers,
+        owner: Numbers,
+        samples: int,
+    ) -> Self:
+        """From arrays, as they are kept on disk; without boxes.
+
+        Args:
+            direct: See above.
+            response: Data, indices and index pointers of its rows.
+            columns: Number of its columns.
+            rays: See above, flat.
+            first: See above.
+            owner: See above.
+            samples: See above.
+        """
+        return cls(
+            direct=direct, response=sp.csr_matrix(response, shape=(len(direct), columns)),
+            rays=mi.Float(aligned(rays, np.float32)), first=mi.UInt32(aligned(first, np.uint32)), owner=owner,
+            samples=samples, regions=None, met=np.zeros((0, len(direct)), np.uint32),
+        )  # fmt: skip
+
+    def glow(self, light: Elements, pixels: Numbers) -> Array:
+        """Radiance that light in the elements sends to some pixels, shape (pixels, 3).
+
+        Args:
+            light: In cells and voxels.
+            pixels: Numbers of the pixels, row by row of the film.
+        """
+        values = np.concatenate([light.values, *light.slopes.swapaxes(0, 1)]).astype(np.float32)
+        # Rows are copied where they are chosen, which takes longer than the product.
+        rows = self.response if np.array_equal(pixels, self._all) else self.response[pixels]
+        return np.asarray(rows @ values, np.float64)
+
+    @property
+    def _all(self) -> Numbers:
+        return np.arange(self.response.shape[0], dtype=np.uint32)
+
+    def meet(self, boxes: npt.NDArray[np.uint32], pixels: Numbers) -> npt.NDArray[np.bool_]:
+        """Which pixels have a path that met a surface in one of some boxes, shape (pixels,)."""
+        found = np.zeros(self.met.shape[1], bool)
+        for word in np.flatnonzero(boxes):
+            found |= (self.met[word] & boxes[word]) != 0
+        return found[pixels]
+
+    def seen_outside(self, scene: Any, outside: Outside, irradiance: Array, finish: Finish, pixels: Numbers) -> Array:
+        """Radiance that some pixels get from what stands outside, less that of the room behind it, shape (pixels, 3).
+
+        Args:
+            scene: The loaded scene, with nothing before the block.
+            outside: What stands there.
+            irradiance: Of the object's triangles, shape (triangles, 3).
+            finish: Surface of the object.
+            pixels: Numbers of the pixels, row by row of the film.
+        """
+        if not len(self.owner):  # nothing leaves a black block, and the renderer cannot loop over no rays
+            return np.zeros((len(pixels), 3))
+        lit = mi.Float(aligned(irradiance, np.float32).ravel())
+        numbers = mi.UInt32(aligned(pixels, np.uint32))
+        begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
+        thing, room = mi.ShapePtr(outside.object), scene.environment()
+        return np.array(_met_outside(outside.scene, room, thing, lit, finish, self.rays, begin, end), np.float64).T
+
+    def mirrored(
+        self, outside: Outside, finish: Finish, pixels: Numbers, follow: Follow, *, samples: int, seed: int
+    ) -> Array:
+        """Radiance that some pixels get by way of a glossy object's mirror, shape (pixels, 3).
+
+        Args:
+            outside: What stands outside.
+            finish: Surface of the object.
+            pixels: Numbers of the pixels, row by row of the film.
+            follow: Traces the paths on.
+            samples: Paths of each pixel that are traced on, about.
+            seed: Random stream.
+        """
+        result = np.zeros((len(pixels), 3))
+        if outside.object is None or finish.specular == 0:
+            return result
+        place = np.full(self.response.shape[0], -1)
+        place[pixels] = np.arange(len(pixels))
+        stride = max(1, self.samples // samples)
+        chosen = np.arange(seed % stride, len(self.owner), stride)
+        chosen = chosen[place[self.owner[chosen]] >= 0]
+        if not len(chosen):
+            return result
+        numbers = mi.UInt32(aligned(chosen, np.uint32))
+        ray, weight = _mirror(
+            outside.scene, mi.ShapePtr(outside.object), finish, self.rays, numbers, seed, self.samples
+        )
+        kept = dr.compress(weight > 0)
+        if not len(kept):
+            return result
+        rays = mi.Ray3f(dr.gather(mi.Point3f, ray.o, kept), dr.gather(mi.Vector3f, ray.d, kept))
+        starts = ObjectStarts.of(
+            dr.gather(mi.UInt32, numbers, kept), rays, dr.gather(mi.Float, weight, kept), mi.Bool(False)
+        )
+        met = follow(starts) * (stride / self.samples)
+        at = place[self.owner[chosen[np.array(kept)]]]
+        return np.stack([np.bincount(at, met[:, channel], len(pixels)) for channel in range(3)], 1)
+
+
+def _mirror(scene: Any, thing: Any, finish: Finish, rays: Any, numbers: Any, seed: int, samples: int) -> Any:
+    """Mirrored rays and their weights, 0 where there is none: light ones survive in proportion to their weight."""
+    ray, weight = _escaped(rays, numbers)
+    si = scene.ray_intersect(ray)
+    stream = mi.UInt64(numbers)
+    sampler = mi.PCG32(size=1, initstate=stream)
+    sampler.seed(dr.opaque(mi.UInt64, seed) + stream, MIRROR_STREAM + stream)
+    direction, share = finish.mirror(si, mi.Point2f(sampler.next_float32(), sampler.next_float32()))
+    weight *= share * dr.opaque(mi.Float, samples)
+    survive = dr.minimum(weight / ROULETTE_WEIGHT, 1)
+    kept = si.is_valid() & (si.shape == thing) & (sampler.next_float32() < survive)
+    result = leave(si, si.to_world(direction)), dr.select(kept, weight / survive, 0)
+    dr.eval(result)
+    return result
+
+
+def _escaped(rays: Any, number: Any) -> tuple[Any, Any]:
+    """A ray that left, and its weight."""
+    one = dr.gather(mi.Vector4f, rays, 2 * number)
+    two = dr.gather(mi.Vector4f, rays, 2 * number + 1)
+    return mi.Ray3f(mi.Point3f(one.x, one.y, one.z), mi.Vector3f(one.w, two.x, two.y)), two.z
+
+
+@dr.syntax  # type: ignore[untyped-decorator]
+def _met_outside(scene: Any, room: Any, thing: Any, lit: Any, finish: Finish, rays: Any, begin: Any, end: Any) -> Any:
+    """Sum over each pixel's rays of what they bring."""
+    number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
+    while number < end:
+        ray, weight = _escaped(rays, number)
+        si = scene.ray_intersect(ray)
+        on_object = si.is_valid() & (si.shape == thing)
+        flux = mi.Color3f(*[dr.gather(mi.Float, lit, 3 * si.prim_index + channel, on_object) for channel in range(3)])
+        found = dr.select(on_object, flux * finish.diffuse(si, on_object), 0)
+        on_light = si.is_valid() & ~on_object
+        found += dr.select(on_light, si.emitter(scene, on_light).eval(si, on_light), 0)
+        if room is not None:
+            hidden = dr.zeros(mi.SurfaceInteraction3f)
+            hidden.wi = -ray.d
+            found -= dr.select(si.is_valid(), room.eval(hidden, si.is_valid()), 0)
+        radiance += weight * found
+        number += 1
+    return radiance
+
+
+def record_paths(
+    trace: Callable[[range, int], tuple[PathRecord, Array]], *, pixels: int, centres_mm: Array, samples: int,
+    regions: Regions | None,
+) -> RecordedPaths:  # fmt: skip
+    """Records paths, a few samples at a time.
+
+    Args:
+        trace: Records some paths of all pixels, given the numbers of their samples and the room for segments; and gives
+            the sum of the radiance of the lights that they meet, shape (pixels, 3).
+        pixels: Number of pixels.
+        centres_mm: Of the elements, shape (elements, 3) [mm].
+        samples: Paths of each pixel.
+        regions: Boxes to tell which of them paths met surfaces in, if that is asked for.
+    """
+    cells, turns = len(centres_mm), max(1, AT_ONCE // pixels)
+    room = FEW_SEGMENTS * pixels * min(turns, samples)
+    codes, moments = np.zeros(0, np.int64), np.zeros((0, MOMENTS), np.float32)
+    lanes, rays, direct = [], [], np.zeros((pixels, 3))
+    met = np.zeros((pixels, regions.words if regions is not None else 0), np.uint32)
+    for begin in range(0, samples, turns):
+        part = range(begin, min(begin + turns, samples))
+        record, seen = trace(part, room)
+        while (taken := record.read()) is None:
+            room *= 2
+            record, seen = trace(part, room)
+        direct += seen / samples
+        if regions is not None:
+            met |= np.array(record.met).reshape(met.shape)
+        (lane, cell, gains), (lane_outside, escaped) = taken
+        lanes.append(lane_outside)
+        escaped[:, WEIGHT] /= samples
+        rays.append(escaped)
+        gain = gains[:, :1] / np.float32(samples)
+        away = gains[:, 1:] - centres_mm[cell].astype(np.float32)
+        found = _summed(lane.astype(np.int64) * cells + cell, gain * np.hstack([np.ones_like(gain), away]))
+        codes, moments = _summed(np.concatenate([codes, found[0]]), np.concatenate([moments, found[1]]))
+    owner = np.concatenate(lanes)
+    order = np.argsort(owner, kind="stable")
+    first = np.searchsorted(owner[order], np.arange(pixels + 1))
+    columns = codes[:, None] % cells + cells * np.arange(MOMENTS)
+    rows = np.repeat(codes // cells, MOMENTS)
+    response = sp.csr_matrix((moments.ravel(), (rows, columns.ravel())), shape=(pixels, MOMENTS * cells))
+    return RecordedPaths(
+        direct=direct,
+        response=response,
+        rays=mi.Float(aligned(np.concatenate(rays)[order], np.float32).ravel()),
+        first=mi.UInt32(aligned(first, np.uint32)),
+        owner=owner[order].astype(np.uint32),
+        samples=samples,
+        regions=regions,
+        met=np.ascontiguousarray(met.T),
+    )
+
+
+def _summed(codes: npt.NDArray[np.int64], values: npt.NDArray[np.float32]) -> tuple[Any, Any]:
+    """Codes in order, each once, and the sums of the values that had it."""
+    order = np.argsort(codes, kind="stable")
+    codes = codes[order]
+    starts = np.flatnonzero(np.diff(codes, prepend=-1))
+    return codes[starts], np.add.reduceat(values[order], starts)

@@ -1,0 +1,130 @@
+"""Both passes in the untouched block: record what they meet and what leaves it, and follow what things send back."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.light.backend import dr
+from magicsim.light.records.recorded_paths import RecordedPaths, record_paths
+from magicsim.light.records.untouched import Untouched
+from magicsim.light.transport.integrator import SEEDS_PER_RENDER, FluenceIntegrator
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.light_pass import FIXED_POINT
+from magicsim.light.transport.path_record import PathRecord
+from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts
+from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
+from magicsim.light.transport.regions import Regions
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.names import ENVIRONMENT
+from magicsim.light.world.outside import Outside
+
+Array = npt.NDArray[np.float64]
+LIGHT_BACK, MIRRORED = SEEDS_PER_RENDER - 2, SEEDS_PER_RENDER - 1
+"""Random streams of light and of camera paths that something outside sends on; the others are the lights'."""
+
+
+def untouched(
+    scene: Any, particles: dict[str, int], *, seed: int, samples: int, recorded: int, regions: Regions | None
+) -> Untouched:
+    """The untouched sensor, and what its camera paths and its light pass before they leave the block.
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        particles: Of each light.
+        seed: Random stream of both passes.
+        samples: Paths of each pixel.
+        recorded: Particles of each strip whose way out is taken down.
+        regions: Boxes to tell which of them each pixel's paths met surfaces in, if that is asked for.
+    """
+    integrator: FluenceIntegrator = scene.integrator()
+    strips = {name: count for name, count in particles.items() if name != ENVIRONMENT}
+    first = max(1, min(recorded, *strips.values())) if strips else 1
+    record = LightRecord.empty(len(strips), first)
+    fields = integrator.light_fields(scene, strips, seed=seed, record=record)
+    # Light of the room meets what stands outside before it meets the block.
+    fields |= integrator.light_fields(scene, {k: v for k, v in particles.items() if k not in strips}, seed=seed)
+    paths = recorded_paths(scene, seed=seed, samples=samples, regions=regions)
+    field = total([integrator.darkness(scene), *fields.values()])
+    columns, rows = (int(size) for size in scene.sensors()[0].film().size())
+    pixels = np.arange(columns * rows, dtype=np.uint32)
+    image = paths.direct + paths.glow(integrator.elements(scene, field), pixels)
+    return Untouched(
+        fields=fields,
+        particles=dict(particles),
+        paths=paths,
+        light=RecordedLight.of(record.read(), first),
+        held_mm3=integrator.held_mm3(scene),
+        image=image.reshape(rows, columns, 3).astype(np.float32),
+    )
+
+
+def recorded_paths(scene: Any, *, seed: int, samples: int, regions: Regions | None = None) -> RecordedPaths:
+    """The camera paths of an untouched sensor.
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        seed: Random stream of the camera.
+        samples: Paths of each pixel.
+        regions: Boxes to tell which of them the paths met surfaces in, if that is asked for.
+    """
+    integrator: FluenceIntegrator = scene.integrator()
+    dark, sensor = integrator.darkness(scene), scene.sensors()[0]
+    shapes, pixels = integrator.inventory.shapes(scene), int(np.prod(np.array(sensor.film().size())))
+
+    def trace(part: range, room: int) -> tuple[PathRecord, Array]:
+        record = PathRecord.empty(room, len(part), lanes=pixels, regions=regions)
+        starts = CameraStarts.of(
+            sensor, samples=samples, pixels=np.arange(pixels, dtype=np.uint32), pattern=0, part=part
+        )
+        stream = SEEDS_PER_RENDER * seed
+        seen = integrator.camera_pass(scene, shapes, dark, starts, integrator.finish, stream=stream, record=record)
+        dr.eval(seen, record)
+        return record, np.array(seen, np.float64).T
+
+    centres = integrator.elements(scene, dark).centres_mm
+    return record_paths(trace, pixels=pixels, centres_mm=centres, samples=samples, regions=regions)
+
+
+def follow_camera(
+    scene: Any, outside: Outside, starts: ObjectStarts, field: LightField, finish: Finish, *, seed: int
+) -> Array:
+    """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3).
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        outside: What stands there.
+        starts: Of the paths.
+        field: Light in the block and on the object.
+        finish: Surface of the object.
+        seed: Of the frame.
+    """
+    integrator: FluenceIntegrator = scene.integrator()
+    shapes, stream = integrator.inventory.shapes(scene, outside), SEEDS_PER_RENDER * seed + MIRRORED
+    seen = integrator.camera_pass(scene, shapes, field, starts, finish, stream=stream)
+    return np.array(seen, np.float64).T
+
+
+def follow_light(scene: Any, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:
+    """What the object sends back of recorded light: more fluence in the block, and irradiance on itself.
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        outside: What stands there.
+        light: What leaves the block.
+        seed: Of the frame.
+    """
+    integrator: FluenceIntegrator = scene.integrator()
+    inventory, dark = integrator.inventory, integrator.darkness(scene, outside)
+    starts = light.met(outside, seed=SEEDS_PER_RENDER * seed + LIGHT_BACK)
+    if starts is None:
+        return dark
+    shapes = inventory.shapes(scene, outside)
+    tracks = integrator.light_pass(scene, shapes, starts)
+    scale = 1 / (FIXED_POINT * light.particles)
+    landed = np.asarray(tracks.landed[0] * scale, np.float64)
+    return LightField(
+        fluence=np.asarray(tracks.cells[0] * scale / inventory.volumes_mm3(scene), np.float64),
+        body=np.asarray(tracks.body[0] * scale, np.float64),
+        irradiance=inventory.irradiance(scene, shapes, landed),
+    )

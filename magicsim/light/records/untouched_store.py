@@ -1,0 +1,155 @@
+"""Untouched sensors on disk: what all frames of a sensor share is computed once on a machine, not once in a process.
+
+A file appears whole or not at all, so several processes may write at once. Its name is the hash of everything that its
+content depends on, the program and its libraries included; one that cannot be read is computed anew. The oldest ones
+go when all of them are larger than allowed. `MAGICSIM_CACHE` names another folder, or is `off`.
+"""
+
+import hashlib
+import json
+import logging
+import os
+import platform
+import re
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magicsim.errors import MagicsimError
+from magicsim.folder import result_file
+from magicsim.light.records.untouched import Untouched
+from magicsim.light.transport.light_field import LightField
+
+LOGGER = logging.getLogger(__name__)
+VARIABLE, OFF = "MAGICSIM_CACHE", "off"
+MOST_BYTES = 2_000_000_000
+"""Size of all files together [bytes]; a sensor at 240 x 320 pixels takes about 170 MB."""
+NAME = re.compile(r"magicsim-untouched-[0-9a-f]{64}\.npz")
+LIBRARIES = ("mitsuba", "drjit", "manifold3d", "numpy", "scipy")
+SOURCES = ("light", "camera", "scenes", "geometry")
+"""Folders of this package that the content depends on."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UntouchedStore:
+    """A folder of untouched sensors."""
+
+    folder: Path
+
+    def load(self, key: str) -> Untouched | None:
+        """The sensor of a key, None where it is not there or cannot be read."""
+        path = self._path(key)
+        try:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+                state = _restored(stored)
+            os.utime(path)  # asked for last
+        except FileNotFoundError:
+            return None
+        except Exception as error:
+            LOGGER.warning("%s cannot be read (%s) and is computed anew", path, type(error).__name__)
+            return None
+        return state
+
+    def save(self, key: str, state: Untouched) -> None:
+        """Keeps a sensor, and lets the oldest go; a folder that cannot be written is none."""
+        try:
+            with result_file(self._path(key)) as partial, partial.open("wb") as file:
+                np.savez(file, **_stored(state))
+            self._shrink(MOST_BYTES)
+        except (OSError, MagicsimError) as error:
+            LOGGER.warning("nothing is kept in %s: %s", self.folder, error)
+
+    def files(self) -> list[Path]:
+        """Files that magicsim wrote there, the one that was asked for last at the end."""
+        if not self.folder.is_dir():
+            return []
+        found = [path for path in self.folder.iterdir() if NAME.fullmatch(path.name) and path.is_file()]
+        return sorted(found, key=lambda path: path.stat().st_mtime_ns)
+
+    def size_bytes(self) -> int:
+        """Of all these files."""
+        return sum(path.stat().st_size for path in self.files())
+
+    def clear(self) -> int:
+        """Removes these files and says how many."""
+        files = self.files()
+        for path in files:
+            path.unlink(missing_ok=True)
+        return len(files)
+
+    def _shrink(self, most_bytes: int) -> None:
+        files = self.files()
+        sizes = [path.stat().st_size for path in files]
+        while len(files) > 1 and sum(sizes) > most_bytes:
+            files.pop(0).unlink(missing_ok=True)
+            sizes.pop(0)
+
+    def _path(self, key: str) -> Path:
+        return self.folder / f"magicsim-untouched-{hashlib.sha256((_program() + key).encode()).hexdigest()}.npz"
+
+
+def default_store() -> UntouchedStore | None:
+    """That of this user, None where it is switched off."""
+    chosen = os.environ.get(VARIABLE, "")
+    if chosen == OFF:
+        return None
+    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return UntouchedStore(folder=Path(chosen) if chosen else base / "magicsim")
+
+
+@cache
+def _program() -> str:
+    """Everything beside a sensor's description that decides its bytes."""
+    from magicsim.light.backend import VARIANT, dr
+
+    package, sources = Path(__file__).parents[2], hashlib.sha256()
+    for folder in SOURCES:
+        for path in sorted((package / folder).rglob("*.py")):
+            sources.update(path.read_bytes())
+    width = dr.detail.llvm_version() if hasattr(dr.detail, "llvm_version") else ""
+    libraries = [f"{name} {version(name)}" for name in LIBRARIES]
+    return json.dumps([sources.hexdigest(), libraries, VARIANT, str(width), platform.machine(), platform.processor()])
+
+
+def _stored(state: Untouched) -> dict[str, Any]:
+    paths, names = state.paths, list(state.fields)
+    return {
+        "about": np.array(json.dumps({"lights": names, "particles": state.particles, "samples": paths.samples,
+                                      "recorded": state.light.particles, "pixels": paths.response.shape[0],
+                                      "columns": paths.response.shape[1]})),
+        **{f"fluence {name}": state.fields[name].fluence for name in names},
+        **{f"body {name}": state.fields[name].body for name in names},
+        **{f"irradiance {name}": state.fields[name].irradiance for name in names},
+        "held": state.held_mm3, "image": state.image, "direct": paths.direct, "data": paths.response.data,
+        "indices": paths.response.indices, "indptr": paths.response.indptr, "rays": np.array(paths.rays),
+        "first": np.array(paths.first), "owner": paths.owner, "escapes": state.light.escapes(),
+    }  # fmt: skip
+
+
+def _restored(stored: Any) -> Untouched:
+    from magicsim.light.records.recorded_paths import RecordedPaths
+    from magicsim.light.transport.recorded_light import RecordedLight
+
+    about = json.loads(str(stored["about"]))
+    fields = {
+        name: LightField(
+            fluence=stored[f"fluence {name}"], body=stored[f"body {name}"], irradiance=stored[f"irradiance {name}"]
+        )
+        for name in about["lights"]
+    }
+    response = (stored["data"], stored["indices"], stored["indptr"])
+    return Untouched(
+        fields=fields,
+        particles=about["particles"],
+        paths=RecordedPaths.of(
+            direct=stored["direct"], response=response, columns=about["columns"], rays=stored["rays"],
+            first=stored["first"], owner=stored["owner"], samples=about["samples"],
+        ),
+        light=RecordedLight.of(stored["escapes"], about["recorded"]),
+        held_mm3=stored["held"],
+        image=stored["image"],
+    )  # fmt: skip

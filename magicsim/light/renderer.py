@@ -1,0 +1,271 @@
+"""Radiance of one sensor in any state, anchored to its untouched one, with as little work as the state needs."""
+
+from copy import copy
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from magicsim.camera.film import film
+from magicsim.camera.window import Window
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.backend import dr
+from magicsim.light.frame.anchored_image import anchored_image
+from magicsim.light.frame.frame_image import Look, own_field
+from magicsim.light.frame.frame_light import Before, before_contact, free_light, lifted, touched_light
+from magicsim.light.frame.shared_noise import REACH_PX
+from magicsim.light.plain_renderer import FloatImage, PlainRenderer, checked, lights_of
+from magicsim.light.reach import is_out_of_reach
+from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, UntouchedStates, untouched_key
+from magicsim.light.records.untouched_store import default_store
+from magicsim.light.transport.light_field import LightField
+from magicsim.light.transport.regions import Regions
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.outside import Outside, Outsides
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.view import View
+
+Array = npt.NDArray[np.float64]
+Numbers = npt.NDArray[np.uint32]
+CLEAR_MM = 1e-3
+"""An object that is not farther than this from the contact face may touch it [mm]."""
+MOST_RECORDED = 20_000_000
+"""Camera paths that are recorded at most, with two gigabytes: of a larger image fewer a pixel."""
+
+
+class Renderer(PlainRenderer):
+    """Owns the Mitsuba scenes of one elastomer on one rig, and the untouched states that its frames refer to."""
+
+    def __init__(
+        self,
+        elastomer: Elastomer,
+        rig: Rig,
+        settings: RenderSettings,
+        *,
+        seed: int,
+        object_mesh: SurfaceMesh | None = None,
+        object_finish: Finish | None = None,
+        untouched: UntouchedStates | None = None,
+    ) -> None:
+        """As `PlainRenderer`.
+
+        Args:
+            elastomer: The block.
+            rig: What surrounds it.
+            settings: Estimator, samples, particles.
+            seed: Monte Carlo seed that all frames share.
+            object_mesh: The object in its own frame, if one will come.
+            object_finish: Its surface; grey by default.
+            untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
+        """
+        super().__init__(elastomer, rig, settings, seed=seed, object_mesh=object_mesh, object_finish=object_finish)
+        self.leaves_out_unmoved = not elastomer.design.is_opaque
+        """Whether light and camera paths that meet nothing that moved are those of the untouched sensor; otherwise all
+        are traced anew: for comparison, and where shadows of a dent fall on a coat that has not moved."""
+        self.leaves_out_far = True
+        """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
+        self._whole_film = film(elastomer.design, rig, Window.whole(rig.camera.columns, rig.camera.rows))
+        self._outsides = Outsides(rig, object_mesh, self.object_finish)
+        self._untouched = untouched if untouched is not None else UntouchedStates(default_store())
+        self._reaches: list[sp.csr_matrix] | None = None
+        self._before: tuple[Array | None, Before] | None = None
+
+    def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
+        """This renderer with other random numbers; both bring their views into the same Mitsuba scenes.
+
+        Args:
+            seed: Monte Carlo seed that all of its frames share.
+            anchor_seed: Of its untouched state.
+        """
+        other = copy(self)
+        other.seed = seed
+        other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
+        other._untouched = UntouchedStates(default_store())
+        other._before = None
+        return other
+
+    def radiance(self, view: View) -> FloatImage:
+        """Linear radiance of what is read out, shape (rows, columns, 3), anchored if settings say so.
+
+        Raises:
+            RenderError: The image holds values that are not finite.
+        """
+        if not self._is_anchored:
+            return self.plain_radiance(view)
+        return self._film.seen(checked(self._ideal(self._within_reach(view))))
+
+    def metered(self) -> FloatImage:
+        """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
+        if self._is_anchored:
+            return self._whole_film.seen(np.asarray(self._whole_film.window.of(self.careful().image)))
+        world = self.world(View())
+        return self._lit(world, lights_of(world), read=self._whole_film)
+
+    def warm_up(self, view: View) -> None:
+        """Compiles what a view of this kind needs, and computes what all such frames share."""
+        if self._is_anchored:
+            self.radiance(view)
+        else:
+            few = {"samples": 1, "particles": 64}
+            warm = copy(self)
+            warm.settings = self.settings.model_copy(update=few)
+            warm.plain_radiance(view)
+
+    def prepare(self, view: View) -> None:
+        """Computes what all frames like this one share: the untouched sensor, carefully and with a frame's numbers."""
+        if self._is_anchored:
+            self.careful()
+            if not self._within_reach(view).is_untouched:
+                self.cheap()
+
+    def careful(self) -> Untouched:
+        """The untouched sensor with many samples, computed once."""
+        settings = self.settings
+        names = lights_of(self.world(View()))
+        each = max(1, settings.anchor_particles // max(1, len(names)))
+        return self._state(
+            untouched_key(self.elastomer.design, self.rig, settings), dict.fromkeys(names, each),
+            seed=settings.anchor_seed, samples=settings.anchor_samples, recorded=each // RECORDED_PARTS,
+        )  # fmt: skip
+
+    def cheap(self) -> Untouched:
+        """The untouched sensor with the samples, particles and random numbers of a frame, computed once."""
+        settings, scene = self.settings, self.world(View()).scene
+        particles = scene.integrator().shares(scene)
+        key = untouched_key(self.elastomer.design, self.rig, settings)
+        key = f"{key} {settings.samples} {settings.particles} {self.seed}"
+        return self._state(
+            key, particles, seed=self.seed, samples=settings.samples, recorded=max(particles.values(), default=0),
+            regions=self._regions(),
+        )  # fmt: skip
+
+    def _state(
+        self, key: str, particles: dict[str, int], *, seed: int, samples: int, recorded: int,
+        regions: Regions | None = None,
+    ) -> Untouched:  # fmt: skip
+        from magicsim.light.records.untouched_passes import untouched
+
+        state = self._untouched.get(key, on_disk=regions is None)
+        if state is None:
+            most = max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
+            state = untouched(
+                self.world(View()).scene, particles, seed=seed, samples=min(samples, most), recorded=recorded,
+                regions=regions,
+            )  # fmt: skip
+            self._untouched.keep(key, state, on_disk=regions is None)
+        return state
+
+    @property
+    def _is_anchored(self) -> bool:
+        return self.estimator == "fluence" and self.settings.anchor_samples > 0
+
+    def _ideal(self, view: View) -> FloatImage:
+        """Radiance of the window of the ideal image that is looked at, shape (rows, columns, 3)."""
+        inner, columns, rows = self._film.window, self._film.columns, self._film.rows
+        careful = self.careful()
+        if view.is_untouched:
+            return np.asarray(inner.of(careful.image))
+        around = inner.grown(REACH_PX, columns, rows)
+        pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
+        scene, placed, light_x_mm = self.world(View()).scene, self._placed(view), view.flashlight_x_mm
+        is_moved = not view.is_undeformed or _reaches(placed) or not self.leaves_out_unmoved
+        field = self._light(view, placed, is_moved=is_moved)
+        look = Look(
+            scene=scene, outside=self._outside(placed, light_x_mm), field=field, finish=self.object_finish,
+            samples=self.settings.samples, seed=self.seed,
+        )  # fmt: skip
+        if not is_moved:
+            before = look.through(careful, own_field(scene, careful), pixels)
+            return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32)
+        changed, traced = self._changed(view, placed, pixels), None
+        if changed.any():
+            world = self.world(view).scene
+            traced = world.integrator().gather_pixels(
+                world, field, pixels[changed], samples=self.settings.samples, seed=self.seed
+            )
+            dr.eval(traced)  # begins, while the rest is computed
+        cheap = self.cheap()
+        before, known = (look.through(each, own_field(scene, each), pixels) for each in (careful, cheap))
+        now = known.copy()
+        if traced is not None:
+            now[changed] = np.array(traced, np.float64).T
+        images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
+        found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
+        return np.asarray(inner.within(around).of(found))
+
+    def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> LightField:
+        """Light in the block and on the object."""
+        scene, careful, cheap = self.world(View()).scene, self.careful(), self.cheap()
+        particles, seed = self.settings.particles, self.seed
+        if not is_moved:
+            outside = self._outside(placed, view.flashlight_x_mm)
+            field = free_light(scene, outside, careful, cheap, seed=seed)
+            lit: LightField = scene.integrator().with_lit_object(
+                scene, field, particles=particles, seed=seed, outside=outside
+            )
+            return lit
+        before = lifted(placed) if placed is not None and _reaches(placed) else placed
+        world = self.world(view).scene
+        field = touched_light(world, self._before_contact(before), careful, seed=seed)
+        found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
+        return found
+
+    def _before_contact(self, placed: Array | None) -> Before:
+        """Light of the last state before contact, kept for other depths of one press."""
+        kept = self._before
+        if kept is None or not np.array_equal(_known(kept[0]), _known(placed)):
+            scene, careful, cheap = self.world(View()).scene, self.careful(), self.cheap()
+            light = before_contact(scene, self._outside(placed, None), careful, cheap, seed=self.seed)
+            self._before = kept = (placed, light)
+        return kept[1]
+
+    def _outside(self, placed: Array | None, light_x_mm: float | None) -> Outside:
+        """What stands before the block, in its place; a ghost is nothing there."""
+        return self._outsides.of(None if self.object_finish.is_ghost else placed, light_x_mm)
+
+    def _changed(self, view: View, placed: Array | None, pixels: Numbers) -> npt.NDArray[np.bool_]:
+        """Which pixels have a path of the cheap record that met something that has moved, shape (pixels,)."""
+        if not self.leaves_out_unmoved:
+            return np.ones(len(pixels), bool)
+        paths = self.cheap().paths
+        regions = paths.regions
+        assert regions is not None
+        if self._reaches is None:
+            meshes = (self.elastomer.body, self.elastomer.infill)
+            self._reaches = [regions.reach(mesh.vertices, mesh.faces) for mesh in meshes if mesh is not None]
+        moved = np.zeros(self._reaches[0].shape[0], bool)
+        meshes_now = ((self.elastomer.body, view.body), (self.elastomer.infill, view.infill))
+        for reach, (mesh, now) in zip(self._reaches, meshes_now, strict=False):
+            if mesh is not None and now is not None:
+                far = np.linalg.norm(now - mesh.vertices, axis=1) > self.settings.reuse_mm
+                moved |= reach @ far.astype(np.float32) > 0
+        if placed is not None and self.object_mesh is not None:
+            touching = self.object_mesh.faces[(placed[self.object_mesh.faces, 2] >= -CLEAR_MM).any(1)]
+            moved |= regions.reach(placed, touching).sum(1).A1 > 0
+        return paths.meet(regions.bits(moved), pixels)
+
+    def _regions(self) -> Regions:
+        vertices = self.elastomer.body.vertices
+        return Regions.of(vertices.min(0), vertices.max(0), self._film.columns * self._film.rows)
+
+    def _within_reach(self, view: View) -> View:
+        """The view without an object that is too far to be seen."""
+        placed = self._placed(view)
+        if placed is None or not self.leaves_out_far:
+            return view
+        gap_mm, design = -float(placed[:, 2].max()), self.elastomer.design
+        is_gone = is_out_of_reach(gap_mm, self.object_finish, design, self.rig, self.metered())
+        return replace(view, indenter=None) if is_gone else view
+
+
+def _known(placed: Array | None) -> Array:
+    return np.zeros((0, 3)) if placed is None else placed
+
+
+def _reaches(placed: Array | None) -> bool:
+    """Whether an object is so close to the contact face that it may touch it."""
+    return placed is not None and bool(placed[:, 2].max() >= -CLEAR_MM)

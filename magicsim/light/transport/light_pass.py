@@ -1,0 +1,240 @@
+"""Light pass: particles from the lights fill every infill cell with fluence (track-length estimator).
+
+A body that scatters is filled voxel by voxel, each segment at one random point of it. Where particles meet the object
+they add to its irradiance.
+
+Deposits are integers in fixed point, because floating-point scatter-adds have no fixed order.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.errors import RenderError
+from magicsim.light.backend import dr, mi
+from magicsim.light.transport.coating import bounced, meet_face
+from magicsim.light.transport.light_starts import TURNS, LightStarts
+from magicsim.light.transport.ray_start import leave
+from magicsim.light.transport.recorded_light import LightRecord, take_down
+from magicsim.light.transport.voxels import Voxels
+from magicsim.light.world.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
+from magicsim.light.world.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
+from magicsim.light.world.outside import nearer_hit
+from magicsim.light.world.shapes import Shapes
+
+Counts = npt.NDArray[np.uint64]
+FloatArray = npt.NDArray[np.float64]
+FIXED_POINT = 2.0**24
+"""Integer steps per unit of (relative weight x mm)."""
+LARGEST_SUM = 2.0**63
+"""Half of what the integers hold."""
+ROULETTE_DEPTH = 32
+SEQUENCE = 2**32
+"""Offset that keeps the random streams of particles apart from the camera's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Balance:
+    """Flux of each channel, shape (3,), summed over a chunk's particles."""
+
+    emitted: FloatArray
+    clear_body: FloatArray
+    """Absorbed in body and lens plate where they are clear; what scatters absorbs sigma_a times its track lengths."""
+    surfaces: FloatArray
+    """Absorbed by object and LED strips."""
+    escaped: FloatArray
+    ended: FloatArray
+    """Lost with paths that were ended, less what roulette gave to others: zero in the mean."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tracks:
+    """What particles left behind: flux times `FIXED_POINT` times the number of all particles, as integers."""
+
+    cells: Counts
+    """Flux x path length in each infill cell, shape (lights, cells, 3) [mm]."""
+    body: Counts
+    """Flux x path length in each voxel of the body, shape (lights, voxels, 3) [mm]; one voxel where it is clear."""
+    landed: Counts
+    """Flux on each of the object's triangles, shape (lights, triangles, 3)."""
+    balance: Balance | None
+    """Where the light went, if that was asked for."""
+
+
+def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
+    """Of several chunks; integers, so that their order does not matter. Without the account of where the light went.
+
+    Raises:
+        RenderError: A sum has more digits than the integers.
+    """
+    return Tracks(
+        cells=_added([part.cells for part in parts]),
+        body=_added([part.body for part in parts]),
+        landed=_added([part.landed for part in parts]),
+        balance=None,
+    )
+
+
+def _added(parts: Sequence[Counts]) -> Counts:
+    if np.sum(parts, axis=0, dtype=np.float64).max() > LARGEST_SUM:
+        msg = (
+            "so bright a light has too many particles for the digits that are kept: lower render.particles or "
+            "render.anchor_particles, or the radiances of rig.strips, rig.flashlight and rig.ambient alike"
+        )
+        raise RenderError(msg)
+    return np.asarray(np.sum(parts, axis=0, dtype=np.uint64))
+
+
+@dr.syntax  # type: ignore[untyped-decorator]
+def deposit_tracks(
+    scene: Any, starts: LightStarts, shapes: Shapes, media: Media, voxels: Voxels | None, *, lights: int,
+    max_depth: int, balance: bool, record: LightRecord | None,
+) -> Tracks:  # fmt: skip
+    """Traces particles and adds up weight x path length per cell and channel.
+
+    Args:
+        scene: The loaded scene.
+        starts: Where they start.
+        shapes: Body, infill and object.
+        media: Optical constants, scattering as it is to be followed: reduced, or by the true phase function.
+        voxels: Of the body, or None where it does not scatter.
+        lights: Number of lights, each of which has deposits of its own.
+        max_depth: Longest path.
+        balance: Whether to keep account of where the light goes.
+        record: Takes down what leaves, or None.
+    """
+    lanes = -(-starts.particles // TURNS)
+    # Opaque: the compiled kernel then serves any chunk.
+    end, number, stride = mi.UInt32(starts.count), dr.arange(mi.UInt32, lanes), dr.opaque(mi.UInt32, lanes)
+    sampler = mi.PCG32(size=1, initstate=mi.UInt64(number))
+    ray, weight, brightest = dr.zeros(mi.Ray3f, lanes), mi.Color3f(0.0), mi.Float(0)
+    deposits = dr.zeros(mi.UInt64, 3 * shapes.cells * lights)
+    clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1) * lights)
+    landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles * lights)
+    light = dr.zeros(mi.UInt32, lanes)
+    triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
+    infill, body = constants.infill, constants.body
+    in_body, fresh = mi.Bool(False), mi.Bool(True)
+    depth, active = mi.UInt32(0), number < end
+    context = mi.BSDFContext(mi.TransportMode.Importance)
+    body_pointer, infill_pointer, object_pointer = shapes.pointers()
+    source, absorbed, stopped, escaped, ended = (mi.Color3f(0.0) for _ in range(5))
+    at = Whereabouts.unknown()
+    while active:
+        if dr.hint(fresh, mode="symbolic"):
+            there = number < end
+            stream = dr.gather(mi.UInt64, starts.streams, number, there)
+            sampler.seed(dr.gather(mi.UInt64, starts.seeds, number, there), SEQUENCE + stream)
+            ray = starts.ray(number, there)
+            weight = dr.gather(mi.Color3f, starts.weights, number, there)
+            brightest = dr.gather(mi.Float, starts.brightest, number, there)
+            light = dr.gather(mi.UInt32, starts.places, number, there)
+            in_body, depth = dr.gather(mi.Bool, starts.inside, number, there), mi.UInt32(0)
+            at.kind = mi.UInt32(NOWHERE)
+            if balance:
+                source += weight
+        si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
+        segment = classify(si, body_pointer, infill_pointer, in_body)
+        if shapes.outside is not None:
+            si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
+            segment = classify(si, body_pointer, infill_pointer, in_body)
+        take_down(record, light, starts, number, ray, weight, brightest, active & ~si.is_valid())
+        # Expected track length up to the next collision or wall, instead of the sampled one.
+        transmitted = dr.exp(-infill.sigma_t * si.t)
+        length = (1 - transmitted) / infill.sigma_t
+        cell = light * shapes.cells + si.prim_index // triangles_per_cell
+        # Most lights have one colour, and adding nothing takes as long as adding something.
+        for channel in range(3):
+            amount = mi.UInt64(weight[channel] * length * FIXED_POINT)
+            dr.scatter_add(deposits, amount, cell * 3 + channel, active & segment.in_infill & (amount > 0))
+        scatter = segment.in_infill & (sampler.next_float32(active) > transmitted)
+        way = free_path(sampler.next_float32(active), transmitted, infill.sigma_t)
+        weight[scatter] *= infill.albedo
+        crossed = segment.in_body & si.is_valid()
+        carried = mi.Color3f(weight)
+        collide, clear_mm = mi.Bool(False), si.t
+        if voxels is not None:
+            # Clear of scattering above the block, in the lens plate.
+            begin, stretch = scattering_stretch(ray, si.t, constants.top_mm)
+            passed = dr.exp(-body.sigma_t * stretch)
+            body_way = begin + free_path(sampler.next_float32(active), passed, body.sigma_t)
+            body_length = (1 - passed) / body.sigma_t
+            place = light * voxels.count + voxels.index(ray(body_way))
+            for channel in range(3):
+                amount = mi.UInt64(weight[channel] * body_length * FIXED_POINT)
+                dr.scatter_add(clouded, amount, place * 3 + channel, active & crossed & (amount > 0))
+            collide = crossed & (sampler.next_float32(active) > passed)
+            clear_mm = dr.select(collide, begin, si.t - stretch)
+            way = dr.select(collide, body_way, way)
+        weight[crossed] *= dr.exp(-body.sigma_a * clear_mm)
+        if balance:
+            absorbed += dr.select(active, carried - weight, 0)
+        weight[collide] *= body.albedo
+        scatter |= collide
+
+        reflectance, reflected, refracted = fresnel(si, segment, constants)[:3]
+        face = meet_face(shapes.coating, si, segment, reflectance, sampler, active & ~scatter)
+        reflectance = face.reflectance
+        stopped += dr.select(active, weight * (1 - face.kept), 0) if balance else 0
+        weight *= face.kept
+        choice = sampler.next_float32(active)
+        reflect = choice < reflectance
+        local = dr.select(reflect, reflected, refracted)
+        sample1 = sampler.next_float32(active)
+        sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
+        opaque = active & segment.opaque & ~scatter
+        triangle = light * shapes.object_triangles + si.prim_index
+        for channel in range(3):
+            amount = mi.UInt64(weight[channel] * FIXED_POINT)
+            dr.scatter_add(landed, amount, triangle * 3 + channel, opaque & (si.shape == object_pointer))
+        if dr.hint(opaque, mode="symbolic"):
+            bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
+            local = bs.wo
+            if balance:
+                stopped += weight * (1 - value)
+            weight *= value
+        away, share = bounced(shapes.coating, si, face, sample1, sample2)
+        local = dr.select(face.painted, away, local)
+        stopped += weight * (1 - share) if balance else 0
+        weight *= share
+        outward = mi.Frame3f.cos_theta(local) > 0
+        arrived = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
+        in_body = dr.select(scatter, segment.in_body, arrived)
+        spawned = leave(si, si.to_world(local))
+        ray.o = dr.select(scatter, ray(way), spawned.o)
+        ray.d = dr.select(
+            scatter,
+            dr.select(
+                segment.in_infill,
+                scattered(ray.d, sample2, infill.anisotropy),
+                scattered(ray.d, sample2, body.anisotropy),
+            ),
+            spawned.d,
+        )
+        at = whereabouts(si, segment.on_infill & ~collide, segment.in_infill & scatter, in_body, shapes.faces)
+        depth += 1
+        survive = dr.minimum(dr.max(weight) / brightest, 1)
+        roulette = depth > ROULETTE_DEPTH
+        keep = sampler.next_float32(active) < survive
+        carried = mi.Color3f(weight)
+        weight[roulette] *= dr.rcp(dr.maximum(survive, 1e-6))
+        going = si.is_valid() & (dr.max(weight) > 0) & (depth < max_depth) & (~roulette | keep)
+        if balance:
+            escaped += dr.select(active & ~si.is_valid(), carried, 0)
+            ended += dr.select(active & si.is_valid(), carried - dr.select(going, weight, 0), 0)
+        # A lane whose particle has ended takes another one, so that few wait for the longest path of all.
+        fresh = active & ~going
+        number[fresh] += stride
+        active &= ~fresh | (number < end)
+    parts = (source, absorbed, stopped, escaped, ended) if balance else ()
+    account = [np.array(part + dr.zeros(mi.Color3f, lanes), np.float64).sum(1) for part in parts]
+    names = ("emitted", "clear_body", "surfaces", "escaped", "ended")
+    return Tracks(
+        cells=np.array(deposits).reshape(lights, -1, 3),
+        body=np.array(clouded).reshape(lights, -1, 3),
+        landed=np.array(landed).reshape(lights, -1, 3),
+        balance=Balance(**dict(zip(names, account, strict=True))) if balance else None,
+    )

@@ -1,0 +1,150 @@
+"""Where light particles start: on a light, or outside the block where recorded ones meet what stands there."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self
+
+from magicsim.light.backend import dr, mi
+from magicsim.light.transport.sequence import sequence
+from magicsim.light.world.room_light import Room, room_particles
+
+CHUNK = 500_000
+"""Particles traced at once: bounds the memory, does not change the result."""
+TURNS = 8
+"""Particles that a lane traces one after the other: 8 to 32 take the same time, 1 a third more."""
+
+
+class Sent(NamedTuple):
+    """Particles that one light sends out."""
+
+    emitter: Any
+    """The light."""
+    first: int
+    """Index of the first particle, so that a large number can be traced in chunks."""
+    particles: int
+    """Number of particles."""
+    seed: int
+    """Random stream of the light."""
+    inside: bool
+    """Whether the light shines inside the body."""
+    place: int
+    """Number of the light among all that are traced."""
+    room: Room | None = None
+    """Where the light comes from all around, or None where it does not."""
+
+
+@dataclass(slots=True, kw_only=True)
+class LightStarts:
+    """Particles of one light or of several, one after the other; arrays on the renderer's side."""
+
+    rays: Any
+    weights: Any
+    brightest: Any
+    """Brightest channel of the weight with which each was sent out."""
+    seeds: Any
+    """Where each one's random numbers start, mi.UInt64."""
+    streams: Any
+    """Index of each among all of its light's, mi.UInt64."""
+    places: Any
+    """Number of the light of each, mi.UInt32."""
+    inside: Any
+    """Which start inside the body, mi.Bool."""
+    count: Any
+    """Number of particles, mi.UInt32 of size 1."""
+    particles: int
+    """The same for Python."""
+
+    @classmethod
+    def emitted(cls, parts: Sequence[Sent]) -> Self:
+        """Of some lights.
+
+        Args:
+            parts: What each sends out.
+        """
+        found = [_begun(part) for part in parts]
+        rays, weights, brightest, seeds, streams, places, inside = zip(*found, strict=True)
+        total = sum(part.particles for part in parts)
+        origins, directions, carried = (
+            [dr.concat([one[axis] for one in each]) for axis in range(3)]
+            for each in ([ray.o for ray in rays], [ray.d for ray in rays], weights)
+        )
+        return cls(
+            rays=mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*directions)), weights=mi.Color3f(*carried),
+             brightest=dr.concat(brightest), seeds=dr.concat(seeds),
+            streams=dr.concat(streams), places=dr.concat(places), inside=dr.concat(inside),
+            count=dr.opaque(mi.UInt32, total), particles=total,
+        )  # fmt: skip
+
+    @classmethod
+    def escaped(cls, numbers: Any, rays: Any, weights: Any, brightest: Any, *, seed: int) -> Self:
+        """Of particles that left the untouched block and meet something outside.
+
+        Args:
+            numbers: A number of each particle, no two alike, mi.UInt32.
+            rays: Along which they leave.
+            weights: That they carry.
+            brightest: See above.
+            seed: Random stream.
+        """
+        size = dr.width(numbers)
+        place = dr.arange(mi.UInt64, size)
+        starts = cls(
+            rays=rays, weights=weights, brightest=brightest, seeds=dr.opaque(mi.UInt64, seed) + place,
+            streams=mi.UInt64(numbers), places=dr.zeros(mi.UInt32, size), inside=dr.zeros(mi.Bool, size),
+            count=dr.opaque(mi.UInt32, size), particles=size,
+        )  # fmt: skip
+        dr.eval(starts)
+        return starts
+
+    def ray(self, number: Any, active: Any) -> Any:
+        """First ray of each particle."""
+        return mi.Ray3f(
+            dr.gather(mi.Point3f, self.rays.o, number, active), dr.gather(mi.Vector3f, self.rays.d, number, active)
+        )
+
+
+def _begun(part: Sent) -> tuple[Any, ...]:
+    """First rays of the particles of one light and what belongs to them, in the order of the fields above."""
+    start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, part.seed))
+    shift = [start.next_uint32() for _ in range(4)]
+    number = dr.arange(mi.UInt64, part.particles)
+    # Opaque: the compiled kernel then serves any chunk.
+    stream = number + dr.opaque(mi.UInt64, part.first)
+    u = sequence(mi.UInt32(stream), shift)
+    if part.room is not None:
+        ray, weight = room_particles(part.emitter, part.room, u=u)
+    else:
+        places = mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3])
+        ray, weight = part.emitter.sample_ray(mi.Float(0), mi.Float(0.5), *places)
+    weight = mi.Color3f(weight)
+    of_light = mi.UInt32(0) + dr.opaque(mi.UInt32, part.place, part.particles)
+    inside = dr.opaque(mi.Bool, part.inside, part.particles)
+    seeds = dr.opaque(mi.UInt64, part.seed) + number
+    found = (
+        mi.Ray3f(ray),
+        weight + dr.zeros(mi.Color3f, part.particles),
+        dr.max(weight),
+        seeds,
+        stream,
+        of_light,
+        inside,
+    )
+    dr.eval(found)
+    return found
+
+
+def chunks(parts: Sequence[Sent]) -> Iterator[list[Sent]]:
+    """All particles of some lights, as many at once as memory allows."""
+    chosen: list[Sent] = []
+    room = CHUNK
+    for part in parts:
+        done = 0
+        while done < part.particles:
+            taken = min(room, part.particles - done)
+            chosen.append(part._replace(first=part.first + done, particles=taken))
+            done, room = done + taken, room - taken
+            if room == 0:
+                yield chosen
+                chosen, room = [], CHUNK
+    if chosen:
+        yield chosen

@@ -1,0 +1,115 @@
+"""Light that left the untouched block, recorded once: frames in which nothing touches trace on what meets the object.
+
+All other light goes where it went without the object, so the untouched state has it already. What is traced is the
+difference that the object makes, and no noise of the rest comes with it.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.light.aligned import columns
+from magicsim.light.backend import dr, mi
+from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.world.outside import Outside
+
+FLOATS = 12
+"""Of an escape: origin [mm], direction, weight, the brightest channel when it was sent out, nothing."""
+
+
+@dataclass(slots=True, kw_only=True)
+class LightRecord:
+    """Escapes in no fixed order, each with its particle's number; arrays on the renderer's side."""
+
+    count: Any
+    """Escapes so far, mi.UInt32 of size 1."""
+    first: Any
+    """Particles of each light from this number on are not taken down, mi.UInt32 of size 1."""
+    numbers: Any
+    rays: Any
+
+    @classmethod
+    def empty(cls, lights: int, first: int) -> Self:
+        """Room for the first particles of some lights, each of which leaves once at most."""
+        particles = max(1, lights * first)
+        return cls(
+            count=dr.zeros(mi.UInt32, 1),
+            first=dr.opaque(mi.UInt32, first),
+            numbers=dr.zeros(mi.UInt32, particles),
+            rays=dr.zeros(mi.Float, FLOATS * particles),
+        )
+
+    def read(self) -> npt.NDArray[np.float32]:
+        """What left, in the order of the particles, shape (escapes, 12)."""
+        found = int(self.count[0])
+        order = np.argsort(np.array(self.numbers)[:found])
+        return np.array(self.rays).reshape(-1, FLOATS)[order]
+
+
+def take_down(
+    record: LightRecord | None, light: Any, starts: LightStarts, number: Any, ray: Any, weight: Any, brightest: Any,
+    active: Any,
+) -> None:  # fmt: skip
+    """Records particles that meet nothing, if anybody does.
+
+    Args:
+        record: Where, or None.
+        light: Number of each particle's light.
+        starts: Of the particles.
+        number: Of each particle among these.
+        ray: Along which it leaves.
+        weight: That it carries.
+        brightest: Channel of the weight with which it was sent out.
+        active: Which particles leave.
+    """
+    if record is None:
+        return
+    stream = mi.UInt32(dr.gather(mi.UInt64, starts.streams, number, active))
+    active = active & (stream < record.first)
+    slot = dr.scatter_inc(record.count, mi.UInt32(0), active)
+    dr.scatter(record.numbers, light * record.first + stream, slot, active)
+    dr.scatter(record.rays, mi.Vector4f(ray.o.x, ray.o.y, ray.o.z, ray.d.x), 3 * slot, active)
+    dr.scatter(record.rays, mi.Vector4f(ray.d.y, ray.d.z, weight.x, weight.y), 3 * slot + 1, active)
+    dr.scatter(record.rays, mi.Vector4f(weight.z, brightest, 0, 0), 3 * slot + 2, active)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedLight:
+    """What left, of all lights."""
+
+    rays: Any
+    weights: Any
+    brightest: Any
+    particles: int
+    """Sent out by each light."""
+
+    @classmethod
+    def of(cls, escapes: npt.NDArray[np.float32], particles: int) -> Self:
+        """From what `LightRecord.read` gave of lights that sent out so many particles each."""
+        column = [mi.Float(each) for each in columns(escapes)]
+        return cls(
+            rays=mi.Ray3f(mi.Point3f(*column[:3]), mi.Vector3f(*column[3:6])),
+            weights=mi.Color3f(*column[6:9]),
+            brightest=column[9],
+            particles=particles,
+        )
+
+    def escapes(self) -> npt.NDArray[np.float32]:
+        """What `of` takes, shape (escapes, 10)."""
+        column = [*self.rays.o, *self.rays.d, *self.weights, self.brightest]
+        return np.stack([np.array(each) for each in column], 1)
+
+    def met(self, outside: Outside, *, seed: int) -> LightStarts | None:
+        """The particles that meet the object, None where none does."""
+        if not dr.width(self.brightest):  # the renderer ends the process where it is to trace no rays
+            return None
+        si = outside.scene.ray_intersect_preliminary(self.rays)
+        kept = dr.compress(si.is_valid() & (si.shape == mi.ShapePtr(outside.object)))
+        if not len(kept):
+            return None
+        rays = mi.Ray3f(dr.gather(mi.Point3f, self.rays.o, kept), dr.gather(mi.Vector3f, self.rays.d, kept))
+        return LightStarts.escaped(
+            kept, rays, dr.gather(mi.Color3f, self.weights, kept), dr.gather(mi.Float, self.brightest, kept), seed=seed
+        )

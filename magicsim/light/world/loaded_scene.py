@@ -1,0 +1,92 @@
+"""The persistent Mitsuba scene of one sensor: built once, afterwards only its vertices move."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.light.backend import mi
+from magicsim.light.world.names import BODY, ENVIRONMENT, FACE, FLASHLIGHT, GROUPED, INFILL, MARKERS
+from magicsim.light.world.scene_dict import (
+    WorldContent,
+    block_shapes,
+    flashlight_place,
+    in_group,
+    scene_dict,
+    with_lens,
+)
+from magicsim.scenes.rig import Rig
+
+Array = npt.NDArray[np.float64]
+RADIANCE = ".radiance.value"
+"""What the renderer calls the radiance of a light, after its name."""
+
+
+class World:
+    """One Mitsuba scene whose vertices can be replaced."""
+
+    def __init__(self, elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]) -> None:
+        """Loads the scene at rest, the object parked where its own frame puts it."""
+        self.elastomer = elastomer
+        self.rig = rig
+        self.content = content
+        self._has_face = integrator["type"] != "fluence" and elastomer.design.face_is_special
+        block, self._prefix = block_shapes(elastomer, rig, parted_face=self._has_face), ""
+        entries = block
+        if integrator["type"] == "fluence":
+            entries, self._prefix = in_group(block), GROUPED
+        self.scene: Any = mi.load_dict(scene_dict(elastomer, rig, content, integrator, entries), optimize=False)
+        if self._prefix:
+            self.scene.integrator().inventory.hold(block[BODY], block.get(INFILL))
+        self._parameters = mi.traverse(self.scene)
+        self._radiance = {
+            key: type(self._parameters[key])(self._parameters[key])
+            for key in self._parameters.keys()  # noqa: SIM118 -- not a dict
+            if key.endswith(RADIANCE) or key == f"{ENVIRONMENT}.scale"
+        }
+
+    def update(
+        self,
+        *,
+        body: Array | None = None,
+        infill: Array | None = None,
+        markers: Array | None = None,
+        object_vertices: Array | None = None,
+        light_x_mm: float | None = None,
+    ) -> None:
+        """Replaces vertex positions; what is None stays as it is.
+
+        Args:
+            body: Shape (body vertices, 3) [mm].
+            infill: Shape (infill vertices, 3) [mm].
+            markers: Shape (marker vertices, 3) [mm].
+            object_vertices: Shape (object vertices, 3), in the sensor's frame [mm].
+            light_x_mm: Shift of the flashlight along x [mm].
+        """
+        if body is not None:
+            placed = with_lens(body, self.elastomer, self.rig)
+            for name in (BODY, FACE) if self._has_face else (BODY,):
+                self._set(self._prefix + name, placed)
+        if markers is not None:
+            self._set(MARKERS, markers)
+        if infill is not None:
+            self._set(self._prefix + INFILL, infill)
+        if object_vertices is not None:
+            self._set(self.content.object_name, object_vertices)
+        if light_x_mm is not None:
+            self._parameters[f"{FLASHLIGHT}.to_world"] = mi.Transform4f(flashlight_place(self.rig, light_x_mm))
+        self._parameters.update()
+
+    def light_only(self, name: str | None) -> None:
+        """Turns all lights off but one; None turns all of them on again.
+
+        Args:
+            name: One of `shapes.lights(scene)`.
+        """
+        for key, radiance in self._radiance.items():
+            self._parameters[key] = radiance if name in {key.partition(".")[0], None} else type(radiance)(0.0)
+        self._parameters.update()
+
+    def _set(self, name: str, vertices: Array) -> None:
+        self._parameters[f"{name}.vertex_positions"] = np.ascontiguousarray(vertices, np.float32).ravel()

@@ -1,0 +1,87 @@
+"""The Mitsuba scenes of one sensor, one for each kind of content, brought into the state of a view."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.transport.coating import FaceCoating
+from magicsim.light.world.cell_topology import CellTopology
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.loaded_scene import World
+from magicsim.light.world.marker_disks import marker_disks
+from magicsim.light.world.scene_dict import WorldContent
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.view import View
+
+Array = npt.NDArray[np.float64]
+
+
+class Worlds:
+    """Scenes with and without object and flashlight; only what differs from the last view is moved."""
+
+    def __init__(
+        self,
+        elastomer: Elastomer,
+        rig: Rig,
+        object_mesh: SurfaceMesh | None,
+        object_finish: Finish,
+        integrator: dict[str, Any],
+    ) -> None:
+        """Loads nothing yet.
+
+        Args:
+            elastomer: The block.
+            rig: What surrounds it.
+            object_mesh: The object in its own frame, if one will come.
+            object_finish: Its surface.
+            integrator: Entry of the scenes' dictionaries.
+        """
+        self._elastomer, self._rig, self._integrator = elastomer, rig, integrator
+        self._mesh, self._finish = object_mesh, object_finish
+        self._kept: dict[tuple[bool, bool], World] = {}
+        self._shown: dict[tuple[bool, bool], View] = {}
+
+    def of(self, view: View, object_vertices: Array | None) -> World:
+        """The scene that shows a view, loaded when it is first needed.
+
+        Args:
+            view: What to see.
+            object_vertices: Of the object where it is, shape (vertices, 3) [mm]; None where there is none.
+        """
+        key = (view.indenter is not None, view.flashlight_x_mm is not None)
+        if key not in self._kept:
+            content = WorldContent(
+                object_mesh=self._mesh if key[0] else None, object_finish=self._finish, flashlight=key[1]
+            )
+            self._kept[key] = World(self._elastomer, self._rig, content, self._integrator)
+            if self._integrator["type"] == "fluence":
+                integrator = self._kept[key].scene.integrator()
+                integrator.inventory.know(
+                    CellTopology.of(self._elastomer), self._mesh, FaceCoating.of(self._elastomer, self._rig)
+                )
+        changes = self._changes(self._shown.get(key, View()), view, object_vertices)
+        if changes:
+            self._kept[key].update(**changes)
+        self._shown[key] = view
+        return self._kept[key]
+
+    def _changes(self, shown: View, view: View, object_vertices: Array | None) -> dict[str, Any]:
+        """Arguments of `World.update`."""
+        changes: dict[str, Any] = {}
+        if view.body is not shown.body:
+            changes["body"] = view.body if view.body is not None else self._elastomer.body.vertices
+        if view.infill is not shown.infill and self._elastomer.infill is not None:
+            changes["infill"] = view.infill if view.infill is not None else self._elastomer.infill.vertices
+        if view.markers is not shown.markers and (rest := marker_disks(self._elastomer.design)) is not None:
+            changes["markers"] = view.markers if view.markers is not None else rest.vertices
+        moved = view.indenter is not None and (
+            shown.indenter is None or shown.indenter.pose.key() != view.indenter.pose.key()
+        )
+        if moved and object_vertices is not None:
+            changes["object_vertices"] = object_vertices
+        if view.flashlight_x_mm is not None and view.flashlight_x_mm != (shown.flashlight_x_mm or 0.0):
+            changes["light_x_mm"] = view.flashlight_x_mm
+        return changes

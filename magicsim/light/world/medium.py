@@ -1,0 +1,191 @@
+"""What lies between two hits: read from the geometry of the next hit, so that no bookkeeping can go wrong.
+
+A segment that ends on an infill cell from inside ran through that cell; one that ends on it from outside, or on
+the body from inside, ran through the body. Only where the next hit is opaque, or there is none, does the caller's
+memory decide. Rays displaced across an edge by the intersection offset therefore cannot carry a wrong state.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from magicsim.light.backend import dr, mi
+
+CLEAR_PER_MM = 1e-12
+"""Extinction that stands for none [1/mm]."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Medium:
+    """How one material scatters and absorbs."""
+
+    sigma_s: float
+    """Scattering coefficient [1/mm]."""
+    sigma_a: float
+    """Absorption coefficient [1/mm]."""
+    anisotropy: float = 0.0
+    """Mean cosine of the scattering angle (Henyey and Greenstein's phase function)."""
+
+    @property
+    def sigma_t(self) -> float:
+        """Extinction [1/mm]; never zero, because both passes divide by it."""
+        return max(self.sigma_s + self.sigma_a, CLEAR_PER_MM)
+
+    @property
+    def albedo(self) -> float:
+        """Share of a collision that goes on."""
+        return self.sigma_s / self.sigma_t
+
+    @property
+    def reduced(self) -> "Medium":
+        """Isotropic medium that spreads light alike over many collisions: sigma_s (1 - g)."""
+        return Medium(sigma_s=self.sigma_s * (1 - self.anisotropy), sigma_a=self.sigma_a)
+
+
+@dataclass(slots=True, kw_only=True)
+class Media:
+    """Optical constants of the nested media."""
+
+    body_ior: float
+    infill_ior: float
+    body: Medium
+    infill: Medium
+    top_mm: float
+    """Height above which the body's shape is the clear lens plate, which absorbs as the body does [mm]."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Coefficients:
+    """A medium on the renderer's side."""
+
+    sigma_t: Any
+    sigma_a: Any
+    albedo: Any
+    anisotropy: float
+
+    @classmethod
+    def of(cls, medium: Medium) -> "Coefficients":
+        """Opaque values: the compiled kernel then serves any material."""
+        sigma_t, sigma_a, albedo = (
+            dr.opaque(mi.Float, value) for value in (medium.sigma_t, medium.sigma_a, medium.albedo)
+        )
+        return cls(sigma_t=sigma_t, sigma_a=sigma_a, albedo=albedo, anisotropy=medium.anisotropy)
+
+
+@dataclass(slots=True, kw_only=True)
+class Constants:
+    """Optical constants on the renderer's side."""
+
+    body_ior: Any
+    infill_ior: Any
+    """Relative to the body's."""
+    body: Coefficients
+    infill: Coefficients
+    top_mm: Any
+
+    @classmethod
+    def of(cls, media: Media) -> "Constants":
+        """Opaque values, see `Coefficients`."""
+        return cls(
+            body_ior=dr.opaque(mi.Float, media.body_ior),
+            infill_ior=dr.opaque(mi.Float, media.infill_ior / media.body_ior),
+            body=Coefficients.of(media.body),
+            infill=Coefficients.of(media.infill),
+            top_mm=dr.opaque(mi.Float, media.top_mm),
+        )
+
+
+@dataclass(slots=True, kw_only=True)
+class Segment:
+    """One stretch of a ray, classified; every field is a Dr.Jit array over rays."""
+
+    on_infill: Any
+    on_body: Any
+    opaque: Any
+    """The next hit is neither body nor infill."""
+    in_infill: Any
+    in_body: Any
+    entering: Any
+    """The ray arrives at its dielectric from outside."""
+
+
+def classify(si: Any, body: Any, infill: Any, was_in_body: Any) -> Segment:
+    """Classifies the segment that ends at an interaction.
+
+    Args:
+        si: Surface interaction at the end of the segment, valid or not.
+        body: Pointer to the body's shape.
+        infill: Pointer to the infill's shape, null without a grid.
+        was_in_body: Memory, used only where the next hit is opaque or missing.
+    """
+    valid = si.is_valid()
+    on_infill = valid & (si.shape == infill)
+    on_body = valid & (si.shape == body)
+    outside = mi.Frame3f.cos_theta(si.wi) > 0
+    in_infill = on_infill & ~outside
+    dielectric = on_infill | on_body
+    in_body = (on_infill & outside) | (on_body & ~outside) | (~dielectric & was_in_body)
+    return Segment(
+        on_infill=on_infill,
+        on_body=on_body,
+        opaque=valid & ~dielectric,
+        in_infill=in_infill,
+        in_body=in_body,
+        entering=outside,
+    )
+
+
+def fresnel(si: Any, segment: Segment, constants: Constants) -> tuple[Any, Any, Any, Any]:
+    """Reflectance, reflected and refracted direction (local frame) at a smooth dielectric.
+
+    Returns:
+        Reflectance in 0..1, local reflected direction, local refracted direction, and the factor on radiance
+        behind the interface (its solid angle changes with the square of the relative index).
+    """
+    cosine = mi.Frame3f.cos_theta(si.wi)
+    eta = dr.select(segment.on_infill, constants.infill_ior, constants.body_ior)
+    reflectance, cosine_t, _eta_it, eta_ti = mi.fresnel(cosine, eta)
+    return reflectance, mi.reflect(si.wi), mi.refract(si.wi, cosine_t, eta_ti), dr.square(eta_ti)
+
+
+def scattering_stretch(ray: Any, length: Any, top_mm: Any) -> tuple[Any, Any]:
+    """Part of a segment in the body's shape that lies below the lens plate: its start along the ray, and its length.
+
+    Args:
+        ray: The ray.
+        length: Of the whole segment [mm].
+        top_mm: Height of the plate's lower face [mm].
+    """
+    rising = ray.d.z >= 0
+    steepness = dr.maximum(dr.abs(ray.d.z), 1e-9)
+    crossing = dr.select(rising, top_mm - ray.o.z, ray.o.z - top_mm) / steepness
+    start = dr.clip(dr.select(rising, 0, crossing), 0, length)
+    end = dr.clip(dr.select(rising, crossing, length), start, length)
+    return start, end - start
+
+
+def free_path(sample: Any, transmitted: Any, sigma_t: Any) -> Any:
+    """Way to a collision that happens before the segment's end: inverse of the truncated exponential.
+
+    Args:
+        sample: Uniform in [0, 1).
+        transmitted: Transmittance of the whole segment.
+        sigma_t: Extinction [1/mm].
+    """
+    return -dr.log(1 - sample * (1 - transmitted)) / sigma_t
+
+
+def scattered(direction: Any, sample: Any, anisotropy: float) -> Any:
+    """Direction after a collision, by Henyey and Greenstein's phase function.
+
+    Args:
+        direction: Before the collision, a unit vector.
+        sample: mi.Point2f, uniform.
+        anisotropy: Mean cosine of the scattering angle.
+    """
+    if anisotropy == 0:
+        return mi.warp.square_to_uniform_sphere(sample)
+    g = anisotropy
+    cosine = (1 + g**2 - dr.square((1 - g**2) / (1 - g + 2 * g * sample.x))) / (2 * g)
+    sine = dr.safe_sqrt(1 - dr.square(cosine))
+    azimuth = 2 * dr.pi * sample.y
+    return mi.Frame3f(direction).to_world(mi.Vector3f(sine * dr.cos(azimuth), sine * dr.sin(azimuth), cosine))

@@ -1,0 +1,94 @@
+"""The shapes of a loaded scene by their role."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.aligned import columns
+from magicsim.light.backend import mi
+from magicsim.light.world.cell_faces import CellFaces
+from magicsim.light.world.medium import classify
+from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
+
+CLEAR_MM = 1e-3
+"""How far off its triangles an object is looked around from [mm]: less than a wet object stands into the skin."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Shapes:
+    """The shapes that both passes tell apart, by their role."""
+
+    body: Any
+    infill: Any
+    """All cells, or None without a grid."""
+    object: Any
+    """What approaches, or None."""
+    triangles_per_cell: int
+    faces: CellFaces | None
+    """Of the cells, for `next_hit`; None to search all triangles for every hit."""
+    outside: Any = None
+    """A scene of its own that holds the object, or None where it is in the block's."""
+    coating: Any = None
+    """`Coating` of the contact face, or None where it is bare."""
+
+    @property
+    def cells(self) -> int:
+        """Number of cells, at least 1 so that arrays have a size."""
+        return max(1, self.infill.face_count() // self.triangles_per_cell) if self.infill is not None else 1
+
+    @property
+    def object_triangles(self) -> int:
+        """Number of the object's triangles, at least 1 so that arrays have a size."""
+        return int(self.object.face_count()) if self.object is not None else 1
+
+    def pointers(self) -> tuple[Any, Any, Any]:
+        """Body, infill and object for comparison with hits; null, which no valid hit equals, where one is absent."""
+        return mi.ShapePtr(self.body), mi.ShapePtr(self.infill), mi.ShapePtr(self.object)
+
+
+def lights(scene: Any) -> list[str]:
+    """Names of the lights, in a fixed order: strips, flashlight, light from all around."""
+    names = sorted(shape.id() for shape in scene.shapes() if shape.is_emitter())
+    names.sort(key=lambda name: name == FLASHLIGHT)
+    return names + ([ENVIRONMENT] if scene.environment() is not None else [])
+
+
+def shape_named(scene: Any, name: str) -> Any:
+    """The shape of a scene with a name, or None."""
+    return next((shape for shape in scene.shapes() if shape.id() == name), None)
+
+
+def mesh_of(shape: Any) -> SurfaceMesh:
+    """Vertices and faces of a mesh as they are now."""
+    parameters = mi.traverse(shape)
+    return SurfaceMesh(
+        vertices=np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3),
+        faces=np.array(parameters["faces"]).reshape(-1, 3).astype(np.int32),
+    )
+
+
+def wetted(scene: Any, shapes: Shapes) -> npt.NDArray[np.bool_]:
+    """Which of the object's triangles lie inside the body's surface, shape (triangles,)."""
+    if shapes.object is None or shapes.outside is not None:
+        return np.zeros(shapes.object_triangles, bool)
+    mesh = mesh_of(shapes.object)
+    corners = mesh.vertices[mesh.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return np.array(in_body(scene, shapes, mi.Point3f(*columns(corners.mean(1) + CLEAR_MM * normals))))
+
+
+def in_body(scene: Any, shapes: Shapes, points: Any) -> Any:
+    """Which points on the object's side of the skin lie inside the body's surface, mi.Bool.
+
+    Args:
+        scene: The loaded scene.
+        shapes: Its shapes by their role.
+        points: Outside the object and the cells, mi.Point3f [mm].
+    """
+    body, infill, _ = shapes.pointers()
+    si = scene.ray_intersect(mi.Ray3f(points, mi.Vector3f(0, 0, 1)))
+    return classify(si, body, infill, mi.Bool(False)).in_body

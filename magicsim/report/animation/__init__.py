@@ -1,0 +1,1 @@
+"""The animated preview of a stream."""

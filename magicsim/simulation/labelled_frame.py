@@ -1,0 +1,80 @@
+"""From a rendered state to a labelled frame: the camera's 8-bit image and all that is known about it."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.camera.brightness import BrightnessWatch
+from magicsim.camera.exposure import FloatImage
+from magicsim.camera.film import pixel_landing_mm
+from magicsim.camera.projection import project_px
+from magicsim.camera.stream import CameraMemory, CameraStream, Instant
+from magicsim.deform.deformation import Deformation
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import FrameState
+from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shot:
+    """Everything that turns a radiance into a labelled frame of one scene."""
+
+    scene: SceneConfig
+    camera: CameraStream
+    """Exposed on the untouched sensor."""
+    landing_mm: npt.NDArray[np.float64] | None
+    """Where pixels look, see `pixel_landing_mm`; None where no output needs it."""
+    watch: BrightnessWatch
+    """Tells frames that are black or saturated."""
+
+    @classmethod
+    def of(cls, scene: SceneConfig, camera: CameraStream) -> Self:
+        """For a scene whose camera is exposed on the untouched sensor."""
+        needed = scene.output.contact_mask or scene.output.depth_map
+        watch = BrightnessWatch(rig=scene.rig)
+        watch.see_exposure(camera.exposure)
+        landing = pixel_landing_mm(scene.design, scene.rig) if needed else None
+        return cls(scene=scene, camera=camera, landing_mm=landing, watch=watch)
+
+    def take(
+        self,
+        state: FrameState,
+        deformation: Deformation,
+        radiance: FloatImage,
+        memory: CameraMemory,
+        at: Instant,
+        *,
+        displacements_mm: npt.NDArray[np.float32] | None,
+        is_reference: bool,
+        markers_mm: npt.NDArray[np.float64] | None = None,
+    ) -> tuple[SimulatedFrame, CameraMemory]:
+        """One frame, and what the camera's next one inherits.
+
+        Args:
+            state: What is in front of the sensor.
+            deformation: Its equilibrium.
+            radiance: What the camera reads out, linear, shape (rows, columns, 3).
+            memory: What the camera inherits from the frames before.
+            at: Which frame of which stream; each has noise of its own.
+            displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
+            is_reference: Whether the frame makes the references.
+            markers_mm: Centres of the markers, shape (markers, 3) [mm], where there are any.
+        """
+        output, landing = self.scene.output, self.landing_mm
+        image, later = self.camera.take(radiance, memory, at)
+        self.watch.see(image, index=at.index, flashlight=state.flashlight)
+        frame = SimulatedFrame(
+            image=image,
+            truth=frame_truth(state, deformation, index=at.index, time_s=at.time_s, is_reference=is_reference),
+            contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
+            displacements_mm=displacements_mm,
+            depth_map_mm=depth_map_mm(deformation, landing, self.scene.design)
+            if landing is not None and output.depth_map
+            else None,
+            markers_mm=markers_mm,
+            markers_px=project_px(markers_mm, self.scene.design, self.scene.rig) if markers_mm is not None else None,
+        )
+        return frame, later

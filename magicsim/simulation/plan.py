@@ -1,0 +1,213 @@
+"""Decides before work starts what a scene needs, and says why the rest is left out.
+
+Every rule for frames is exact: leaving out changes no frame, which tests hold by rendering with and without. The one
+that is not, the coarse far field of the lattice, states its bound; where the lattice does not resolve an object's
+edges, the plan says so. What only an exposed image tells, that an object is
+too far to be seen, is left to the renderer (`magicsim.light.reach`).
+"""
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+
+from magicsim.deform.lattice.zone import FAR_FIELD_BOUND
+from magicsim.geometry.design import LatticeOptions
+from magicsim.geometry.grid import node_spacing_mm, resolve_grid
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
+
+UNTOUCHED_FRAME = -1
+"""Number that stands for the untouched state of the reference frames."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FramePlan:
+    """What one scored frame needs."""
+
+    state: FrameState
+    solve: bool
+    """Whether contact is possible, so that a deformation is solved."""
+    same_as: int | None
+    """Earlier frame whose radiance it shares (`UNTOUCHED_FRAME` for the references), or None to render."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """One stage that is kept or left out, and why."""
+
+    stage: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScenePlan:
+    """The work of one episode."""
+
+    frames: tuple[FramePlan, ...]
+    kept: tuple[Decision, ...]
+    left_out: tuple[Decision, ...]
+
+
+def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
+    """Plans an episode.
+
+    Args:
+        scene: What happens.
+        leave_out: False plans every frame in full, for comparison.
+    """
+    states = timeline(scene)
+    frames: list[FramePlan] = []
+    seen = {UNTOUCHED: UNTOUCHED_FRAME} if leave_out else {}
+    for index, state in enumerate(states):
+        touching = can_touch(state)
+        relaxing = touching and scene.contact.rate_dependent
+        before = frames[-1] if touching and frames and states[index - 1] == state else None
+        look = as_seen(scene, state) if leave_out else state
+        earlier = seen.get(look) if not touching else None
+        if before is not None and leave_out and not relaxing:  # paths in contact have a history
+            earlier = before.same_as if before.same_as is not None else index - 1
+        frames.append(FramePlan(state=state, solve=touching and earlier is None, same_as=earlier))
+        if leave_out and earlier is None and not touching:
+            seen[look] = index
+    kept, left_out = _explain(scene, frames)
+    kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
+    return ScenePlan(frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
+
+
+def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
+    """Relative cost of every frame of the stream, references first, in hundredths of a rendering; an estimate."""
+    untouched = round(100 * scene.render.anchor_samples / scene.render.samples) + 200
+    references = [untouched if number == 0 else 1 for number in range(scene.references)]
+    return references + [1 + 100 * (frame.same_as is None) + 80 * frame.solve for frame in plan.frames]
+
+
+def as_seen(scene: SceneConfig, state: FrameState) -> FrameState:
+    """The state without what a coat hides: flashlight, and an object that does not touch.
+
+    Args:
+        scene: What happens.
+        state: Where everything is.
+    """
+    if not scene.design.is_opaque:
+        return state
+    return replace(state, flashlight=False, light_x_mm=0.0) if can_touch(state) else UNTOUCHED
+
+
+def can_touch(state: FrameState) -> bool:
+    """Whether the object's highest point is above the undeformed contact face."""
+    return state.gap_mm is not None and state.gap_mm < 0
+
+
+def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision], list[Decision]]:
+    kept: list[Decision] = []
+    left_out: list[Decision] = []
+    total = len(frames)
+    grid = resolve_grid(scene.design)
+    if grid is None:
+        left_out.append(Decision(stage="grid", reason="cell_mm is 0"))
+    else:
+        counts, sizes = (" x ".join(f"{each:.3g}" for each in values) for values in (grid.counts, grid.cell_mm))
+        kept.append(Decision(stage="grid", reason=f"{counts} cells of {sizes} mm, as they fit into the block"))
+
+    def decide(stage: str, count: int, why: str, why_not: str) -> None:
+        if count:
+            kept.append(Decision(stage=stage, reason=f"{count} of {total} frames: {why}"))
+        if count < total:
+            left_out.append(Decision(stage=stage, reason=f"{total - count} of {total} frames: {why_not}"))
+
+    reasons = Counter(_why_no_solve(frame) for frame in frames if not frame.solve)
+    solved = sum(frame.solve for frame in frames)
+    if solved:
+        kept.append(Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"))
+    lattice = scene.design.lattice
+    if solved and lattice.growth > 1:
+        bound = f"node spacings grow by {lattice.growth:g} there; {_force_bound(lattice)}"
+        left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
+    if solved:
+        left_out += _rough_edges(scene)
+    if solved and scene.render.still_mm > 0:
+        bound = f"displacements below {scene.render.still_mm:g} mm are not rendered, and none is off by more"
+        left_out.append(Decision(stage="light through what hardly moved", reason=bound))
+    if solved and scene.render.reuse_mm > 0:
+        bound = f"they are those of the untouched block where nothing near them moved by {scene.render.reuse_mm:g} mm"
+        left_out.append(Decision(stage="camera paths past what hardly moved", reason=bound))
+    left_out += [
+        Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}")
+        for reason, count in reasons.items()
+    ]
+    rendered = sum(frame.same_as is None for frame in frames)
+    decide(
+        "mesh and BVH update",
+        rendered,
+        "something moved",
+        "nothing moved since an earlier frame that is reused",
+    )
+    lightened = sum(frame.same_as is None and _changes_light(scene, frame) for frame in frames)
+    why_not = "same pose and light as an earlier frame"
+    decide("light pass", lightened, "the light changes", why_not if lightened == rendered else "nothing scatters")
+    left_out += _behind_coat(scene)
+    decide("camera pass", rendered, "the image changes", "same pose and light as an earlier frame")
+    for name, there in _outside(scene, frames).items():
+        decide(f"{name} in the optical scene", there, *SEEN[name])
+    references = f"{scene.references} frames: one untouched state, each frame with noise of its own"
+    if scene.references:
+        kept.append(Decision(stage="reference frames", reason=references))
+    for name in type(scene.output).model_fields:
+        asked = getattr(scene.output, name)
+        reason = "asked for" if asked else "not asked for (output settings)"
+        (kept if asked else left_out).append(Decision(stage=f"output {name}", reason=reason))
+    return kept, left_out
+
+
+SEEN = {"object": ("the object is there", "no object"), "flashlight": ("the light is on", "the light is off")}
+"""Why something outside is in the optical scene, and why it is not."""
+
+
+def _outside(scene: SceneConfig, frames: list[FramePlan]) -> dict[str, int]:
+    """Frames with something outside that can be seen, by what it is."""
+    if scene.design.is_opaque:
+        return {}
+    return {
+        "object": sum(frame.state.has_object for frame in frames),
+        "flashlight": sum(frame.state.flashlight for frame in frames),
+    }
+
+
+def _behind_coat(scene: SceneConfig) -> list[Decision]:
+    if not scene.design.is_opaque:
+        return []
+    reason = "design.coat is opaque: what is outside is not seen, only what it does to the face"
+    return [Decision(stage="object, flashlight and room in the optical scene", reason=reason)]
+
+
+def _changes_light(scene: SceneConfig, frame: FramePlan) -> bool:
+    """Whether particles have to be traced for a frame that is rendered."""
+    return scene.design.scatters or (frame.state.has_object and not scene.design.is_opaque)
+
+
+def _why_no_solve(frame: FramePlan) -> str:
+    if not frame.state.has_object:
+        return "no object"
+    return "the object cannot touch" if not can_touch(frame.state) else "same pose as the frame before"
+
+
+def _rough_edges(scene: SceneConfig) -> list[Decision]:
+    """What a lattice coarser than the object's edges leaves out; smooth objects have the cells that they need."""
+    edge, cells = getattr(scene.object, "edge_radius_mm", math.inf), node_spacing_mm(scene.design)
+    if edge >= cells:
+        return []
+    reason = (
+        f"edges of {edge:.3g} mm on cells of up to {cells:.3g} mm: where they touch, and on the flat faces between "
+        "them, area, mask and picture of the contact are rough; design.lattice.spacing_mm refines"
+    )
+    return [Decision(stage="lattice as fine as the object's edges", reason=reason)]
+
+
+def _force_bound(lattice: LatticeOptions) -> str:
+    usual = LatticeOptions()
+    is_bounded = (
+        lattice.growth <= usual.growth and lattice.margin >= usual.margin and lattice.fine_depth >= usual.fine_depth
+    )
+    if is_bounded:
+        return f"forces within {FAR_FIELD_BOUND:.0%} of the whole lattice's"
+    return "steeper than by default, for which alone a bound of the forces is known"

@@ -1,0 +1,127 @@
+"""From a scene to its frames and ground truth: the chain that everything else builds on."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import accumulate
+
+from magicsim.camera.exposure import FloatImage
+from magicsim.camera.stream import Instant
+from magicsim.deform.deformation import Deformation
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.simulation.episode import Episode, SimulatedFrame
+from magicsim.simulation.labelled_frame import Shot
+from magicsim.simulation.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, efforts, plan_scene
+from magicsim.simulation.sensor import Sensor, sensor_camera
+
+Progress = Callable[[int, int], None]
+"""Called after every frame with the work done and all work, in the same arbitrary unit."""
+
+
+def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
+    """Simulates a whole scene.
+
+    Args:
+        scene: What happens, on which sensor.
+        plan: Which work to do; by default only what the scene needs.
+        progress: Told after every frame.
+
+    Raises:
+        MagicsimError: The design, a deformation or an image is not valid.
+    """
+    return simulate_with(Sensor(scene), plan=plan, progress=progress)
+
+
+def simulate_with(sensor: Sensor, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
+    """Simulates the scene of a sensor that is already built; see `simulate`."""
+    scene = sensor.scene
+    plan = plan or plan_scene(scene)
+    sensor.warm_up(plan)
+    start = time.perf_counter()
+    work = list(accumulate(efforts(scene, plan)))
+    frames = []
+    for frame, done in zip(stream_frames(sensor, plan), work, strict=True):
+        frames.append(frame)
+        if progress is not None:
+            progress(done, work[-1])
+    return Episode(scene=scene, frames=tuple(frames), seconds=time.perf_counter() - start)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RenderedState:
+    """One frame of the stream before the camera: everything that noise and exposure do not change."""
+
+    state: FrameState
+    deformation: Deformation
+    radiance: FloatImage
+    """Linear radiance, shape (rows, columns, 3); the same array for all frames that look the same."""
+    index: int
+    """Place in the stream, reference frames included."""
+    is_reference: bool
+
+
+def stream_states(sensor: Sensor, plan: ScenePlan, untouched: FloatImage) -> Iterator[RenderedState]:
+    """Rendered states of an episode in order: the references, then what the plan lists.
+
+    Args:
+        sensor: In its scene.
+        plan: Which work to do.
+        untouched: Radiance of the sensor at rest, shape (rows, columns, 3).
+    """
+    scene = sensor.scene
+    for index in range(scene.references):
+        yield RenderedState(
+            state=UNTOUCHED, deformation=sensor.rest, radiance=untouched, index=index, is_reference=True
+        )
+    reused = {frame.same_as for frame in plan.frames}
+    radiances = {UNTOUCHED_FRAME: untouched}
+    deformation = sensor.rest
+    for number, frame in enumerate(plan.frames):
+        deformation = _deformation(sensor, frame, deformation)
+        radiance = radiances[frame.same_as] if frame.same_as is not None else sensor.radiance(frame.state, deformation)
+        if number in reused:
+            radiances[number] = radiance
+        yield RenderedState(
+            state=frame.state,
+            deformation=deformation,
+            radiance=radiance,
+            index=scene.references + number,
+            is_reference=False,
+        )
+
+
+def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
+    """The frames of an episode in order: the references, then what the plan lists.
+
+    A camera with a history (`Camera.history`) makes another frame of a state that returns, so all are exposed in order.
+    """
+    scene = sensor.scene
+    untouched = sensor.radiance(UNTOUCHED, sensor.rest)
+    shot = Shot.of(scene, sensor_camera(sensor, untouched))
+    memory = shot.camera.begin(scene.frames_per_second)
+    for each in stream_states(sensor, plan, untouched):
+        at = Instant(
+            seed=scene.seed,
+            index=each.index,
+            time_s=each.index / scene.frames_per_second,
+            frames_per_second=scene.frames_per_second,
+        )
+        frame, memory = shot.take(
+            each.state,
+            each.deformation,
+            each.radiance,
+            memory,
+            at,
+            displacements_mm=sensor.wanted_displacements_mm(each.deformation),
+            is_reference=each.is_reference,
+            markers_mm=sensor.markers_mm(each.deformation),
+        )
+        yield frame
+
+
+def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Deformation:
+    if frame.solve:
+        return sensor.deform(frame.state, previous)
+    in_contact = frame.state.gap_mm is not None and frame.state.gap_mm < 0
+    return replace(previous, iterations=0) if in_contact else sensor.rest

@@ -1,0 +1,120 @@
+"""Ground truth of one frame, from the state and the deformation behind it."""
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial import cKDTree
+
+from magicsim.deform.contact.face import POINT_SPACING_MM
+from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
+from magicsim.detectors.scoring.truth import classify_frame
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.timeline import FrameState
+from magicsim.simulation.episode import FrameTruth, SolveFigures, Vector
+
+Array = npt.NDArray[np.float64]
+AROUND_MM = 2 * POINT_SPACING_MM
+"""Beyond a touching point there is another that does not touch within this distance [mm]."""
+
+
+def frame_truth(
+    state: FrameState, deformation: Deformation, *, index: int, time_s: float, is_reference: bool
+) -> FrameTruth:
+    """What is true of a frame.
+
+    Args:
+        state: Where object and light are.
+        deformation: Equilibrium of the lattice.
+        index: Place in the stream.
+        time_s: Time from the first frame [s].
+        is_reference: Whether the frame is one of the references.
+    """
+    force = as_vector(deformation.force_n)
+    size = float(np.linalg.norm(deformation.force_n))
+    return FrameTruth(
+        index=index,
+        time_s=time_s,
+        is_reference=is_reference,
+        state=state,
+        contact=size > 0,
+        depth_mm=max(0.0, -state.gap_mm) if state.gap_mm is not None else 0.0,
+        force_n=force,
+        torque_nmm=as_vector(deformation.torque_nmm),
+        contact_area_mm2=deformation.contact_area_mm2,
+        frame_class=classify_frame(
+            gap_mm=state.gap_mm, force_n=size, light_on=state.flashlight, is_reference=is_reference
+        ),
+        solve=SolveFigures(
+            iterations=deformation.iterations,
+            min_jacobian=deformation.min_jacobian,
+            max_penetration_mm=deformation.max_penetration_mm,
+            force_balance=deformation.force_balance,
+        ),
+    )
+
+
+def contact_mask(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.bool_]:
+    """Pixels whose ray, refracted at the flat lens side, lands where the face touches the object.
+
+    The gap decides, linear between contact points, not the traction: with pointwise multipliers the tractions of
+    touching points alternate.
+
+    Args:
+        deformation: Equilibrium of the lattice.
+        landing_mm: Where each pixel looks on the contact face, shape (rows, columns, 2) [mm].
+
+    Returns:
+        Mask of shape (rows, columns).
+    """
+    points, gap = deformation.contact_points_mm[:, :2], deformation.contact_gap_mm
+    touching, mask = points[gap <= TOUCHING_GAP_MM], np.zeros(landing_mm.shape[:2], bool)
+    if len(touching):
+        looked_at = _in_box(landing_mm, touching, AROUND_MM)
+        near = _in_box(points, touching, 2 * AROUND_MM)
+        mask[looked_at] = _between(points[near], gap[near], landing_mm[looked_at]) <= TOUCHING_GAP_MM
+    return mask
+
+
+def depth_map_mm(
+    deformation: Deformation, landing_mm: Array, design: ElastomerDesign | None = None
+) -> npt.NDArray[np.float32]:
+    """How far the contact face is pressed in where each pixel's ray meets it; below zero where it bulges out.
+
+    Linear between the deformed contact points; rays are those of the undeformed sensor, as for the contact mask.
+
+    Args:
+        deformation: Equilibrium of the lattice.
+        landing_mm: Where each pixel looks on the contact face, shape (rows, columns, 2) [mm].
+        design: The block, where its face may be curved: depths are along z from the undeformed face.
+
+    Returns:
+        Shape (rows, columns) [mm].
+    """
+    if deformation.is_rest:
+        return np.zeros(landing_mm.shape[:2], np.float32)
+    points = deformation.contact_points_mm
+    pressed = points[:, 2] - (design.rise_mm(points[:, :2]) if design is not None else 0.0)
+    depth = _between(points[:, :2], pressed, landing_mm.reshape(-1, 2))
+    return depth.reshape(landing_mm.shape[:2]).astype(np.float32)
+
+
+def _in_box(places: Array, around: Array, margin_mm: float) -> npt.NDArray[np.bool_]:
+    """Which places are in the rectangle around others, widened by a margin."""
+    low, high = around.min(0) - margin_mm, around.max(0) + margin_mm
+    return np.asarray(((places >= low) & (places <= high)).all(-1))
+
+
+def _between(points: Array, values: Array, places: Array) -> Array:
+    """Linear between the values at points; the nearest one's beyond the outermost."""
+    found = LinearNDInterpolator(points, values)(places)
+    outside = np.isnan(found)
+    if outside.any():
+        _, nearest = cKDTree(points).query(places[outside])
+        found[outside] = values[nearest]
+    return np.asarray(found)
+
+
+def as_vector(values: Array) -> Vector:
+    """Three numbers of an array, shape (3,)."""
+    x, y, z = values.tolist()
+    return (x, y, z)

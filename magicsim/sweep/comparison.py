@@ -1,0 +1,229 @@
+"""From a sweep to its folder: designs judged on many processes, the table and the explorer."""
+
+import base64
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magicsim.folder.ledger import RESUMABLE, Ledger
+from magicsim.folder.lock import sole_writer
+from magicsim.folder.result import output_errors
+from magicsim.light.variant import activate_variant
+from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
+from magicsim.sweep.explorer.page import render_explorer
+from magicsim.sweep.explorer.trends import check_trends
+from magicsim.sweep.folder import (
+    CSV,
+    FRAMES,
+    INDEX,
+    PARQUET,
+    REPORT,
+    SweepIndex,
+    check_folder,
+    open_ledger,
+    read_index,
+    read_result,
+    read_results,
+    refuse_another,
+    result_name,
+    write_config,
+    write_index,
+)  # fmt: skip
+from magicsim.sweep.judging.judge import DesignTask, judge_design
+from magicsim.sweep.result import DesignResult
+from magicsim.sweep.search.pareto import best_of, costs_of, pareto_front
+from magicsim.sweep.sweep_file import SweepConfig
+from magicsim.sweep.table import rows_of, table_csv, table_parquet
+from magicsim.workers.attempt import Prepare
+from magicsim.workers.log import log_failures
+from magicsim.workers.options import WorkerOptions, choose_workers
+from magicsim.workers.outcome import Outcome
+from magicsim.workers.tasks import run_tasks
+from magicsim.workers.threads import bound_threads
+from magicsim.workers.versions import versions
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judge:
+    """What judges designs."""
+
+    function: Callable[[DesignTask], bytes] = judge_design
+    prepare: Prepare | None = bound_threads
+    variant: Callable[[], str] = activate_variant
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepSummary:
+    """What `magicsim sweep` reports."""
+
+    designs: int
+    """Designs with a result."""
+    failed: int
+    """Designs without one; `sweep.json` says why."""
+    best: dict[str, Any] | None
+    """Number, values and first objective of the best design."""
+    front: list[int]
+    """Designs in the Pareto front of all objectives."""
+    trends: list[dict[str, Any]]
+    """Published trends and how many rows of designs bear them out."""
+    seconds: float
+    """Time from the first design to the last file [s]."""
+    report: str
+    """The explorer."""
+    out: str
+
+
+def run_sweep(
+    sweep: SweepConfig,
+    out: Path,
+    *,
+    options: WorkerOptions | None = None,
+    resume: bool = False,
+    judge: Judge | None = None,
+    progress: Callable[[int, int, int], None] | None = None,
+) -> SweepSummary:
+    """Judges every design of a sweep, or those that an earlier run left, and writes the folder of results.
+
+    Args:
+        sweep: What to compare.
+        out: Folder of the results.
+        options: Where and how to compute; all cores by default. Never changes a result but its times.
+        resume: Whether to go on with the sweep in the folder.
+        judge: What judges designs.
+        progress: Told after every design: how many ended, how many there are, how many failed.
+
+    Raises:
+        ConfigError: A field does not exist, or a value is out of its range.
+        OutputError: The folder is not ours, holds another sweep, or cannot be written; what is finished is kept.
+    """
+    options = options or choose_workers(None, timeout_s=sweep.timeout_s)
+    judge = judge or Judge()
+    designs = list_designs(sweep)
+    chooser = _chooser(sweep)
+    check_folder(out, resume=resume)
+    start = time.perf_counter()
+    with output_errors(out, then=RESUMABLE), sole_writer(out):
+        ledger = open_ledger(out)
+        index = SweepIndex(
+            config_hash=sweep.config_hash(),
+            versions=versions() | chooser,
+            variant=judge.variant(),
+            designs=count_designs(sweep),
+        )
+        earlier = read_index(out)
+        if earlier is not None:
+            refuse_another(out, earlier, index)
+        write_config(ledger, sweep)
+        kept = earlier.failed if earlier is not None and sweep.sampling == "search" else {}
+        write_index(ledger, index.model_copy(update={"failed": kept}))
+        call = _Call(sweep=sweep, ledger=ledger, options=options, judge=judge, progress=progress)
+        failed = call.judge_known(designs)
+        if sweep.sampling == "search":
+            failed |= call.search(index, kept, known=failed)
+        results = read_results(out, count_designs(sweep))
+        summary = write_results(sweep, ledger, results, failed, seconds=time.perf_counter() - start)
+        files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
+        write_index(ledger, index.model_copy(update={"is_complete": True, "failed": failed, "files": files}))
+        ledger.close()
+        return summary
+
+
+def write_results(
+    sweep: SweepConfig, ledger: Ledger, results: list[DesignResult], failed: dict[str, str], *, seconds: float
+) -> SweepSummary:
+    """Writes table, pictures and explorer of judged designs."""
+    kept = [sweep.search is None or sweep.search.keeps(result) for result in results]
+    costs = np.where(np.array(kept, bool)[:, None], costs_of(results, sweep.objectives), np.nan)
+    front = pareto_front(costs).tolist()
+    best = best_of([result for result, is_kept in zip(results, kept, strict=True) if is_kept], sweep.objectives)
+    trends = check_trends(results)
+    rows = rows_of(results, front)
+    ledger.place(CSV, table_csv(rows))
+    ledger.place(PARQUET, table_parquet(rows, sweep.quality))
+    for result in results:
+        for number, address in enumerate(result.pictures.values()):
+            name = f"{FRAMES}/{result.index:05d}-{number:02d}.webp"
+            ledger.place(name, base64.b64decode(address.partition(",")[2]))
+    page = render_explorer(sweep, results, front=front, trends=trends, failed=failed)
+    ledger.place(REPORT, page.encode())
+    return SweepSummary(
+        designs=len(results),
+        failed=len(failed),
+        best=_best(sweep, best),
+        front=[result.index for result, in_front in zip(results, front, strict=True) if in_front],
+        trends=[asdict(each) | {"holds": each.holds} for each in trends],
+        seconds=round(seconds, 3),
+        report=str(ledger.out / REPORT),
+        out=str(ledger.out),
+    )
+
+
+def _best(sweep: SweepConfig, best: DesignResult | None) -> dict[str, Any] | None:
+    if best is None:
+        return None
+    measure = sweep.objectives[0].measure
+    found = best.measures[measure]
+    ends = {"low": found.low, "high": found.high}
+    return {"design": best.index, "values": best.values, "measure": measure, "value": found.value} | ends
+
+
+def _chooser(sweep: SweepConfig) -> dict[str, str]:
+    """Version of what chooses designs, where a package does; also looks whether what it is to vary is there."""
+    if sweep.sampling != "search":
+        return {}
+    from magicsim.sweep.search.study import optuna_version
+
+    for each in sweep.swept:
+        value_at(sweep, each.field)
+    return {"optuna": optuna_version()}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Call:
+    """What one call of `run_sweep` judges by."""
+
+    sweep: SweepConfig
+    ledger: Ledger
+    options: WorkerOptions
+    judge: Judge
+    progress: Callable[[int, int, int], None] | None
+
+    def judge_known(self, designs: list[SweptDesign]) -> dict[str, str]:
+        """Judges what has no result yet; returns why some have none."""
+        left = [each for each in designs if read_result(self.ledger.out, each.index) is None]
+        return self.judge_all(left, len(designs) - len(left), 0)
+
+    def search(self, index: SweepIndex, earlier: dict[str, str], *, known: dict[str, str]) -> dict[str, str]:
+        """Chooses designs and judges them; returns why some have no result, as `known` does of those of `also`."""
+        from magicsim.sweep.search.batches import search_designs
+
+        def record(failed: dict[str, str]) -> None:
+            write_index(self.ledger, index.model_copy(update={"failed": known | failed}))
+
+        def judge(left: list[SweptDesign], ended: int, failed: int) -> dict[str, str]:
+            return self.judge_all(left, len(self.sweep.also) + ended, len(known) + failed)
+
+        return search_designs(self.sweep, self.ledger, judge, earlier=earlier, record=record)
+
+    def judge_all(self, designs: list[SweptDesign], ended: int, failed_before: int) -> dict[str, str]:
+        """Judges designs; returns why some have no result."""
+        failed: dict[str, str] = {}
+        if not designs:
+            return failed
+        tasks = ((design.index, DesignTask(design=design, sweep=self.sweep)) for design in designs)
+        with closing(run_tasks(self.judge.function, tasks, self.options, prepare=self.judge.prepare)) as outcomes:
+            outcome: Outcome[bytes]
+            for done, outcome in enumerate(outcomes, ended + 1):
+                log_failures(self.ledger.out, "design", outcome.key, outcome.failures)
+                if outcome.result is not None:
+                    self.ledger.place(result_name(outcome.key), outcome.result)
+                else:
+                    failed[str(outcome.key)] = outcome.failures[-1].message
+                if self.progress is not None:
+                    self.progress(done, count_designs(self.sweep), failed_before + len(failed))
+        return failed

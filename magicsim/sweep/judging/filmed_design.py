@@ -1,0 +1,210 @@
+"""One design filmed: an approach, a press, touches all over the face and outside light, on one set of references.
+
+All frames of a film share the sensor's untouched state and its Monte Carlo seed; the camera's noise is drawn
+afterwards, so that every state can be seen many times for the price of one rendering. A design is filmed several times,
+each with random numbers of its own, so that what the rendering's noise does to a measure shows. Every depth is solved
+once, in the middle of the face, and moved to each touched place (see `deform.central`).
+"""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.camera.exposure import Exposure, FloatImage, Frame, expose
+from magicsim.geometry.objects.kinds import ObjectConfig
+from magicsim.light.records.untouched import UntouchedStates
+from magicsim.sampling.points import unit_points
+from magicsim.scenes.rig import Camera
+from magicsim.scenes.scene import OutputSettings, SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, timeline
+from magicsim.simulation.plan import plan_scene
+from magicsim.simulation.sensor import Sensor, sensor_exposure
+from magicsim.sweep.judging.central_press import CentralPress, followed_finely, moved, press_centrally
+from magicsim.sweep.judging.quality import Quality
+from magicsim.sweep.sensors import SweptSensor, camera_of, render_of
+
+PLACES = 3
+"""Stream of the touched places."""
+DRIFT = 5
+"""Stream of the lights' strength."""
+FACE_SHARE = 0.5
+"""Part of the face, along x and along y, that is touched."""
+NEAR_MM = 1.0
+"""Gap in front of each touched place [mm]."""
+LIGHTS_MM = (-6.0, -2.0, 2.0, 6.0)
+"""Places of the outside light along x [mm]."""
+REFERENCES = 30
+"""Frames of the untouched sensor that make the references, as published."""
+SPAN = 1000
+"""Noise streams that each state has for itself."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown:
+    """One state of the sensor as the camera could see it."""
+
+    number: int
+    """Place in the film; states have noise of their own."""
+    gap_mm: float | None
+    """Negative when pressed; None without an object."""
+    x_mm: float
+    y_mm: float
+    radiance: FloatImage
+    """Linear, shape (rows, columns, 3)."""
+    force_n: float
+    """Along z."""
+    seconds: float
+    """Time of its rendering, with that of its meshes in the first film [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """Everything that the image measures of a design are taken from, as one set of random numbers renders it."""
+
+    camera: Camera
+    exposure: Exposure
+    seed: int
+    """Of the camera's noise."""
+    untouched: Shown
+    approach: tuple[Shown, ...]
+    """On the axis, gaps falling."""
+    press: tuple[Shown, ...]
+    """On the axis, depths rising."""
+    near: tuple[Shown, ...]
+    """In front of each touched place."""
+    light_touches: tuple[Shown, ...]
+    """The lightest touches that count, in the same order."""
+    touches: tuple[Shown, ...]
+    """Firmer ones."""
+    light: tuple[Shown, ...]
+    """Outside light and no object."""
+
+    def frames(self, shown: Shown, draws: int, *, first: int = 0, drift: float = 0.0) -> list[Frame]:
+        """A state seen several times, each with noise of its own.
+
+        Args:
+            shown: The state.
+            draws: How often.
+            first: Number of the first draw; the same number is the same frame.
+            drift: Standard deviation of the strength of all lights, as a share of what it was at calibration.
+        """
+        start = shown.number * SPAN + first
+        random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([self.seed, DRIFT, start])))
+        strengths = 1 + drift * random.standard_normal(draws)
+        return [
+            expose(
+                (strength * shown.radiance).astype(np.float32), self.exposure, self.camera, seed=self.seed, frame=frame
+            )
+            for frame, strength in enumerate(strengths, start)
+        ]
+
+    def references(self) -> list[Frame]:
+        """Frames of the untouched sensor that nothing else uses."""
+        return self.frames(self.untouched, REFERENCES, first=SPAN - REFERENCES)
+
+
+def film_design(
+    sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int, untouched: UntouchedStates
+) -> list[Film]:
+    """Simulates everything that a film shows, once for each of `quality.renderings`.
+
+    Raises:
+        MagicsimError: The design, a deformation or an image is not valid.
+    """
+
+    @cache
+    def pressed(depth_mm: float) -> CentralPress:
+        return press_centrally(sensor.design, thing, depth_mm, cells_across=quality.cells_across)
+
+    scene = _scene(sensor, thing, quality, seed=seed)
+    # What else looks at the sensor, such as the plates, has the random numbers of the first film.
+    first = Sensor(scene, untouched=untouched)
+    first.warm_up(plan_scene(scene))
+    turns = [first, *(first.reseeded(turn) for turn in range(1, quality.renderings))]
+    rests = [each.radiance(UNTOUCHED, first.rest) for each in turns]
+    shown = zip(*_shown(turns, pressed), strict=True)
+    return [_film(*each, quality) for each in zip(turns, rests, shown, strict=True)]
+
+
+def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int) -> SceneConfig:
+    return SceneConfig.model_validate(
+        {
+            "schema_version": 1,
+            "design": followed_finely(sensor.design),
+            "rig": sensor.rig.model_copy(update={"camera": camera_of(sensor, quality)}),
+            "seed": seed,
+            "references": 0,
+            "object": thing,
+            "render": render_of(sensor, quality),
+            "output": OutputSettings(**dict.fromkeys(OutputSettings.model_fields, False)),
+            "keyframes": _keyframes(touched_places(sensor, quality, seed=seed), quality),
+        }
+    )
+
+
+def _film(simulated: Sensor, rest: FloatImage, shown: tuple[Shown, ...], quality: Quality) -> Film:
+    near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches
+    parts = [shown[a:b] for a, b in _runs([near, depths, touches, len(LIGHTS_MM)])]
+    return Film(
+        camera=simulated.scene.rig.camera,
+        exposure=sensor_exposure(simulated, rest),
+        seed=simulated.scene.seed,
+        untouched=Shown(number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest, force_n=0.0, seconds=0.0),
+        approach=tuple(parts[0]),
+        press=tuple(parts[1]),
+        near=tuple(parts[2][::3]),
+        light_touches=tuple(parts[2][1::3]),
+        touches=tuple(parts[2][2::3]),
+        light=tuple(parts[3]),
+    )
+
+
+def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) -> Iterator[list[Shown]]:
+    """Every state by every turn: a state's meshes are moved, and its search tree is built, once for all of them."""
+    first = turns[0]
+    for number, state in enumerate(timeline(first.scene), 1):
+        depth = -(state.gap_mm or 0.0)
+        deformation = moved(first, state, pressed(depth)) if depth > 0 else first.rest
+        before = time.perf_counter()
+        view = first.view(state, deformation)
+        shown = []
+        for each in turns:
+            radiance, now = each.renderer.radiance(view), time.perf_counter()
+            shown.append(
+                Shown(
+                    number=number,
+                    gap_mm=state.gap_mm,
+                    x_mm=state.x_mm,
+                    y_mm=state.y_mm,
+                    radiance=radiance,
+                    force_n=float(deformation.force_n[2]),
+                    seconds=now - before,
+                )
+            )
+            before = now
+        yield shown
+
+
+def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.NDArray[np.float64]:
+    """Places on the face, evenly spread, shape (touches, 2) [mm]; the same shares of the face for every design."""
+    shares = unit_points(quality.touches, 2, seed=seed, stream=PLACES, sampling="sobol") - 0.5
+    return np.asarray(np.round(FACE_SHARE * shares * np.array(sensor.design.footprint_mm), 3))
+
+
+def _keyframes(places: npt.NDArray[np.float64], quality: Quality) -> list[dict[str, object]]:
+    states: list[dict[str, object]] = [{"gap_mm": gap} for gap in quality.gaps_mm]
+    states += [{"gap_mm": -depth} for depth in quality.depths_mm]
+    for x, y in places.tolist():
+        gaps = (NEAR_MM, -quality.light_depth_mm, -quality.touch_depth_mm)
+        states += [{"x_mm": x, "y_mm": y, "gap_mm": gap} for gap in gaps]
+    states += [{"flashlight": True, "light_x_mm": x} for x in LIGHTS_MM]
+    return [{"frame": number, **state} for number, state in enumerate(states)]
+
+
+def _runs(lengths: list[int]) -> list[tuple[int, int]]:
+    return list(pairwise(np.cumsum([0, *lengths]).tolist()))

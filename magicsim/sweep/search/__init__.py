@@ -1,0 +1,1 @@
+"""Sweeps that choose their next designs in the knowledge of all before."""

@@ -1,0 +1,59 @@
+"""Rules that leave work out: what they promise is what they keep."""
+
+import json
+
+import numpy as np
+import pytest
+from laboratory.light.kinds import draw_light as draw
+from laboratory.light.left_out import (
+    SMALL,
+    LeftOutRow,
+    Rule,
+    _far_field,
+    _measured,
+    _out_of_reach,
+    _outputs,
+    _recorded,
+    _still_meshes,
+)
+from PIL import Image
+
+from magicsim.deform.lattice.zone import FAR_FIELD_BOUND
+
+
+def test_row_says_what_a_rule_saves_and_changes() -> None:
+    row = _measured(
+        Rule(name="half", result="statistical", full=lambda: np.full(4, 2.0), lean=lambda: np.full(4, 2.1),
+             again=(lambda: np.full(4, 2.3), lambda: np.full(4, 1.7))),
+        3,
+    )  # fmt: skip
+    assert isinstance(row, LeftOutRow)
+    assert row.difference == pytest.approx(0.05)
+    assert row.noise == pytest.approx(np.hypot(0.3, 0.4) / np.sqrt(2) / 2)
+
+
+@pytest.mark.parametrize("rule", [_outputs, _still_meshes])
+def test_exact_rule_changes_nothing(rule) -> None:
+    assert _measured(rule(SMALL), 1).difference == 0
+
+
+def test_bounded_rule_stays_within_its_bound() -> None:
+    assert 0 < _measured(_far_field(SMALL), 1).difference < FAR_FIELD_BOUND
+
+
+def test_far_object_changes_next_to_nothing() -> None:
+    assert _measured(_out_of_reach((*SMALL, "object.radius_mm=100")), 1).difference < 1e-3
+
+
+def test_recorded_paths_differ_by_their_noise() -> None:
+    row = _measured(_recorded("near")(SMALL), 1)
+    assert 0 < row.difference < 1.5 * row.noise
+
+
+def test_plot_is_drawn_from_the_file(tmp_path) -> None:
+    row = {"rule": "one", "result": "exact", "seconds_full": 2.0, "seconds": 0.5, "difference": 0.0, "noise": None}
+    file = tmp_path / "bench-left-out.json"
+    file.write_text(json.dumps({"kind": "left-out", "results": [row, row | {"noise": 0.1}]}))
+    draw(file, tmp_path / "plot.png")
+    with Image.open(tmp_path / "plot.png") as plot:
+        assert plot.size[0] > 300

@@ -1,0 +1,294 @@
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from dataset.fakes import FOLDER, SMALL, small_recipe
+from magicsim.config.documents import read_toml
+from magicsim.config.models import apply_overrides, validate
+from magicsim.config.presets import find_preset
+from magicsim.dataset.card import dataset_card
+from magicsim.dataset.columns import columns_of
+from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors, drawn_names, episode_seed
+from magicsim.dataset.recipes.object_recipe import ObjectRecipe
+from magicsim.dataset.recipes.recipe import Recipe, load_recipe
+from magicsim.errors import ConfigError
+from magicsim.geometry.objects.kinds import OBJECT_KINDS
+from magicsim.scenes.scene import read_scene_file
+from magicsim.scenes.timeline import timeline
+
+
+@pytest.fixture(scope="module")
+def default() -> Recipe:
+    return load_recipe("default", ["episodes=256"])
+
+
+@pytest.fixture(scope="module")
+def episodes(default: Recipe):
+    return draw_episodes(default)
+
+
+def recipe_with(**changes: object) -> Recipe:
+    data = read_scene_file(FOLDER / "small.toml", SMALL)
+    return validate(Recipe, data | changes, source="recipe")
+
+
+def test_presses_are_those_that_the_sensor_was_tested_with(episodes):
+    states = [state for episode in episodes for state in timeline(episode.scene)]
+    deepest = [-state.gap_mm for state in states if state.gap_mm is not None and state.gap_mm < 0]
+    assert 1.9 < max(deepest) <= 2.0
+    twists = [state.twist_deg for state in states if state.gap_mm is not None]
+    assert min(twists) < -80
+    assert 80 < max(twists) <= 90
+    shear = [episode.values["path.shear_mm"] for episode in episodes if "path.shear_mm" in episode.values]
+    assert 0.9 < max(shear) <= 1.0
+
+
+def test_paths_and_objects_come_as_often_as_they_weigh(default: Recipe, episodes):
+    paths = Counter(episode.path_kind for episode in episodes)
+    weights = {path.kind: path.weight for path in default.paths}
+    for kind, weight in weights.items():
+        assert paths[kind] == pytest.approx(256 * weight / sum(weights.values()), abs=1)
+    touched = [episode.scene.object.kind for episode in episodes if episode.scene.object is not None]
+    weights = {entry.kind: entry.weight for entry in default.objects}
+    for kind, weight in weights.items():
+        assert Counter(touched)[kind] / len(touched) == pytest.approx(weight / sum(weights.values()), abs=0.03)
+
+
+def test_every_drawn_value_has_a_column_and_lies_in_its_interval(default: Recipe, episodes):
+    names = set(drawn_names(default))
+    assert set().union(*(episode.values for episode in episodes)) == names
+    depths = [episode.values["path.depth_mm"] for episode in episodes if "path.depth_mm" in episode.values]
+    assert 0.1 <= min(depths) < 0.15
+    for episode in episodes:
+        assert ("path.depth_mm" in episode.values) == (episode.path_kind == "touch")
+        assert ("object.radius_mm" in episode.values) <= (episode.scene.object is not None)
+
+
+def test_drawn_values_are_those_of_the_scene():
+    for episode in draw_episodes(small_recipe()):
+        values, scene = episode.values, episode.scene
+        assert scene.design.skin_mm == pytest.approx(0.8 + values["sensor.skin_mm"])
+        assert scene.rig.strips[2].radiance[1] == pytest.approx(5 * values["sensor.led_strength.2"])
+        if scene.object is not None:
+            assert scene.object.radius_mm == values["object.radius_mm"]
+            assert scene.object.color == (0.8, values["object.color.1"], 0.2)
+            depth = max(-state.gap_mm for state in timeline(scene) if state.gap_mm is not None)
+            assert depth == pytest.approx(values["path.depth_mm"])
+
+
+def test_walls_grow_at_the_cost_of_the_cells():
+    recipe = small_recipe()
+    pitch = recipe.design.cell_mm + recipe.design.wall_mm
+    sensors = draw_sensors(recipe, 20)
+    assert len({sensor.design.wall_mm for sensor in sensors}) == 20
+    for sensor in sensors:
+        assert sensor.design.cell_mm + sensor.design.wall_mm == pytest.approx(pitch, abs=1e-8)
+
+
+def test_episodes_of_one_sensor_share_it_and_each_has_its_own_seed():
+    episodes = draw_episodes(small_recipe("episodes=7"))
+    assert [episode.sensor for episode in episodes] == [0, 0, 0, 1, 1, 1, 2]
+    assert len({episode.scene.design for episode in episodes}) == 3
+    assert [episode.scene.seed for episode in episodes] == [episode_seed(3, index) for index in range(7)]
+    assert len({episode.scene.seed for episode in episodes}) == 7
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "random"])
+def test_first_episodes_stay_when_there_are_more(sampling: str):
+    few, many = (draw_episodes(small_recipe(f"episodes={n}", f"sampling={sampling}")) for n in (3, 12))
+    assert many[:3] == list(few)
+
+
+def test_flashlight_and_empty_episodes_bring_no_object():
+    recipe = recipe_with(paths=[{"kind": "flashlight", "strength": 0.5, "travel_mm": 3.0}, {"kind": "clear"}])
+    for episode in draw_episodes(recipe):
+        assert episode.scene.object is None
+        states = timeline(episode.scene)
+        assert all(state.flashlight == (episode.path_kind == "flashlight") for state in states)
+        if episode.path_kind == "flashlight":
+            assert episode.scene.rig.flashlight.radiance == (0.5, 0.5, 0.5)
+            assert [state.light_x_mm for state in states] == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_path_presses_shears_twists_and_leaves():
+    path = {
+        "kind": "touch", "x_mm": 1.0, "gap_mm": 4.0, "depth_mm": 0.5, "shear_mm": 0.4, "shear_direction_deg": 90.0,
+        "twist_deg": 30.0, "approach_frames": 2, "press_frames": 1, "shear_frames": 1, "twist_frames": 1,
+        "hold_frames": 2, "release_frames": 1, "friction": 0.7,
+    }  # fmt: skip
+    episode = draw_episodes(recipe_with(paths=[path], episodes=1))[0]
+    found = [(s.gap_mm, s.x_mm, s.y_mm, s.twist_deg) for s in timeline(episode.scene)]
+    np.testing.assert_allclose(
+        found,
+        [
+            (4, 1, 0, 0), (2.05, 1, 0, 0), (0.1, 1, 0, 0), (-0.5, 1, 0, 0), (-0.5, 1, 0.4, 0), (-0.5, 1, 0.4, 30),
+            (-0.5, 1, 0.4, 30), (-0.5, 1, 0.4, 30), (4, 1, 0.4, 30),
+        ],
+        atol=1e-8,
+    )  # fmt: skip
+    assert episode.scene.contact.friction == 0.7
+
+
+def test_gloss_is_drawn_for_each_episode_and_recorded():
+    gloss = {"specular": {"low": 0.1, "high": 0.5}, "roughness": {"choices": [0.1, 0.3]}}
+    recipe = recipe_with(
+        objects=[{"kind": "sphere", "radius_mm": 3.0, **gloss}], paths=[{"kind": "hover", "nearest_mm": 1}]
+    )
+    drawn = draw_episodes(recipe)
+    assert len({episode.scene.object.specular for episode in drawn}) == len(drawn)
+    for episode in drawn:
+        assert episode.scene.object.specular == episode.values["object.specular"]
+        assert episode.scene.object.roughness == episode.values["object.roughness"]
+    assert {"object_specular", "object_roughness", "drawn.object.specular"} <= {
+        each.name for each in columns_of(recipe)
+    }
+
+
+@pytest.mark.parametrize("kind", OBJECT_KINDS)
+def test_every_key_of_every_kind_of_object_may_stand_in_a_recipe(kind: str):
+    assert set(OBJECT_KINDS[kind].model_fields) <= set(ObjectRecipe.model_fields)
+
+
+def test_everyday_objects_are_drawn():
+    objects = [{"kind": "screwdriver", "radius_mm": {"low": 9.0, "high": 12.0}, "flutes": 6}]
+    episode = draw_episodes(recipe_with(objects=objects, paths=[{"kind": "hover", "nearest_mm": 1}]))[0]
+    assert (episode.scene.object.kind, episode.scene.object.flutes) == ("screwdriver", 6)
+    assert episode.scene.object.radius_mm == episode.values["object.radius_mm"]
+
+
+def test_meshes_of_a_folder_are_equally_likely(tmp_path: Path):
+    for name in ("b.stl", "a.ply"):
+        trimesh.creation.box().export(tmp_path / name)
+    (tmp_path / "notes.txt").touch()
+    objects = [{"kind": "mesh", "folder": str(tmp_path), "scale": {"low": 2.0, "high": 3.0}}]
+    paths = [{"kind": "hover", "nearest_mm": 1.0}]
+    drawn = draw_episodes(recipe_with(objects=objects, paths=paths, episodes=16))
+    files = Counter(Path(episode.scene.object.path).name for episode in drawn)
+    assert files == {"a.ply": 8, "b.stl": 8}
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"objects": [{"kind": "sphere"}]}, "objects.0: radius_mm is missing: object kind 'sphere' needs it"),
+        ({"objects": [{"kind": "sphere", "size_mm": 1.0}]}, "unknown key of object kind 'sphere' 'size_mm'"),
+        ({"objects": [{"kind": "mesh"}]}, "needs either path or folder"),
+        ({"objects": [{"kind": "sphere", "radius_mm": 1.0, "folder": "a"}]}, "folder is not a key of object kind"),
+        ({"objects": []}, "objects are missing"),
+        ({"paths": []}, "paths = "),
+        ({"paths": [{"kind": "poke", "depth_mm": 1.0}]}, "available: clear, flashlight, hover, touch"),
+        ({"paths": [{"kind": "touch"}]}, "paths.0.depth_mm is missing"),
+        ({"paths": [{"kind": "touch", "depth_mm": {"low": 1.0}}]}, "needs either low and high"),
+        ({"splits": {"train": 0.0, "validation": 0.0, "test": 0.0}}, "one of them above 0"),
+        ({"tolerances": {"skin": 0.1}}, "unknown key in .tolerances. 'skin'"),
+    ],
+)
+def test_recipe_that_cannot_be_drawn_from_is_one_line(changes: dict[str, object], named: str):
+    with pytest.raises(ConfigError, match=named):
+        recipe_with(**changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"objects": [{"kind": "sphere", "radius_mm": {"low": -1.0, "high": 1.0}}]}, "radius_mm = -"),
+        ({"tolerances": {"skin_mm": -2.0}}, "sensor 0: skin_mm = -1.2 is not allowed"),
+        ({"objects": [{"kind": "mesh", "folder": "no-such-folder"}]}, "folder = 'no-such-folder' holds no mesh file"),
+    ],
+)
+def test_drawn_values_that_are_not_allowed_are_one_line_before_any_work(changes: dict[str, object], named: str):
+    with pytest.raises(ConfigError, match=named):
+        list(draw_episodes(recipe_with(**changes)))
+
+
+def test_recipe_hash_knows_what_rows_depend_on():
+    recipe = small_recipe()
+    assert recipe.config_hash() == small_recipe("episodes=99", "timeout_s=5").config_hash()
+    assert recipe.config_hash() != small_recipe("render.samples=3").config_hash()
+    assert recipe.config_hash() != small_recipe(seed=4).config_hash()
+
+
+def test_override_reaches_into_the_default_recipe():
+    data = apply_overrides(read_toml(find_preset("recipe", "default")), ["objects=[]"])
+    assert data["objects"] == []
+    assert load_recipe("default", ["design.skin_mm=0.6"]).design.skin_mm == 0.6
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "random"])
+def test_episode_is_the_same_whenever_it_is_asked_for(sampling: str):
+    recipe = small_recipe("episodes=5000", f"sampling={sampling}")
+    forwards, backwards = draw_episodes(recipe), draw_episodes(recipe)
+    numbers = [0, 1023, 1024, 4999]
+    assert [forwards[number] for number in numbers] == [backwards[number] for number in numbers[::-1]][::-1]
+    assert forwards[-1] == forwards[4999]
+    assert [each.index for each in forwards[10:13]] == [10, 11, 12]
+    with pytest.raises(IndexError):
+        forwards[5000]
+
+
+def test_more_sensors_than_a_table_should_hold_are_refused():
+    with pytest.raises(ConfigError, match="are 625000 sensors: at most 100000 are allowed; raise episodes_per_sensor"):
+        load_recipe("default", ["episodes=10000000"])
+    assert len(draw_episodes(load_recipe("default", ["episodes=10000000", "episodes_per_sensor=1000"]))) == 10_000_000
+
+
+def test_names_in_a_recipe_cannot_change_the_header_of_its_card():
+    names = "a\n---\nlicense: none\n|<script>"
+    recipe = recipe_with(objects=[{"kind": "mesh", "path": f"{names}.stl", "scale": 2.0}])
+    plain = recipe_with(objects=[{"kind": "mesh", "path": "a.stl", "scale": 2.0}])
+    cards = [dataset_card(each, columns_of(each), {"magicsim": "1"}) for each in (recipe, plain)]
+    assert cards[0] == cards[1]
+
+
+def test_sensor_without_strips_has_no_column_of_their_radiance():
+    names = [{each.name for each in columns_of(small_recipe(*more))} for more in ((), ("rig.strips=[]",))]
+    assert "led_radiance" in names[0] - names[1]
+
+
+def test_effects_of_the_camera_are_drawn_into_their_tables_and_named_by_row():
+    drawn = {"flicker_depth": {"low": 0.0, "high": 0.3}, "dark_e": {"low": 1.0, "high": 9.0}, "glare_share": 0.1}
+    recipe = recipe_with(camera=drawn)
+    assert {"camera.flicker_depth", "camera.dark_e"} <= set(drawn_names(recipe))
+    episodes = draw_episodes(recipe)
+    for episode in episodes:
+        camera = episode.scene.rig.camera
+        assert camera.flicker is not None
+        assert camera.flicker.depth == episode.values["camera.flicker_depth"]
+        assert camera.faults.dark_e == episode.values["camera.dark_e"]
+        assert camera.glare is not None
+        assert (camera.glare.share, camera.glare.radius_px) == (0.1, 40.0)
+        assert camera.live is None
+    assert len({episode.values["camera.flicker_depth"] for episode in episodes}) == len(episodes)
+
+
+def test_drawn_camera_that_is_not_allowed_is_one_line():
+    episodes = draw_episodes(recipe_with(camera={"flicker_depth": 1.5}))
+    with pytest.raises(ConfigError, match=r"episode 0: rig\.camera\.flicker\.depth = 1\.5 is not allowed") as error:
+        episodes[0]
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_card_says_that_frames_depend_on_those_before():
+    plain, live = recipe_with(), recipe_with(camera={"live_frames": 5.0})
+    assert "depends on those of its episode" not in dataset_card(plain, columns_of(plain), {})
+    card = dataset_card(live, columns_of(live), {})
+    assert "A frame depends on those of its episode before it (rig.camera.live: gains follow)." in card
+
+
+def test_rooms_come_as_often_as_they_weigh_and_stand_in_every_row():
+    rooms = [{"room": "office", "weight": 3, "ambient": {"low": 0.05, "high": 0.2}}, {"room": "dark"}]
+    recipe = recipe_with(rooms=rooms, episodes=300, episodes_per_sensor=3)
+    sensors = draw_sensors(recipe, 100)
+    assert Counter(sensor.rig.room for sensor in sensors) == {"office": 75, "dark": 25}
+    lit = [sensor for sensor in sensors if sensor.rig.room == "office"]
+    assert all(sensor.rig.ambient == (sensor.values["sensor.ambient"],) * 3 for sensor in lit)
+    assert {"room", "room_radiance", "drawn.sensor.ambient"} <= {column.name for column in columns_of(recipe)}
+    assert draw_episodes(recipe)[4].scene.rig.room == sensors[1].rig.room
+
+
+def test_a_room_that_does_not_exist_is_one_line():
+    with pytest.raises(ConfigError, match=r"rooms\.0.*kitchen.*office"):
+        recipe_with(rooms=[{"room": "kitchen"}])

@@ -1,0 +1,24 @@
+"""What of an episode is judged, and what is said of the rest."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from magicsim.errors import FrameError
+from magicsim.judge.main_job import judged
+
+
+def test_a_profile_that_refuses_a_sensor_keeps_no_other_from_judging(monkeypatch: pytest.MonkeyPatch):
+    def judge(_: object, name: str) -> str:
+        if name == "published":
+            msg = "reference frames show no grid"
+            raise FrameError(msg)
+        return name
+
+    monkeypatch.setattr("magicsim.judge.main_job.judge", judge)
+    seen = judged(SimpleNamespace(references=[None]))  # type: ignore[arg-type]
+    assert seen == (["calibrated"], "profile 'published': reference frames show no grid")
+
+
+def test_without_references_nothing_is_judged_and_nothing_refused():
+    assert judged(SimpleNamespace(references=[])) == ([], None)  # type: ignore[arg-type]

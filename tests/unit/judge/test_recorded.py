@@ -1,0 +1,72 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from magicsim.detectors.scoring.truth import FrameClass
+from magicsim.errors import ConfigError, FrameError
+from magicsim.judge.main_job import write_frames
+from magicsim.judge.recorded import read_episode
+from magicsim.judge.table import TABLE, frame_file, write_table
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.simulation.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures
+
+CLASSES = (None, None, FrameClass.CLEAR, None, FrameClass.LIGHT)
+
+
+def frame(index: int) -> SimulatedFrame:
+    return SimulatedFrame(
+        image=np.random.default_rng(index).integers(0, 256, (16, 12, 3), dtype=np.uint8),
+        truth=FrameTruth(
+            index=index, time_s=0.0, is_reference=index < 2, state=UNTOUCHED, contact=False, depth_mm=0.0,
+            force_n=(0.0, 0.0, 0.0), torque_nmm=(0.0, 0.0, 0.0), contact_area_mm2=0.0, frame_class=CLASSES[index],
+            solve=SolveFigures(iterations=0, min_jacobian=1.0, max_penetration_mm=0.0, force_balance=0.0),
+        ),
+        contact_mask=None,
+        displacements_mm=None,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def episode() -> Episode:
+    return Episode(scene=load_scene("rest"), frames=tuple(frame(index) for index in range(5)))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, episode: Episode) -> Path:
+    write_frames(tmp_path, episode)
+    write_table(tmp_path / TABLE, episode, [])
+    return tmp_path
+
+
+def test_what_a_simulation_wrote_is_read_back(folder: Path, episode: Episode):
+    found = read_episode(folder)
+    assert list(found.classes) == list(CLASSES[2:])
+    images = [*found.references, *found.frames]
+    assert len(found.references) == 2
+    assert all(np.array_equal(one, each.image) for one, each in zip(images, episode.frames, strict=True))
+
+
+def test_frame_that_is_missing_is_named(folder: Path):
+    (folder / frame_file(3)).unlink()
+    with pytest.raises(FrameError, match=r"00003\.png"):
+        read_episode(folder)
+
+
+def test_folder_without_labels_is_named(tmp_path: Path):
+    with pytest.raises(ConfigError, match=r"episode\.parquet \(magicsim simulate\), truth\.csv or labels\.csv"):
+        read_episode(tmp_path)
+
+
+def test_recording_with_true_states_gives_the_classes_of_the_scoring(tmp_path: Path):
+    images = np.random.default_rng(0).integers(0, 256, (5, 16, 12, 3), dtype=np.uint8)
+    for number, image in enumerate(images):
+        assert cv2.imwrite(str(tmp_path / f"{number}.png"), image[..., ::-1])
+    lines = ["0.png,1,,0,0", "1.png,0,,0,0", "2.png,0,1.5,0,0", "3.png,0,-0.5,0.8,0", "4.png,0,,0,1"]
+    (tmp_path / "truth.csv").write_text("\n".join(["file,is_reference,gap_mm,force_n,flashlight", *lines]))
+    found = read_episode(tmp_path)
+    assert list(found.classes) == [FrameClass.CLEAR, FrameClass.NEAR, FrameClass.CONTACT, FrameClass.LIGHT]
+    np.testing.assert_array_equal(found.references[0], images[0])
+    np.testing.assert_array_equal(found.frames[2], images[3])

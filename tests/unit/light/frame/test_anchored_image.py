@@ -1,0 +1,59 @@
+"""Anchored images: the careful one where nothing changed, all of a change's detail, crops that are exact."""
+
+import numpy as np
+import pytest
+
+from magicsim.light.frame.anchored_image import anchored_image
+from magicsim.light.frame.shared_noise import REACH_PX
+
+SHAPE = (90, 80, 3)
+RNG_SEED = 3
+SIGMA = 0.1
+EVERYWHERE = np.ones(SHAPE[:2], bool)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(RNG_SEED)
+
+
+def noisy(rng, image):
+    return (image + rng.normal(scale=SIGMA, size=SHAPE)).astype(np.float32)
+
+
+def test_untouched_frame_is_the_careful_image(rng):
+    careful = (1 + 0.3 * rng.random(SHAPE)).astype(np.float32)
+    cheap = noisy(rng, careful)
+    np.testing.assert_allclose(anchored_image(cheap, cheap, careful, EVERYWHERE), careful, atol=1e-6)
+
+
+def test_detail_of_a_change_keeps_its_contrast_at_the_noise_of_the_frame(rng):
+    # Stripes of two pixels' period, as faint as the noise: what smooths takes them off.
+    careful = (1 + 0.3 * rng.random(SHAPE)).astype(np.float32)
+    stripes = SIGMA * np.resize([1.0, -1.0], SHAPE[1])[None, :, None] * np.ones(SHAPE)
+    found = anchored_image(noisy(rng, careful + stripes), noisy(rng, careful), careful, EVERYWHERE) - careful
+    assert np.mean(found * stripes) / SIGMA**2 == pytest.approx(1, abs=0.03)
+    assert np.std(found - stripes) < 1.02 * SIGMA
+
+
+def test_radiance_is_not_negative(rng):
+    dark = np.zeros(SHAPE, np.float32)
+    assert anchored_image(noisy(rng, dark), noisy(rng, dark), dark, EVERYWHERE).min() >= 0
+
+
+def test_pixels_that_cannot_have_changed_are_the_careful_ones(rng):
+    careful, changed = np.ones(SHAPE, np.float32), ~EVERYWHERE
+    changed[40:50, 20:40] = True
+    found = anchored_image(noisy(rng, careful + 1), noisy(rng, careful), careful, changed)
+    np.testing.assert_array_equal(found[~changed], careful[~changed])
+    assert found[changed].mean() == pytest.approx(2, abs=0.1)
+    everywhere = anchored_image(noisy(rng, careful), noisy(rng, careful), careful, ~EVERYWHERE)
+    np.testing.assert_array_equal(everywhere, careful)
+
+
+@pytest.mark.parametrize("changed", [EVERYWHERE, np.indices(SHAPE[:2]).sum(0) % 90 > 60])
+def test_crop_with_its_margin_is_the_crop_of_the_whole(rng, changed):
+    whole = [noisy(rng, np.ones(SHAPE)) for _ in range(3)] + [changed]
+    part = [image[3:, 5:] for image in whole]
+    inner = anchored_image(*part)[REACH_PX:, REACH_PX:]
+    np.testing.assert_array_equal(inner, anchored_image(*whole)[3 + REACH_PX :, 5 + REACH_PX :])

@@ -1,0 +1,51 @@
+"""Boxes tell which triangles reach where, for points and for paths."""
+
+import numpy as np
+import pytest
+
+from magicsim.light.backend import VARIANT, mi
+from magicsim.light.transport.regions import WORD, Regions
+
+LOW, HIGH = np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 3.0])
+FACES = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
+VERTICES = np.array([[-1.9, -0.9, 0.1], [-1.8, -0.9, 0.1], [-1.9, -0.8, 0.1], [-1.9, 0.5, 2.5], [1.9, 0.5, 2.5],
+                     [1.9, 0.5, 2.4]])  # fmt: skip
+
+
+@pytest.fixture
+def regions():
+    return Regions.of(LOW, HIGH, 100)
+
+
+def test_boxes_fill_the_block(regions):
+    assert regions.counts == (4, 2, 3)
+    assert regions.words == 1
+
+
+def test_boxes_grow_until_memory_holds_them():
+    coarse = Regions.of(LOW, HIGH, 2**31 // 4)
+    assert np.prod(coarse.counts) <= 4
+    assert coarse.edge_mm > 1
+
+
+def test_a_small_triangle_reaches_its_box_and_a_long_one_all_along_it(regions):
+    reach = regions.reach(VERTICES, FACES)
+    of_small, of_long = (set(np.flatnonzero(reach[:, corner].toarray())) for corner in (0, 4))
+    assert of_small == {0}
+    assert of_long == {16 + 4 + column for column in range(4)}  # third layer, second row
+
+
+def test_bits_are_those_of_the_chosen_boxes(regions):
+    chosen = np.zeros(24, bool)
+    chosen[[0, 5, 23]] = True
+    (word,) = regions.bits(chosen)
+    assert [bit for bit in range(WORD) if word >> bit & 1] == [0, 5, 23]
+
+
+@pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+def test_a_path_finds_the_box_that_a_mesh_reaches(regions):
+    points = np.random.default_rng(1).uniform(LOW, HIGH, (200, 3))
+    found = np.array(regions.index(mi.Point3f(*points.T.astype(np.float32))))
+    small = np.repeat(points, 3, axis=0) + np.tile([[0, 0, 0], [1e-6, 0, 0], [0, 1e-6, 0]], (200, 1))
+    reach = regions.reach(small, np.arange(600, dtype=np.int32).reshape(-1, 3))
+    assert all(reach[box, 3 * number] for number, box in enumerate(found))

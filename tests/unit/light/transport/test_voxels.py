@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+
+from magicsim.light.backend import VARIANT, mi
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.view import View
+from magicsim.simulation.sensor import Sensor
+
+pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+SMALL = [
+    "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28",
+    "design.materials.body.sigma_s_per_mm=0.2",
+]  # fmt: skip
+
+
+def integrator_and_scene(*overrides):
+    sensor = Sensor(load_scene("rest", [*SMALL, *overrides]))
+    scene = sensor.renderer.world(View()).scene
+    return sensor.elastomer, scene.integrator(), scene
+
+
+def test_parts_of_the_body_add_up_to_walls_and_skin_between_the_strips():
+    elastomer, integrator, scene = integrator_and_scene()
+    part = integrator.voxels.body_part(scene, integrator.inventory.shapes(scene))
+    volumes = part.held_mm3
+    whole = elastomer.body.volume_mm3() - elastomer.infill.volume_mm3()
+    assert volumes.sum() == pytest.approx(whole, rel=0.005)
+
+
+def test_centres_lie_in_their_voxels():
+    _, integrator, scene = integrator_and_scene()
+    voxels = integrator.voxels
+    centres = voxels.body_part(scene, integrator.inventory.shapes(scene)).centres_mm
+    found = voxels.index(mi.Point3f(*centres.T.astype(np.float32)))
+    np.testing.assert_array_equal(np.array(found), np.arange(voxels.count))
+
+
+def test_inner_voxels_start_where_the_strips_shine_from():
+    elastomer, integrator, _ = integrator_and_scene("design.cell_mm=0")
+    voxels, half = integrator.voxels, np.array(elastomer.design.footprint_mm) / 2 - 0.2
+    low = np.array(voxels.origin_mm[:2]) + voxels.size_mm[:2]
+    np.testing.assert_allclose(low, -half)
+    np.testing.assert_allclose(low + np.array(voxels.inner_counts[:2]) * voxels.size_mm[:2], half)
+    assert len(voxels.inner) == np.prod(voxels.inner_counts)
+
+
+def test_points_outside_count_to_the_nearest_voxel():
+    _, integrator, _ = integrator_and_scene()
+    voxels = integrator.voxels
+    far = voxels.index(mi.Point3f([-99.0, 99.0], [-99.0, 99.0], [-99.0, 99.0]))
+    assert np.array(far).tolist() == [0, voxels.count - 1]
