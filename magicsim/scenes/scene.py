@@ -175,6 +175,15 @@ class SceneConfig(Config):
         return self
 
     @model_validator(mode="after")
+    def _check_leds(self) -> Self:
+        top = self.design.height_mm + self.rig.lens.thickness_mm
+        for number, led in enumerate(self.rig.leds):
+            problem = led.problem(number, self.design.footprint_mm, top)
+            if problem is not None:
+                raise ValueError(problem)
+        return self
+
+    @model_validator(mode="after")
     def _check_view(self) -> Self:
         check_view(self.design, self.rig)
         return self
