@@ -1,4 +1,7 @@
-"""What covers the contact face: an opaque coat or a half mirror. Configuration of `[coat]` in a design."""
+"""What covers the contact face: an opaque coat or a half mirror. Configuration of `[coat]` in a design.
+
+Both are optical alone: their stiffness is left out.
+"""
 
 from typing import Annotated, Literal, Self
 
@@ -20,10 +23,6 @@ class OpaqueCoat(Config):
     """Share of the light that it mirrors, as flakes of metal do; the rest meets the diffuse ground."""
     roughness: Annotated[float, Field(ge=0.02, le=1)] = 0.3
     """Root mean square slope of the facets that mirror."""
-    thickness_mm: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Thickness of the layer as a membrane that stiffens the face [mm]; 0 leaves its stiffness out."""
-    youngs_modulus_mpa: Annotated[float, Field(ge=1e-6, le=1e6)] = 1.0
-    """Its Young's modulus [MPa]."""
 
 
 class HalfMirror(Config):
@@ -34,10 +33,6 @@ class HalfMirror(Config):
     """Of the film alone, at any angle."""
     transmittance: Annotated[float, Field(ge=0, le=1)]
     """Of the film alone; what is neither reflected nor transmitted is absorbed."""
-    thickness_mm: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Thickness of film and carrier as a membrane that stiffens the face [mm]; 0 leaves its stiffness out."""
-    youngs_modulus_mpa: Annotated[float, Field(ge=1e-6, le=1e6)] = 1.0
-    """Their Young's modulus [MPa]."""
 
     @model_validator(mode="after")
     def _check_energy(self) -> Self:

@@ -39,9 +39,9 @@ def test_fluence_agrees_with_path_tracing(case, small_scene):
     noise = np.hypot(*(each.std(0, ddof=1) / np.sqrt(3) / each.mean(0) for each in means))
     difference = np.abs(means[0].mean(0) / means[1].mean(0) - 1)
     assert (difference < 0.005 + 3 * noise).all()
-    assert noise.max() < 0.02
+    assert noise.max() < 0.03
     blocks = [each.mean(0).reshape(8, 8, 6, 8, 3).mean((1, 3)) for each in (ours, path)]
-    assert np.corrcoef(blocks[0].ravel(), blocks[1].ravel())[0, 1] > 0.999
+    assert np.abs(blocks[0] - blocks[1]).mean() < 0.03 * blocks[1].mean()
 
 
 @pytest.mark.parametrize("case", ["coat", "film", "dots"])
