@@ -18,9 +18,16 @@ def tests(session: nox.Session) -> None:
 
 @nox.session
 def browser(session: nox.Session) -> None:
-    """The explorer of sweeps in a real browser, which the machine has to have: Chromium or Chrome."""
-    session.install("-e", ".[test]", "playwright")
-    session.run("pytest", "-m", "slow", "tests/unit/sweep/test_explorer_browser.py")
+    """Every page in a real browser, which the machine has to have: Chromium or Chrome."""
+    session.install("-e", ".[test,browser]")
+    session.run("pytest", "-m", "browser", *session.posargs)
+
+
+@nox.session
+def learner(session: nox.Session) -> None:
+    """The environment under Stable-Baselines3, for 64 steps."""
+    session.install("-e", ".[test]", "stable-baselines3>=2.7", "torch>=2.7")
+    session.run("pytest", "-m", "slow", "tests/unit/robot/test_learner.py")
 
 
 @nox.session
@@ -68,6 +75,8 @@ FIGURES = (
     "python docs/pictures.py",
     "python docs/camera_pictures.py",
     "python docs/rooms.py",
+    "python docs/live_pictures.py",
+    "python benchmarks/control_loop.py --out docs/benchmarks/control-loop.json",
     "python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json",
     "python benchmarks/detail.py --out docs/benchmarks/detail.json",
     "python benchmarks/camera_at_rest.py --out docs/benchmarks",
@@ -98,7 +107,7 @@ FIGURES = (
 @nox.session
 def figures(session: nox.Session) -> None:
     """Every committed figure anew, which takes many hours: `nox -s figures`, or `-- WORD` for some."""
-    session.install("-e", ".[test,reference,video]", "taxim[jax-cpu]")
+    session.install("-e", ".[test,reference,video,browser]", "taxim[jax-cpu]")
     work = session.create_tmp()
     for command in FIGURES:
         if any(word in command for word in session.posargs) or not session.posargs:

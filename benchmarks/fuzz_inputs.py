@@ -47,11 +47,11 @@ from magicsim.detectors.sources.video import quiet_opencv
 from magicsim.errors import MagicsimError
 from magicsim.evaluation.baseline import load_baseline
 from magicsim.evaluation.suite import load_suite
-from magicsim.evaluation.takes.recording import read_recording
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.files.mesh_file import load_mesh
 from magicsim.geometry.grid import resolve_grid
 from magicsim.geometry.objects.kinds import find_object
+from magicsim.judge.recording import read_recording
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.plan import plan_scene

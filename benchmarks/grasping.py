@@ -24,7 +24,7 @@ from scipy.stats import binomtest
 from magicsim.detectors import DetectorProfile, detect_all, fuse, load_profile, run_grasp
 from magicsim.detectors.combined import judge
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.light.records.untouched import shared_states
+from magicsim.light.records.untouched_states import shared_states
 from magicsim.scenes.scene import Keyframe, SceneConfig, load_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import simulate_with

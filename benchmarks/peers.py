@@ -27,7 +27,7 @@ from magicsim.bench.deform.rows import NOT_INSTALLED
 from magicsim.bench.light.render_statistics import deviation, spread
 from magicsim.camera.exposure import expose, meter
 from magicsim.light.backend import mi
-from magicsim.light.records.untouched import UntouchedStates
+from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.plan import can_touch

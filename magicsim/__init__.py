@@ -1,77 +1,106 @@
 """magicsim: a physics-based simulator of the mini-MagicTac see-through touch sensor.
 
-The functions below are loaded when they are first used, so that importing the package stays light.
+The names below are loaded when they are first used, so that importing the package stays light.
 """
 
-import importlib
 from typing import TYPE_CHECKING
 
-from magicsim.moved import find_moved
+from magicsim.names import find_moved, lazy_names
 
 if TYPE_CHECKING:
+    from magicsim.camera.calibration import calibrate_camera
     from magicsim.dataset.generate import generate_dataset
+    from magicsim.dataset.generate import generate_dataset as make_dataset
     from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.deform.indentation.durometer import durometer
     from magicsim.deform.indentation.press import press
     from magicsim.detectors.offline import detect_sources
-    from magicsim.evaluation.evaluate import evaluate_suite
+    from magicsim.detectors.offline import detect_sources as detect
+    from magicsim.detectors.profiles.profile_file import load_profile
+    from magicsim.evaluation.evaluate import evaluate, evaluate_suite
     from magicsim.evaluation.suite import load_suite
+    from magicsim.fit.fitting import fit_constants
+    from magicsim.geometry.design import load_design
+    from magicsim.geometry.files.export import export_design
+    from magicsim.geometry.objects.kinds import load_object
     from magicsim.judge.profile_fit import calibrate
+    from magicsim.judge.verdicts import judge as judge_episode
+    from magicsim.report.main_job import run_scene
+    from magicsim.robot.live import live_sensor
+    from magicsim.scenes.rig import load_rig
     from magicsim.scenes.scene import load_scene
     from magicsim.simulation.plan import plan_scene
-    from magicsim.simulation.still import render_still
+    from magicsim.simulation.sensor import Sensor
+    from magicsim.simulation.still import render, render_still
     from magicsim.simulation.stream import simulate
     from magicsim.sweep.comparison import run_sweep
     from magicsim.sweep.sweep_file import load_sweep
 
 __version__ = "0.1.0"
 __all__ = [
+    "Sensor",
     "calibrate",
+    "calibrate_camera",
+    "detect",
     "detect_sources",
     "durometer",
+    "evaluate",
     "evaluate_suite",
+    "export_design",
+    "fit_constants",
     "generate_dataset",
+    "judge_episode",
+    "live_sensor",
+    "load_design",
+    "load_object",
+    "load_profile",
     "load_recipe",
+    "load_rig",
     "load_scene",
     "load_suite",
     "load_sweep",
+    "make_dataset",
     "plan_scene",
     "press",
+    "render",
     "render_still",
+    "run_scene",
     "run_sweep",
     "simulate",
 ]
 
-_HOMES = {
+HOMES = {
+    "Sensor": "magicsim.simulation.sensor",
     "calibrate": "magicsim.judge.profile_fit",
+    "calibrate_camera": "magicsim.camera.calibration",
+    "detect": "magicsim.detectors.offline:detect_sources",
     "detect_sources": "magicsim.detectors.offline",
     "durometer": "magicsim.deform.indentation.durometer",
+    "evaluate": "magicsim.evaluation.evaluate",
     "evaluate_suite": "magicsim.evaluation.evaluate",
+    "export_design": "magicsim.geometry.files.export",
+    "fit_constants": "magicsim.fit.fitting",
     "generate_dataset": "magicsim.dataset.generate",
+    "judge_episode": "magicsim.judge.verdicts:judge",
+    "live_sensor": "magicsim.robot.live",
+    "load_design": "magicsim.geometry.design",
+    "load_object": "magicsim.geometry.objects.kinds",
+    "load_profile": "magicsim.detectors.profiles.profile_file",
     "load_recipe": "magicsim.dataset.recipes.recipe",
+    "load_rig": "magicsim.scenes.rig",
     "load_scene": "magicsim.scenes.scene",
     "load_suite": "magicsim.evaluation.suite",
     "load_sweep": "magicsim.sweep.sweep_file",
+    "make_dataset": "magicsim.dataset.generate:generate_dataset",
     "plan_scene": "magicsim.simulation.plan",
     "press": "magicsim.deform.indentation.press",
+    "render": "magicsim.simulation.still",
     "render_still": "magicsim.simulation.still",
+    "run_scene": "magicsim.report.main_job",
     "run_sweep": "magicsim.sweep.comparison",
     "simulate": "magicsim.simulation.stream",
 }
+"""Where each public name is at home."""
 
+__getattr__, __dir__ = lazy_names(__name__, HOMES)
 find_moved()
-
-
-def __getattr__(name: str) -> object:
-    """Loads a public function from its module."""
-    if name not in _HOMES:
-        msg = f"module 'magicsim' has no attribute '{name}'"
-        raise AttributeError(msg)
-    function = getattr(importlib.import_module(_HOMES[name]), name)
-    globals()[name] = function
-    return function
-
-
-def __dir__() -> list[str]:
-    """Names of the package, the functions not yet loaded included."""
-    return sorted({*globals(), *__all__})

@@ -13,7 +13,7 @@ from magicsim.bench.deform.error_plot import plot_errors
 from magicsim.bench.deform.reference import reference_path
 from magicsim.bench.light.render import run_render
 from magicsim.bench.light.render_plot import plot_render
-from magicsim.bench.stress.grid import run_stress
+from magicsim.bench.stress.benchmark import run_stress
 from magicsim.bench.stress.plot import plot_stress
 from magicsim.bench.stress.pool import remove_parts
 from magicsim.config.documents import read_json

@@ -45,7 +45,7 @@ class Calibration:
     layers: tuple[LayerScale, ...]
 
 
-def calibrate(design: ElastomerDesign, rig: Rig) -> Calibration:
+def calibrate_camera(design: ElastomerDesign, rig: Rig) -> Calibration:
     """The calibration of a design on a rig.
 
     Raises:

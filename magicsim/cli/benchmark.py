@@ -41,9 +41,9 @@ def evaluate(
     file = baseline or (default_baseline(suite, profile) if detector is None else None)
     known = load_baseline(file) if file is not None else None
     check_target(out)
+    from magicsim.cli.progress import show_progress
     from magicsim.evaluation.evaluate import evaluate_suite
     from magicsim.evaluation.pages.report import describe, write_results
-    from magicsim.progress import show_progress
 
     name = Path(suite).stem
     with show_progress(f"evaluate {name}") as progress:

@@ -11,7 +11,20 @@ import sys
 from cyclopts import CycloptsError
 from cyclopts.exceptions import UnknownCommandError
 
-from magicsim.cli import benchmark, calibrate, dataset, design, detect, fit, light, machine, mechanics, scene, sweep  # noqa: F401
+from magicsim.cli import (  # noqa: F401
+    benchmark,
+    calibrate,
+    dataset,
+    design,
+    detect,
+    fit,
+    light,
+    live,
+    machine,
+    mechanics,
+    scene,
+    sweep,
+)
 from magicsim.cli.app import app
 from magicsim.errors import ConfigError, MagicsimError, unknown_choice
 from magicsim.light.variant import VARIANT_VARIABLE, VARIANTS

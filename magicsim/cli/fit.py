@@ -29,10 +29,10 @@ def fit(
     fitted too. --starts is the number of searches, from the scene's own constants and from other places; --evaluations
     bounds the points that each one tries beside those of its derivatives.
     """
+    from magicsim.cli.progress import show_progress
     from magicsim.detectors.sources.video import quiet_opencv
     from magicsim.fit.fitting import DEFAULT_FREE, fit_constants
     from magicsim.fit.observation import read_observation
-    from magicsim.progress import show_progress
     from magicsim.scenes.scene import load_scene
 
     config = load_scene(scene, settings or [], seed=seed)

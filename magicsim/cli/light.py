@@ -28,7 +28,7 @@ def render(
     choices += [f"render.particles={particles}"] if particles is not None else []
     config = load_scene(scene, [*(settings or []), *choices], seed=seed)
     limit_threads(threads)
-    from magicsim.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.simulation.still import render_still, with_care
 
     if relative_error is None:
@@ -43,8 +43,8 @@ def calibration(
     scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Intrinsics, distortion and millimetres per pixel at every layer of a scene's sensor."""
-    from magicsim.camera.calibration import calibrate
+    from magicsim.camera.calibration import calibrate_camera
     from magicsim.scenes.scene import load_scene
 
     config = load_scene(scene, settings or [], seed=seed)
-    print_result(fields_of(calibrate(config.design, config.rig)), as_json=json)
+    print_result(fields_of(calibrate_camera(config.design, config.rig)), as_json=json)

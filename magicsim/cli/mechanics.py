@@ -25,8 +25,8 @@ def press(
 
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
+    from magicsim.cli.progress import show_progress
     from magicsim.deform.indentation.press import press as solve
-    from magicsim.progress import show_progress
 
     with show_progress(f"{design}: press") as progress:
         result = solve(
@@ -51,8 +51,8 @@ def durometer(
 
     del seed  # nothing here is random; the option exists on every command
     block = load_preset(ElastomerDesign, "design", design, settings or [])
+    from magicsim.cli.progress import show_progress
     from magicsim.deform.indentation.durometer import durometer as test
-    from magicsim.progress import show_progress
 
     with show_progress(f"{design}: cone") as progress:
         mounting = block.mounting.model_copy(update={"base": base})

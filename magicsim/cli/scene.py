@@ -31,8 +31,8 @@ def _run(
     name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
 ) -> None:
     from magicsim.cli.foresight import check_memory, long_work
+    from magicsim.cli.progress import show_progress
     from magicsim.folder import check_target
-    from magicsim.progress import show_progress
     from magicsim.scenes.scene import load_scene
 
     scene = load_scene(name, settings or [], seed=seed)
@@ -41,7 +41,7 @@ def _run(
     if (line := long_work(scene)) is not None:
         sys.stderr.write(f"{line}\n")
     limit_threads(threads)
-    from magicsim.judge.main_job import run_scene
+    from magicsim.report.main_job import run_scene
 
     with show_progress(f"{name}: {scene.references + scene.frame_count} frames") as progress:
         summary = run_scene(scene, out, progress=progress)

@@ -5,17 +5,11 @@
 
 from typing import TYPE_CHECKING
 
+from magicsim.names import lazy_names
+
 if TYPE_CHECKING:
     from magicsim.config.models import load_preset
 
 __all__ = ["load_preset"]
 
-
-def __getattr__(name: str) -> object:
-    """Loads the public name from its module."""
-    if name != "load_preset":
-        msg = f"module 'magicsim.config' has no attribute '{name}'"
-        raise AttributeError(msg)
-    from magicsim.config.models import load_preset
-
-    return load_preset
+__getattr__, __dir__ = lazy_names("magicsim.config", {"load_preset": "magicsim.config.models"})

@@ -34,25 +34,53 @@ class Config(BaseModel):
         return data
 
 
+NAMED = ("design", "rig", "object")
+"""Kinds of files that other files name."""
 ConfigT = TypeVar("ConfigT", bound=BaseModel)
 
 
-def load_preset(model: type[ConfigT], kind: str, name: str | Path, overrides: Sequence[str] = ()) -> ConfigT:
+def load_preset(
+    model: type[ConfigT], kind: str, name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None
+) -> ConfigT:
     """Reads a preset by name, or a user's TOML file by path, into its model.
 
     Args:
         model: The configuration model to validate against.
         kind: Kind of preset, a key of `magicsim.config.presets.FOLDERS`.
         name: Preset name or path of a TOML file.
-        overrides: `dotted.key=value` settings, the value in TOML or as a bare word.
+        overrides: `dotted.key=value` settings, the value in TOML or as a bare word; `design.`, `rig.` and `object.`
+            reach into the files that this one names.
+        seed: Seed instead of the file's.
 
     Raises:
-        PresetError: No such preset or file.
+        PresetError: No such preset or file, or it names a design, rig or object that does not exist.
         ConfigError: The content is not acceptable.
     """
     path = find_preset(kind, name)
-    data = apply_overrides(read_toml(path), overrides)
+    data = read_whole(path, overrides)
+    if seed is not None:
+        data["seed"] = seed
     return validate(model, data, source=path.name)
+
+
+def read_whole(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Content of a TOML file, with the design, the rig and the object that it names put in place, and with overrides.
+
+    A file that is named by its path is looked for beside this one first.
+
+    Raises:
+        PresetError: What it names does not exist.
+        ConfigError: A file cannot be read, or an override has the wrong form.
+    """
+    named = {each: [one for one in overrides if one.partition("=")[0].strip() == each] for each in NAMED}
+    data = read_toml(path)
+    for kind, chosen in named.items():
+        data = apply_overrides(data, chosen)
+        name = data.get(kind)
+        if isinstance(name, str):
+            local = path.parent / name
+            data[kind] = read_toml(local if name.endswith(".toml") and local.is_file() else find_preset(kind, name))
+    return apply_overrides(data, [one for one in overrides if one.partition("=")[0].strip() not in NAMED])
 
 
 def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, Any]:

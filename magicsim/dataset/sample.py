@@ -26,10 +26,10 @@ def simulate_sample(task: SampleTask) -> bytes:
     Raises:
         MagicsimError: The episode has no valid answer, and trying again would not help.
     """
-    from magicsim.camera.calibration import calibrate
+    from magicsim.camera.calibration import calibrate_camera
     from magicsim.dataset.rows import drawn_columns, episode_table
     from magicsim.dataset.shard import rows_as_bytes
-    from magicsim.light.records.untouched import shared_states
+    from magicsim.light.records.untouched_states import shared_states
     from magicsim.simulation.plan import plan_scene
     from magicsim.simulation.sensor import Sensor
     from magicsim.simulation.stream import stream_frames
@@ -39,5 +39,5 @@ def simulate_sample(task: SampleTask) -> bytes:
     frames = list(stream_frames(Sensor(scene, untouched=shared_states()), plan_scene(scene)))
     constants = task.constants | drawn_columns(episode.values)
     constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
-    calibration = calibrate(scene.design, scene.rig)
+    calibration = calibrate_camera(scene.design, scene.rig)
     return rows_as_bytes(episode_table(frames, scene, calibration, task.columns, constants))

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import pyarrow as pa
 
-from magicsim.camera.calibration import calibrate
+from magicsim.camera.calibration import calibrate_camera
 from magicsim.dataset.features import Column, array, schema_of_columns, value
 from magicsim.dataset.recipes.draw import DrawnSensor
 from magicsim.dataset.recipes.recipe import Recipe
@@ -19,7 +19,7 @@ from magicsim.geometry.grid import lattice_planes, resolve_grid
 
 def nominal_calibration(recipe: Recipe) -> bytes:
     """Calibration of the sensor without tolerances, as JSON."""
-    return (json.dumps(asdict(calibrate(recipe.design, recipe.rig)), indent=1) + "\n").encode()
+    return (json.dumps(asdict(calibrate_camera(recipe.design, recipe.rig)), indent=1) + "\n").encode()
 
 
 def sensors_table(sensors: Sequence[DrawnSensor]) -> bytes:
@@ -64,6 +64,6 @@ def _row(sensor: DrawnSensor) -> dict[str, object]:
         "sensor": sensor.index,
         "design": sensor.design.model_dump_json(),
         "rig": sensor.rig.model_dump_json(),
-        "calibration": json.dumps(asdict(calibrate(sensor.design, sensor.rig))),
+        "calibration": json.dumps(asdict(calibrate_camera(sensor.design, sensor.rig))),
         "lattice_nodes_mm": _nodes_mm(sensor.design),
     } | {f"drawn.{name}": number for name, number in sensor.values.items()}

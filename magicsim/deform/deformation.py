@@ -12,6 +12,7 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
 from magicsim.deform.solve.factor import Carried
 from magicsim.geometry.pose import Pose
+from magicsim.notebook.figures import figures_table
 
 Array = npt.NDArray[np.float64]
 TOUCHING_GAP_MM = 0.01
@@ -86,6 +87,32 @@ class Deformation:
     """Always true: a solve that is not valid raises."""
     table: TableMemory | None = None
     """What friction below a block on a table remembers; None at rest and where the base is bonded."""
+
+    def __repr__(self) -> str:
+        """Nodes, force and the figures that say how far it can be trusted; no arrays."""
+        if self.is_rest:
+            return f"Deformation(at rest, {len(self.displacements_mm)} nodes)"
+        force = ", ".join(f"{each:.3f}" for each in self.force_n)
+        return (
+            f"Deformation({len(self.displacements_mm)} nodes, force ({force}) N, area {self.contact_area_mm2:.2f} mm2, "
+            f"penetration {1000 * self.max_penetration_mm:.2f} um, {self.iterations} iterations)"
+        )
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: its figures."""
+        moved = float(np.linalg.norm(self.displacements_mm, axis=1).max())
+        figures: dict[str, object] = {
+            "force [N]": ", ".join(f"{each:.4f}" for each in self.force_n),
+            "torque [N mm]": ", ".join(f"{each:.4f}" for each in self.torque_nmm),
+            "contact area [mm2]": float(self.contact_area_mm2),
+            "largest displacement [mm]": moved,
+            "largest penetration [mm]": float(self.max_penetration_mm),
+            "smallest Jacobian": float(self.min_jacobian),
+            "force balance": float(self.force_balance),
+            "iterations": self.iterations,
+            "unknowns": self.unknowns,
+        }
+        return figures_table("Deformation", figures)
 
     @property
     def is_rest(self) -> bool:

@@ -15,11 +15,11 @@ from magicsim.detectors.profiles.profile_file import load_profile, save_profile
 from magicsim.detectors.profiles.profile_schema import profile_schema
 from magicsim.detectors.scoring.episode import Episode
 from magicsim.detectors.scoring.score import DetectionScore, TaskScore, score_verdicts
-from magicsim.detectors.scoring.truth import FrameClass, classify_frame
 from magicsim.detectors.slip import SlipState, step_slip
 from magicsim.detectors.sources.source import SourceFrame, read_image, read_source
 from magicsim.detectors.stream import StreamState, detect_from_start, start_stream, step_stream
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
+from magicsim.frame_class import FrameClass, classify_frame
 
 __all__ = [
     "BackgroundReference",

@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from magicsim.config.documents import read_json
 from magicsim.config.presets import preset_root
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.folder import result_file
+from magicsim.frame_class import FrameClass
 
 Array = npt.NDArray[np.float64]
 FORMAT = 1

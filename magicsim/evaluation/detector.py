@@ -13,7 +13,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.config.presets import expanded, is_file
+from magicsim.config.presets import expanded, is_file, preset_names
 from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profiles.profile import DetectorProfile
@@ -91,6 +91,20 @@ def built_in(profile: str | Path) -> MakeDetector:
     """
     loaded = load_profile(profile)
     return lambda: ProfileDetector(loaded)
+
+
+def detector_by(detector: str | MakeDetector) -> MakeDetector:
+    """What makes a detector, from its class, the name of a profile, or a name as `find_detector` takes it.
+
+    Raises:
+        ConfigError: Nothing there, or not a detector.
+        PresetError: No such profile.
+    """
+    if not isinstance(detector, str):
+        return lambda: _made(getattr(detector, "__name__", "given"), detector)
+    if detector in preset_names("profile") or detector.endswith(".toml"):
+        return built_in(detector)
+    return find_detector(detector)
 
 
 def find_detector(name: str) -> MakeDetector:

@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
-from magicsim.evaluate.rest import Rest, rest_streams
 from magicsim.evaluation.baseline import Baseline, paired
 from magicsim.evaluation.cases import list_cases
-from magicsim.evaluation.detector import MakeDetector
+from magicsim.evaluation.detector import MakeDetector, detector_by
 from magicsim.evaluation.judged import JudgedEpisode, judge_footage
 from magicsim.evaluation.statistics.curves import (
     NO_TOUCH,
@@ -27,9 +25,11 @@ from magicsim.evaluation.statistics.curves import (
 from magicsim.evaluation.statistics.intervals import Estimate, estimate, exact_share
 from magicsim.evaluation.statistics.measures import MEASURES
 from magicsim.evaluation.statistics.regression import Change, compare
+from magicsim.evaluation.statistics.rest import Rest, rest_streams
 from magicsim.evaluation.statistics.tally import tally
 from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig
 from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
+from magicsim.frame_class import FrameClass
 
 Progress = Callable[[int, int], None]
 FAULTLESS = "faultless_episodes"
@@ -90,6 +90,22 @@ class Evaluation:
             "milliseconds_per_frame": times[len(times) // 2],
             "seconds": round(self.seconds, 3),
         }
+
+
+def evaluate(suite: SuiteConfig, detector: str | MakeDetector = "calibrated", *, cache: Path) -> Evaluation:
+    """Judges a detector on a suite, as `magicsim evaluate` does without a baseline.
+
+    Args:
+        suite: The episodes.
+        detector: A class that satisfies `magicsim.evaluation.detector.Detector`; or, as text, the name or file of a
+            profile of the built-in detectors, `module:Class`, `file.py:Class`, or the name of an entry point.
+        cache: Folder where simulated episodes are kept.
+
+    Raises:
+        MagicsimError: No such detector, it fails, or an episode cannot be simulated or read.
+    """
+    name = detector if isinstance(detector, str) else getattr(detector, "__name__", type(detector).__name__)
+    return evaluate_suite(suite, detector_by(detector), name="suite", detector=name, cache=cache)
 
 
 def evaluate_suite(

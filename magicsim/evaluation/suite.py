@@ -7,8 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config.documents import read_toml
-from magicsim.config.models import Config, apply_overrides, validate
+from magicsim.config.models import Config, apply_overrides, read_whole, validate
 from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
@@ -136,7 +135,7 @@ class SuiteBlock(Config):
 
 
 class SuiteRecording(Config):
-    """An episode of a real sensor: images and a table of labels, see `magicsim.evaluation.takes.recording`."""
+    """An episode of a real sensor: images and a table of labels, see `magicsim.judge.recording`."""
 
     name: Name
     folder: str
@@ -243,13 +242,7 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
         ConfigError: The content is not acceptable.
     """
     path = find_preset("suite", name)
-    data = read_toml(path)
-    named = {"design", "rig"}
-    data = apply_overrides(data, [each for each in overrides if each.partition("=")[0].strip() in named])
-    for kind in sorted(named):
-        if isinstance(data.get(kind), str):
-            data[kind] = read_toml(find_preset(kind, data[kind]))
-    data = apply_overrides(data, [each for each in overrides if each.partition("=")[0].strip() not in named])
+    data = read_whole(path, overrides)
     for each in data.get("recordings", ()) if isinstance(data.get("recordings"), list) else ():
         if isinstance(each, dict) and isinstance(each.get("folder"), str):
             each["folder"] = str(path.parent / each["folder"])

@@ -1,12 +1,14 @@
 """What a printed elastomer is made of: the configuration model of `geometry/*.toml`."""
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
-from magicsim.config.models import Config
+from magicsim.config.models import Config, load_preset
 from magicsim.geometry.coat import Coat, OpaqueCoat
 from magicsim.geometry.face_shape import Face, HeightMap, flattened, lifted
 from magicsim.geometry.markers import Markers
@@ -222,3 +224,17 @@ class ElastomerDesign(Config):
 
 MIN_WALL_MM = 0.05
 """Thinnest wall: thinner ones could close below the renderer's safe gap when the grid deforms."""
+
+
+def load_design(name: str | Path, overrides: Sequence[str] = ()) -> ElastomerDesign:
+    """Reads the design of a block by preset name or path.
+
+    Args:
+        name: Design preset, such as `mini-magictac`, or TOML file.
+        overrides: `dotted.key=value` settings.
+
+    Raises:
+        PresetError: The design does not exist.
+        ConfigError: The content is not acceptable.
+    """
+    return load_preset(ElastomerDesign, "design", name, overrides)

@@ -20,9 +20,9 @@ from magicsim.detectors.profiles.validation import cross_validate, score_profile
 from magicsim.detectors.profiles.widths import fit_widths
 from magicsim.detectors.scoring.episode import Episode, scored_classes
 from magicsim.detectors.scoring.score import DetectionScore
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError, OutputError, unknown_choice
+from magicsim.frame_class import FrameClass
 from magicsim.judge.recorded import read_episode
 
 

@@ -8,11 +8,11 @@ import pyarrow.parquet as pq
 
 from magicsim.detectors.scoring.episode import Episode
 from magicsim.detectors.scoring.labels import LABELS, read_labels
-from magicsim.detectors.scoring.truth import FrameClass, classify_frame
 from magicsim.detectors.sources.source import read_image
 from magicsim.errors import ConfigError
-from magicsim.evaluation.takes.recording import TABLE as TRUTH
-from magicsim.evaluation.takes.recording import read_recording
+from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.judge.recording import TABLE as TRUTH
+from magicsim.judge.recording import read_recording
 from magicsim.judge.table import TABLE
 
 
@@ -21,7 +21,7 @@ def read_episode(folder: Path) -> Episode:
 
     Args:
         folder: What `magicsim simulate --out` wrote, or images with a table of their true states, `truth.csv`
-            (`magicsim.evaluation.takes.recording`), or of their classes, `labels.csv`
+            (`magicsim.judge.recording`), or of their classes, `labels.csv`
             (`magicsim.detectors.scoring.labels`).
 
     Raises:

@@ -11,7 +11,8 @@ import pyarrow.parquet as pq
 
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.detectors.verdict import NUMBERS, WORDS
-from magicsim.simulation.episode import Episode, Judgement, SimulatedFrame
+from magicsim.judge.verdicts import Judgement
+from magicsim.simulation.episode import Episode, SimulatedFrame
 
 TABLE = "episode.parquet"
 """Name of the table in a folder of results."""

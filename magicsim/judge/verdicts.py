@@ -1,13 +1,52 @@
 """Runs the detectors over an episode and scores them against its ground truth."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.detectors.scoring.score import score_verdicts
-from magicsim.simulation.episode import Episode, Judgement
+from magicsim.detectors.scoring.score import DetectionScore, score_verdicts
+from magicsim.detectors.verdict import Verdict
+from magicsim.simulation.episode import Episode
 
+FEATURES = ("entropy", "correlation", "similarity")
+"""Measures of a frame whose spread at rest is told."""
 PROFILES = ("calibrated", "published")
 """Profiles that every report shows; scores of the first one are the headline."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FeatureAtRest:
+    """One of E, C and S on the untouched sensor."""
+
+    mean: float
+    sd: float
+    """From one reference frame to the next: the camera's own repeatability."""
+
+    def distance(self, value: float) -> float:
+        """How far a value is from rest, signed [standard deviations]: d' of a frame. Infinite where nothing varies."""
+        if self.sd > 0:
+            return (value - self.mean) / self.sd
+        return 0.0 if value == self.mean else float(np.copysign(np.inf, value - self.mean))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """What the detectors with one profile say about an episode's frames after the references."""
+
+    profile: str
+    """Name of the profile."""
+    thresholds: dict[str, float]
+    """tau_e, tau_c, tau_g of the profile."""
+    verdicts: tuple[Verdict, ...]
+    """One per frame after the references, in order."""
+    score: DetectionScore
+    """Against ground truth."""
+    at_rest: Mapping[str, FeatureAtRest] = field(default_factory=dict)
+    """`entropy`, `correlation` and `similarity` of the reference frames."""
 
 
 def judge(episode: Episode, profile_name: str) -> Judgement:
@@ -23,6 +62,7 @@ def judge(episode: Episode, profile_name: str) -> Judgement:
     """
     profile = load_profile(profile_name)
     references = fuse([frame.image for frame in episode.references], profile)
+    resting = detect_all([frame.image for frame in episode.references], references, profile)
     verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
     score = score_verdicts(verdicts, [frame.truth.frame_class for frame in episode.scored])
     return Judgement(
@@ -30,4 +70,9 @@ def judge(episode: Episode, profile_name: str) -> Judgement:
         thresholds={"tau_e": profile.tau_e, "tau_c": profile.tau_c, "tau_g": profile.tau_g},
         verdicts=tuple(verdicts),
         score=score,
+        at_rest={name: _at_rest([getattr(each, name) for each in resting]) for name in FEATURES},
     )
+
+
+def _at_rest(values: Sequence[float]) -> FeatureAtRest:
+    return FeatureAtRest(mean=float(np.mean(values)), sd=float(np.std(values, ddof=1)) if len(values) > 1 else 0.0)

@@ -19,7 +19,8 @@ from magicsim.light.frame.frame_light import Before, before_contact, free_light,
 from magicsim.light.frame.shared_noise import REACH_PX
 from magicsim.light.plain_renderer import FloatImage, PlainRenderer, checked, lights_of
 from magicsim.light.reach import is_out_of_reach
-from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, UntouchedStates, untouched_key
+from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
+from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.records.untouched_store import default_store
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.regions import Regions

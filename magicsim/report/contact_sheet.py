@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Verdict
+from magicsim.frame_class import FrameClass
 from magicsim.report.mistakes import contact_right, proximity_right
 from magicsim.report.runs import Run, runs
 from magicsim.report.story import Phase, tell_phases

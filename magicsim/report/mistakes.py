@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Verdict
+from magicsim.frame_class import FrameClass
 from magicsim.report.runs import runs
 from magicsim.simulation.episode import SimulatedFrame
 

@@ -5,21 +5,23 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from magicsim.detectors.scoring import truth
+from magicsim import frame_class as truth
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
+from magicsim.judge.verdicts import Judgement
 from magicsim.report.contact_sheet import Caption, pick_frames, write_caption
 from magicsim.report.facts import scene_facts
 from magicsim.report.images import data_uri
 from magicsim.report.mistakes import Mistake, list_mistakes
 from magicsim.report.palette import CLASS_COLORS
 from magicsim.report.plots import plot_features, plot_force_depth, plot_forces
+from magicsim.report.rest_table import RestRow, rest_rows
 from magicsim.report.score_table import ScoreTable, contact_table, proximity_table
 from magicsim.report.solve_table import solve_rows
 from magicsim.report.story import tell_phases
 from magicsim.report.templates import page_template
 from magicsim.report.text import span
-from magicsim.simulation.episode import Episode, Judgement, SimulatedFrame
+from magicsim.simulation.episode import Episode, SimulatedFrame
 
 SHEET_PROFILE = "calibrated"
 """Profile whose verdicts stand on the contact sheet; where it is missing, the last one judged."""
@@ -34,6 +36,9 @@ class ProfilePart:
     tables: tuple[ScoreTable, ...]
     """Proximity and contact."""
     mistakes: tuple[Mistake, ...]
+    parts: list[str]
+    """Of the story, for the rows of `rest`."""
+    rest: list[RestRow]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +109,10 @@ def _cards(frames: Sequence[SimulatedFrame], verdicts: Sequence[Verdict] | None)
 
 
 def _profile_part(frames: Sequence[SimulatedFrame], judgement: Judgement, place: int) -> ProfilePart:
+    parts, rest = rest_rows(frames, judgement)
     return ProfilePart(
+        parts=parts,
+        rest=rest,
         profile=judgement.profile,
         plot=Markup(plot_features(frames, judgement, name=f"features-{place}")) if frames else None,
         tables=(proximity_table(judgement.score), contact_table(judgement.score)),

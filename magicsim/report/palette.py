@@ -1,6 +1,6 @@
 """Colours of a report, told apart with any colour vision (Okabe and Ito, Color Universal Design, 2008)."""
 
-from magicsim.detectors.scoring.truth import FrameClass
+from magicsim.frame_class import FrameClass
 
 CLASS_COLORS = {
     FrameClass.CLEAR: "#999999",

@@ -7,12 +7,13 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from magicsim.judge.verdicts import Judgement
 from magicsim.report.drawing import WIDTH_IN, plot_style, to_svg
 from magicsim.report.mistakes import contact_right, proximity_right
 from magicsim.report.palette import BLUE, FAINT, INK, LINE, ORANGE, WRONG
 from magicsim.report.text import number
 from magicsim.report.time_panels import Series, frame_times, time_panels
-from magicsim.simulation.episode import Judgement, SimulatedFrame
+from magicsim.simulation.episode import SimulatedFrame
 
 
 def plot_features(frames: Sequence[SimulatedFrame], judgement: Judgement, *, name: str) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from enum import StrEnum
 
-from magicsim.detectors.scoring.truth import CONTACT_MIN_DEPTH_MM, NEAR_MAX_MM, NEAR_MIN_MM
+from magicsim.frame_class import CONTACT_MIN_DEPTH_MM, NEAR_MAX_MM, NEAR_MIN_MM
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import SimulatedFrame
 

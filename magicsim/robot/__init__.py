@@ -3,8 +3,9 @@
 The names below are loaded when they are first used, so that importing the package stays light.
 """
 
-import importlib
 from typing import TYPE_CHECKING
+
+from magicsim.names import lazy_names
 
 if TYPE_CHECKING:
     from magicsim.robot.capture import SimulatedCapture
@@ -26,17 +27,4 @@ _HOMES = {
     "live_sensor": "magicsim.robot.live",
 }
 
-
-def __getattr__(name: str) -> object:
-    """Loads a public name from its module."""
-    if name not in _HOMES:
-        msg = f"module 'magicsim.robot' has no attribute '{name}'"
-        raise AttributeError(msg)
-    found = getattr(importlib.import_module(_HOMES[name]), name)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    """Names of the package, those not yet loaded included."""
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = lazy_names("magicsim.robot", _HOMES)

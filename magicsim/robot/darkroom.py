@@ -56,6 +56,18 @@ class Darkroom:
         """
         return self._ready.camera.passed(self._lit(moment), self._memory(moment), moment.at)
 
+    def expose(self, exposure_grey: float) -> None:
+        """Meters again on the untouched sensor, aiming at another mean grey level; nothing is rendered anew.
+
+        Raises:
+            ConfigError: The level is not allowed.
+        """
+        scene = self.sensor.scene
+        values = scene.rig.camera.model_dump() | {"exposure_grey": exposure_grey}
+        camera = validate(Camera, values, source="exposure")
+        self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
+        self._shot = None
+
     def resize(self, *, columns: int, rows: int) -> None:
         """Renders with so many pixels from now on, and meters again; what they see along x stays `camera.field_mm`.
 
@@ -71,6 +83,11 @@ class Darkroom:
         self.sensor.renderer = build_renderer(self.sensor.scene, self.sensor.elastomer)
         self._shot = self._strips = None
         self._seen.clear()
+
+    @property
+    def is_metered(self) -> bool:
+        """Whether the untouched sensor was rendered and the camera exposed on it."""
+        return self._shot is not None
 
     @property
     def _ready(self) -> Shot:

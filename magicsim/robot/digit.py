@@ -18,6 +18,7 @@ from magicsim.errors import ConfigError, FrameError
 from magicsim.folder import result_file
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.orientation import Image, as_bgr, as_landscape
+from magicsim.robot.picture import Picture
 
 SERIAL = "SIM00001"
 
@@ -34,6 +35,11 @@ class DigitCamera:
         "QVGA": {"resolution": {"width": 320, "height": 240}, "fps": {"60fps": 60, "30fps": 30}},
     }
     """The streams: width and height of the landscape picture [px], frame rates [1/s]."""
+    dev_name: ClassVar[str] = "simulated"
+    """Device file of a real one."""
+    manufacturer: ClassVar[str] = "magicsim"
+    model: ClassVar[str] = "simulated DIGIT"
+    revision: ClassVar[str] = "1"
     LIGHTING_MIN: ClassVar[int] = 0
     LIGHTING_MAX: ClassVar[int] = 15
 
@@ -165,6 +171,31 @@ class DigitCamera:
             msg = f"ref_frame is {ref_frame.dtype} {ref_frame.shape}, must be {frame.dtype} {frame.shape}"
             raise FrameError(msg)
         return np.asarray(cv2.absdiff(frame, ref_frame), np.uint8)
+
+    def show_view(self, ref_frame: Image | None = None, *, frames: int | None = None) -> None:
+        """Shows frame after frame until Escape is pressed in the window, or the window is closed.
+
+        Without a screen they are shown in a page on 127.0.0.1, whose address is written to stderr, until Ctrl-C.
+
+        Args:
+            ref_frame: Shows the difference from it instead, as `get_diff`.
+            frames: Ends after so many; a DIGIT's own method has no such limit.
+
+        Raises:
+            ConfigError: Not connected.
+            FrameError: The reference has another shape or type.
+        """
+        self._check_connected()
+        picture = Picture(f"Digit View {self.serial}")
+        try:
+            while picture.is_open and (frames is None or frames > 0):
+                shown = self.get_frame() if ref_frame is None else self.get_diff(ref_frame)
+                picture.show(np.ascontiguousarray(shown[..., ::-1]))
+                frames = frames - 1 if frames is not None else None
+        except KeyboardInterrupt:
+            return
+        finally:
+            picture.close()
 
     def save_frame(self, path: str | Path) -> Image:
         """Takes the next frame, writes it as an image of the path's suffix, and returns it.

@@ -3,7 +3,9 @@
 Needs the extra `robot` (gymnasium). Importing this module registers `magicsim/GraspLift-v0`.
 """
 
+import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,9 @@ from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.robot.fingers import half_extents_mm, is_alike_to_both
 from magicsim.robot.lift import Lift
 from magicsim.robot.live import MAX_SEED, LiveSensor
+from magicsim.robot.picture import Picture
+from magicsim.robot.quality import find_quality
+from magicsim.robot.waiting import Told, on_stderr
 from magicsim.robot.workspace import Range, Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import SimulatedFrame
@@ -38,6 +43,16 @@ ROOM_MM = 1.1
 """How far the object may be above where the fingers hold it in the search for balance [mm]."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cost:
+    """What one `reset` or step took."""
+
+    solve_s: float
+    """Contact and balance; in the first `reset` the sensor's geometry too [s]."""
+    light_s: float
+    """The picture; in the first `reset` the untouched sensor too [s]."""
+
+
 class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     """Two fingers close on an object on a table and lift it; one of them is seen (see `magicsim.robot.lift`).
 
@@ -55,7 +70,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     steps, or where no valid equilibrium is found (`info["error"]` says why, the observation is of the state before).
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}  # noqa: RUF012 -- as in the base
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 15}  # noqa: RUF012 -- as in the base
 
     def __init__(
         self,
@@ -72,6 +87,8 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         deepest_mm: float = 2.0,
         force_limit_n: float = 6.0,
         render_mode: str | None = None,
+        quality: str = "full",
+        told: Told = on_stderr,
     ) -> None:
         """Checks the settings; the sensor is built by the first `reset`.
 
@@ -88,7 +105,9 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             speed_mm_s: Speed of a full action [mm/s].
             deepest_mm: Largest indentation of a finger [mm].
             force_limit_n: Normal force above which a finger should not press [N].
-            render_mode: `rgb_array` or None.
+            render_mode: `rgb_array`, `human` (a window on the last frame, see `magicsim.robot.picture`) or None.
+            quality: `full`, or `control`: coarser and faster, see `magicsim.robot.quality`.
+            told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
             ConfigError: A setting is not allowed, or the scene has no object or no friction.
@@ -112,6 +131,8 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.weight_n, self.start_gap_mm, self.offset_mm = weight_n, start_gap_mm, offset_mm
         self.target_mm, self.hold_steps, self.max_steps = target_mm, hold_steps, max_steps
         self.speed_mm_s, self.force_limit_n, self.render_mode = speed_mm_s, force_limit_n, render_mode
+        self.quality, self._told = find_quality(quality), told
+        self._picture: Picture | None = None
         highest = 2 * target_mm
         self._limits = {"gap_mm": (-deepest_mm, 2 * start_gap_mm[1]), "finger_mm": (0.0, highest)}
         self.workspace = Workspace(
@@ -126,6 +147,9 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._lift: Lift | None = None
         self._frame: SimulatedFrame | None = None
         self._steps = self._held = 0
+        self.cost = Cost(solve_s=0.0, light_s=0.0)
+        """Of the last `reset` or step; zero before."""
+        self._begun = 0.0
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -140,6 +164,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             ConfigError: An option that does not exist or is outside of the workspace.
         """
         super().reset(seed=seed)
+        self._begun = time.perf_counter()
         for name in options or {}:
             if name not in OPTIONS:
                 raise ConfigError(unknown_choice("option", name, OPTIONS))
@@ -153,7 +178,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         } | (options or {})
         check_number("weight_n", drawn["weight_n"], LEAST, MOST)
         if self._live is None:
-            self._live = LiveSensor(self._scene, workspace=self.workspace)
+            self._live = LiveSensor(self._scene, workspace=self.workspace, quality=self.quality, told=self._told)
         self._live.reset(seed=noise)
         self._lift = Lift(self._live, **drawn)
         self._steps = self._held = 0
@@ -171,6 +196,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if self._lift is None:
             msg = "step is not allowed yet: call reset() first"
             raise ConfigError(msg)
+        self._begun = time.perf_counter()
         lift, dt_s = self._lift, 1 / self._lift.live.frames_per_second
         before = lift.state
         asked = np.clip(np.asarray(action, float), -1, 1) * self.speed_mm_s * dt_s
@@ -192,8 +218,11 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self._observe(lift, speeds), float(reward), is_over, is_late, info
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """The last frame, RGB of shape (rows, columns, 3), in mode `rgb_array`."""
+        """The last frame, RGB of shape (rows, columns, 3), in mode `rgb_array`; in mode `human` it is shown."""
         if self.render_mode is None or self._frame is None:
+            return None
+        if self.render_mode == "human":
+            self._show(self._frame.image)
             return None
         return self._frame.image.copy()
 
@@ -201,7 +230,9 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Lets go of the sensor; may be called again."""
         if self._live is not None:
             self._live.close()
-        self._live, self._lift, self._frame = None, None, None
+        if self._picture is not None:
+            self._picture.close()
+        self._live, self._lift, self._frame, self._picture = None, None, None, None
 
     @property
     def frame(self) -> SimulatedFrame | None:
@@ -220,8 +251,17 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             }
         )
 
+    def _show(self, image: npt.NDArray[np.uint8]) -> None:
+        if self._picture is None:
+            self._picture = Picture("magicsim GraspLift")
+        self._picture.show(image)
+
     def _observe(self, lift: Lift, speeds_mm_s: npt.NDArray[np.float64]) -> Observation:
+        solved = time.perf_counter()
         self._frame, state = lift.live.frame(), lift.state
+        self.cost = Cost(solve_s=solved - self._begun, light_s=time.perf_counter() - solved)
+        if self.render_mode == "human":
+            self._show(self._frame.image)
         values = [2 * (state.gap_mm + self._half_width_mm), state.finger_mm, *speeds_mm_s]
         return {"image": self._frame.image.copy(), "proprioception": np.array(values, np.float32)}
 

@@ -16,8 +16,10 @@ from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
+from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
+from magicsim.robot.waiting import Told, on_stderr, waiting
 from magicsim.robot.workspace import Workspace, bounded
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
@@ -28,6 +30,7 @@ from magicsim.simulation.truth import frame_truth
 
 MAX_SEED = 2**31
 MIN_FRAME_RATE, MAX_FRAME_RATE = 0.001, 1000
+FIRST_PICTURE, PICTURE = "rendering the untouched sensor and a frame", "rendering a frame"
 STRONGEST = 1000.0
 """Strength of the LEDs, in units of the rig's radiance."""
 
@@ -41,12 +44,21 @@ class LiveSensor:
     and each grabbed one is rendered whether it is developed or not.
     """
 
-    def __init__(self, scene: SceneConfig, *, workspace: Workspace | None = None) -> None:
+    def __init__(
+        self,
+        scene: SceneConfig,
+        *,
+        workspace: Workspace | None = None,
+        quality: str | Quality = "full",
+        told: Told = on_stderr,
+    ) -> None:
         """Builds geometry and lattice; the renderer loads when the first frame is taken.
 
         Args:
             scene: Design, rig, object, contact and render settings; its keyframes do not matter.
             workspace: Where the object may go. The lattice is fine where it can touch, so a small one is faster.
+            quality: `full`, or `control` for a coarser and faster sensor, see `magicsim.robot.quality`.
+            told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
             ConfigError: The workspace goes too deep, the scene depends on time, or the camera codes a video.
@@ -63,7 +75,11 @@ class LiveSensor:
             )
             raise ConfigError(msg)
         self.workspace = workspace or Workspace()
-        self._darkroom: Darkroom | None = Darkroom(Sensor(bounded(scene, self.workspace)))
+        self.quality = find_quality(quality)
+        self._told = told
+        placed = bounded(self.quality.applied(scene), self.workspace)
+        with waiting("building block and lattice", told):
+            self._darkroom: Darkroom | None = Darkroom(Sensor(placed, newton=self.quality.newton))
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)
         self.reset()
@@ -200,6 +216,15 @@ class LiveSensor:
             check_number("LED strength", each, 0, STRONGEST)
         self._led_strength = strength
 
+    def set_exposure_grey(self, exposure_grey: float) -> None:
+        """Meters again, aiming at another mean grey level of the untouched sensor, 1 to 254.
+
+        Raises:
+            ConfigError: The level is not allowed.
+        """
+        self._open.expose(exposure_grey)
+        self._memory = None
+
     def set_frame_rate(self, frames_per_second: float) -> None:
         """Sets how much time passes from one frame to the next.
 
@@ -240,7 +265,8 @@ class LiveSensor:
         """
         moment = self.now()
         if self.sensor.scene.rig.camera.history:
-            self._memory = self._open.passed(moment)
+            with waiting(self._rendering, self._told):
+                self._memory = self._open.passed(moment)
         self._index += 1
         self._time_s += 1 / self._frames_per_second
         return moment
@@ -251,7 +277,8 @@ class LiveSensor:
         Raises:
             RenderError: The image is not valid.
         """
-        return self._open.develop(moment)
+        with waiting(self._rendering, self._told):
+            return self._open.develop(moment)
 
     def frame(self) -> SimulatedFrame:
         """The next frame: RGB image, shape (rows, columns, 3), and ground truth."""
@@ -272,6 +299,10 @@ class LiveSensor:
         self.close()
 
     @property
+    def _rendering(self) -> str:
+        return PICTURE if self._open.is_metered else FIRST_PICTURE
+
+    @property
     def _open(self) -> Darkroom:
         if self._darkroom is None:
             msg = "the sensor is closed: build another one"
@@ -290,12 +321,19 @@ class LiveSensor:
         self.workspace.check(state)
         if state == self._state:
             return
-        deformation, slid_mm = travel(sensor, self._state, state, self._deformation, self._area_mm2)
+        with waiting("solving the contact", self._told):
+            deformation, slid_mm = travel(sensor, self._state, state, self._deformation, self._area_mm2)
         self._state, self._deformation, self._slid_mm = state, deformation, self._slid_mm + slid_mm
 
 
 def live_sensor(
-    scene: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None, workspace: Workspace | None = None
+    scene: str | Path,
+    overrides: Sequence[str] = (),
+    *,
+    seed: int | None = None,
+    workspace: Workspace | None = None,
+    quality: str | Quality = "full",
+    told: Told = on_stderr,
 ) -> LiveSensor:
     """A live sensor from a scene preset or file.
 
@@ -304,8 +342,11 @@ def live_sensor(
         overrides: `dotted.key=value` settings.
         seed: Seed instead of the file's.
         workspace: Where the object may go.
+        quality: `full` or `control`, see `magicsim.robot.quality`.
+        told: Hears what takes longer than two seconds.
 
     Raises:
         MagicsimError: As `load_scene` and `LiveSensor`.
     """
-    return LiveSensor(load_scene(scene, overrides, seed=seed), workspace=workspace)
+    loaded = load_scene(scene, overrides, seed=seed)
+    return LiveSensor(loaded, workspace=workspace, quality=quality, told=told)

@@ -1,5 +1,7 @@
 """What surrounds the elastomer: LED strips, lens, flashlight and camera. The configuration of `scenes/rigs/*.toml`."""
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -17,7 +19,7 @@ from magicsim.camera.settings import (
     Shutter,
 )
 from magicsim.camera.window import Window
-from magicsim.config.models import Config
+from magicsim.config.models import Config, load_preset
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 from magicsim.scenes.lamps import BRIGHTEST, FAINTEST, FARTHEST_MM, Led, LedRing, PlaceMm, Rgb
 
@@ -271,3 +273,17 @@ class Rig(Config):
         """Whether any light of the untouched sensor shines in red, green and blue."""
         red, green, blue = (any(each) for each in zip(self.room_light, *self.lamps, strict=True))
         return red, green, blue
+
+
+def load_rig(name: str | Path, overrides: Sequence[str] = ()) -> Rig:
+    """Reads a rig, which is what surrounds a block: lights, lens and camera.
+
+    Args:
+        name: Rig preset, such as `digit-office`, or TOML file.
+        overrides: `dotted.key=value` settings.
+
+    Raises:
+        PresetError: The rig does not exist.
+        ConfigError: The content is not acceptable.
+    """
+    return load_preset(Rig, "rig", name, overrides)

@@ -3,15 +3,13 @@
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from magicsim.camera.shutter import readout_fits, readout_problem
 from magicsim.camera.viewing import check_view
-from magicsim.config.documents import read_toml
-from magicsim.config.models import Config, apply_overrides, validate
-from magicsim.config.presets import find_preset
+from magicsim.config.models import Config, load_preset
 from magicsim.geometry.coat import OpaqueCoat
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.markers import DotMarkers, PictureMarkers
@@ -220,31 +218,4 @@ def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
         PresetError: The scene, its design or its rig does not exist.
         ConfigError: The content is not acceptable.
     """
-    path = find_preset("scene", name)
-    data = read_scene_file(path, overrides)
-    if seed is not None:
-        data["seed"] = seed
-    return validate(SceneConfig, data, source=path.name)
-
-
-def read_scene_file(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """Content of a file that may name a design, a rig and an object, each put in place, with overrides.
-
-    Raises:
-        PresetError: Its design, its rig or its object does not exist.
-        ConfigError: A file cannot be read, or an override has the wrong form.
-    """
-    data = read_toml(path)
-    for kind in ("design", "rig", "object"):
-        chosen = [override for override in overrides if override.partition("=")[0].strip() == kind]
-        data = apply_overrides(data, chosen)
-        if isinstance(data.get(kind), str):
-            data[kind] = read_toml(_beside(kind, data[kind], path))
-    placed = {"design", "rig", "object"}
-    return apply_overrides(data, [o for o in overrides if o.partition("=")[0].strip() not in placed])
-
-
-def _beside(kind: str, name: str, scene: Path) -> Path:
-    """A file named by a scene is looked for beside the scene first."""
-    local = scene.parent / name
-    return local if name.endswith(".toml") and local.is_file() else find_preset(kind, name)
+    return load_preset(SceneConfig, "scene", name, overrides, seed=seed)

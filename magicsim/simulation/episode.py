@@ -1,13 +1,17 @@
-"""What one simulated episode holds: frames, ground truth, and the verdicts on them."""
+"""What one simulated episode holds: frames and ground truth."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.detectors.scoring.score import DetectionScore
-from magicsim.detectors.scoring.truth import FrameClass
-from magicsim.detectors.verdict import Verdict
+from magicsim.folder import result_file
+from magicsim.frame_class import FrameClass
+from magicsim.notebook.pictures import picture_row
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 
@@ -56,6 +60,15 @@ class FrameTruth:
     solve: SolveFigures
     """Quality of the deformation."""
 
+    @property
+    def caption(self) -> str:
+        """Where the object is and what it does, in a few words."""
+        gap = self.state.gap_mm
+        if gap is None:
+            return "flashlight" if self.state.flashlight else "untouched"
+        place = f"gap {gap:.2g} mm" if gap > 0 else f"{-gap:.2g} mm deep, {self.force_n[2]:.2g} N"
+        return f"{place}, flashlight" if self.state.flashlight else place
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulatedFrame:
@@ -85,6 +98,43 @@ class Episode:
     seconds: float = 0.0
     """Warm cost of all frames, without compilation and scene build [s]."""
 
+    def __repr__(self) -> str:
+        """How many frames, and what happens in them; no arrays."""
+        return f"Episode({len(self.references)} references and {len(self.scored)} frames{self._extremes()})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the story in a few pictures."""
+        pictures = [(frame.image, frame.truth.caption) for frame in told_by(self.scored or self.frames)]
+        return f"<div><b>{escape(repr(self))}</b></div>{picture_row(pictures)}"
+
+    def _extremes(self) -> str:
+        gaps = [frame.truth.state.gap_mm for frame in self.scored if frame.truth.state.gap_mm is not None]
+        if not gaps:
+            return ""
+        force = max(frame.truth.force_n[2] for frame in self.scored)
+        return f", gaps {min(gaps):g} to {max(gaps):g} mm, normal force up to {force:.3g} N"
+
+    @property
+    def images(self) -> Frame:
+        """All frames in order, shape (frames, rows, columns, 3)."""
+        return np.stack([frame.image for frame in self.frames])
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Images and truth as arrays with one entry a frame: `images`, and what `truth_arrays` gives."""
+        return {"images": self.images, **truth_arrays([frame.truth for frame in self.frames])}
+
+    def save(self, path: Path) -> None:
+        """Writes `arrays` to an `.npz` file, which appears whole or not at all.
+
+        Args:
+            path: The file.
+
+        Raises:
+            OutputError: It cannot be written, or is there and not of magicsim.
+        """
+        with result_file(path) as partial, partial.open("wb") as file:
+            np.savez_compressed(file, **self.arrays())  # type: ignore[arg-type]
+
     @property
     def references(self) -> tuple[SimulatedFrame, ...]:
         """Frames of the untouched sensor that the detectors learn from."""
@@ -96,15 +146,44 @@ class Episode:
         return tuple(frame for frame in self.frames if not frame.truth.is_reference)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
-    """What the detectors with one profile say about an episode's frames after the references."""
+def truth_arrays(truths: Sequence[FrameTruth]) -> dict[str, npt.NDArray[Any]]:
+    """Ground truth as arrays with one entry a frame.
 
-    profile: str
-    """Name of the profile."""
-    thresholds: dict[str, float]
-    """tau_e, tau_c, tau_g of the profile."""
-    verdicts: tuple[Verdict, ...]
-    """One per frame after the references, in order."""
-    score: DetectionScore
-    """Against ground truth."""
+    Args:
+        truths: In order.
+
+    Returns:
+        `time_s`, `is_reference`, `gap_mm` (NaN without an object), `depth_mm`, `force_n` and `torque_nmm` of shape
+        (frames, 3), `contact_area_mm2`, `contact`, `flashlight`, `frame_class` (empty where a frame is not scored).
+    """
+    gaps = [each.state.gap_mm for each in truths]
+    return {
+        "time_s": np.array([each.time_s for each in truths]),
+        "is_reference": np.array([each.is_reference for each in truths], bool),
+        "gap_mm": np.array([np.nan if gap is None else gap for gap in gaps]),
+        "depth_mm": np.array([each.depth_mm for each in truths]),
+        "force_n": np.array([each.force_n for each in truths]).reshape(-1, 3),
+        "torque_nmm": np.array([each.torque_nmm for each in truths]).reshape(-1, 3),
+        "contact_area_mm2": np.array([each.contact_area_mm2 for each in truths]),
+        "contact": np.array([each.contact for each in truths], bool),
+        "flashlight": np.array([each.state.flashlight for each in truths], bool),
+        "frame_class": np.array([each.frame_class or "" for each in truths], str),
+    }
+
+
+def told_by(frames: Sequence[SimulatedFrame]) -> list[SimulatedFrame]:
+    """The few frames that tell a story: first, nearest before contact, lightest and hardest touch, light, last.
+
+    Args:
+        frames: In order, at least one.
+    """
+    gaps = {number: frame.truth.state.gap_mm for number, frame in enumerate(frames)}
+    near = [number for number, gap in gaps.items() if gap is not None and gap > 0]
+    touching = [number for number, frame in enumerate(frames) if frame.truth.contact]
+    lit = [number for number, frame in enumerate(frames) if frame.truth.state.flashlight]
+    chosen = {0, len(frames) - 1, *lit[:1], *touching[:1]}
+    if near:
+        chosen.add(min(near, key=lambda number: gaps[number] or 0.0))
+    if touching:
+        chosen.add(max(touching, key=lambda number: frames[number].truth.depth_mm))
+    return [frames[number] for number in sorted(chosen)]

@@ -17,10 +17,11 @@ from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.deform.solve.rigid_motion import is_there
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.light.records.untouched import UntouchedStates
+from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.safe_gap import check_walls
 from magicsim.light.world.finish import Finish
@@ -35,12 +36,15 @@ from magicsim.simulation.plan import ScenePlan, as_seen, can_touch
 class Sensor:
     """One sensor in one scene: solves and renders states on request, reusing what has not changed."""
 
-    def __init__(self, scene: SceneConfig, *, untouched: UntouchedStates | None = None) -> None:
+    def __init__(
+        self, scene: SceneConfig, *, untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None
+    ) -> None:
         """Builds geometry, lattice and renderer.
 
         Args:
             scene: What happens.
             untouched: Untouched states of sensors that other episodes share.
+            newton: When a load step is good enough; the solver's own by default.
 
         Raises:
             ConfigError: The camera's codec is not installed.
@@ -49,6 +53,7 @@ class Sensor:
         """
         check_codec(scene.rig.camera.compression)
         self.scene = scene
+        self._newton = newton
         self.elastomer: Elastomer = build_elastomer(scene.design)
         self.printed: Lattice = build_lattice(scene.design)
         """All planes of the design's lattice, which the displacements of an episode refer to."""
@@ -116,6 +121,7 @@ class Sensor:
         if self._solver is None:
             self._solver = ContactSolver(
                 self.lattice,
+                options=self._newton,
                 friction=self.scene.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=body_branches(self.scene.design, self.lattice) if self.scene.contact.rate_dependent else None,

@@ -1,15 +1,17 @@
 """One radiance image of one frame of a scene, by one estimator alone: no anchor, no camera."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from magicsim.camera.exposure import FloatImage
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
 from magicsim.folder import result_file
 from magicsim.light.variant import activate_variant
+from magicsim.notebook.pictures import picture_row
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.plan import can_touch
@@ -17,6 +19,8 @@ from magicsim.simulation.sensor import Sensor
 
 LEAST_ERROR = 1e-6
 """Below the rounding of float32 images."""
+WHITE, GAMMA = 99.0, 2.2
+"""Percentile that a notebook shows as white, and the gamma of its screen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,32 +61,51 @@ def with_care(scene: SceneConfig, *, samples: bool, particles: bool) -> SceneCon
     return scene.model_copy(update={"render": render.model_copy(update=changes)})
 
 
-def render_still(
-    scene: SceneConfig, frame: int, out: Path | None, *, basis: bool = False, relative_error: float | None = None
-) -> Still:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rendering:
+    """Linear radiance of one frame, and what it cost."""
+
+    images: dict[str, FloatImage]
+    """One image by the name of each light where a basis was asked for, else one under ``; (rows, columns, 3) each."""
+    still: Still
+    """Its figures."""
+
+    @property
+    def image(self) -> FloatImage:
+        """All lights together, shape (rows, columns, 3)."""
+        return np.asarray(np.sum(list(self.images.values()), axis=0, dtype=np.float32))
+
+    def __repr__(self) -> str:
+        """Size, lights and error; no arrays."""
+        rows, columns, _ = self.image.shape
+        return f"Rendering({columns} x {rows} pixels, {self.still})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the image, its brightest hundredth cut off, with the gamma of a screen."""
+        image = np.clip(self.image / max(float(np.percentile(self.image, WHITE)), 1e-30), 0, 1) ** (1 / GAMMA)
+        return picture_row([((255 * image).astype(np.uint8), f"frame by {self.still.estimator}")])
+
+
+def render(
+    scene: SceneConfig, frame: int = 0, *, basis: bool = False, relative_error: float | None = None
+) -> Rendering:
     """Renders the linear radiance of one scored frame.
 
     Args:
         scene: What happens; its render settings choose estimator, samples and particles.
         frame: Index among the scored frames.
-        out: File to write, or None: `.npy`, float32 of shape (rows, columns, 3); with `basis` `.npz`, one such array
-            for each light by name.
         basis: Whether to render one image for each light.
         relative_error: Repeat the image with new random numbers until its mean is estimated to be so good, see
             `magicsim.light.refinement`; not with `basis`.
 
     Raises:
-        ConfigError: No such frame, the file has another suffix, or the error is not allowed.
+        ConfigError: No such frame, or the error is not allowed.
         MagicsimError: The deformation or the image is not valid.
     """
     start = time.perf_counter()
     states = timeline(scene)
     if not 0 <= frame < len(states):
         msg = f"frame = {frame} is not allowed: must be 0 to {len(states) - 1}"
-        raise ConfigError(msg)
-    suffix = ".npz" if basis else ".npy"
-    if out is not None and out.suffix != suffix:
-        msg = f"out = '{out}' is not allowed: must end in {suffix}"
         raise ConfigError(msg)
     if relative_error is not None:
         check_number("relative_error", relative_error, LEAST_ERROR, 1)
@@ -101,13 +124,7 @@ def render_still(
     else:
         images = sensor.renderer.basis(view) if basis else {"": sensor.renderer.plain_radiance(view)}
     seconds = time.perf_counter() - before
-    if out is not None:
-        with result_file(out) as partial, partial.open("wb") as file:
-            if basis:
-                np.savez(file, **images)  # type: ignore[arg-type]
-            else:
-                np.save(file, images[""])
-    return Still(
+    still = Still(
         seconds=seconds,
         seconds_total=time.perf_counter() - start,
         estimator=sensor.renderer.estimator,
@@ -118,5 +135,38 @@ def render_still(
         lights=[name for name in images if name],
         passes=refinement.passes if refinement is not None else 1,
         relative_error=refinement.relative_error if refinement is not None else None,
-        out=str(out) if out is not None else None,
+        out=None,
     )
+    return Rendering(images=images, still=still)
+
+
+def render_still(
+    scene: SceneConfig, frame: int, out: Path | None, *, basis: bool = False, relative_error: float | None = None
+) -> Still:
+    """Renders as `render`, into a file.
+
+    Args:
+        scene: What happens.
+        frame: Index among the scored frames.
+        out: File to write, or None: `.npy`, float32 of shape (rows, columns, 3); with `basis` `.npz`, one such array
+            for each light by name.
+        basis: Whether to render one image for each light.
+        relative_error: See `render`.
+
+    Raises:
+        ConfigError: No such frame, the file has another suffix, or the error is not allowed.
+        MagicsimError: The deformation or the image is not valid.
+    """
+    suffix = ".npz" if basis else ".npy"
+    if out is not None and out.suffix != suffix:
+        msg = f"out = '{out}' is not allowed: must end in {suffix}"
+        raise ConfigError(msg)
+    found = render(scene, frame, basis=basis, relative_error=relative_error)
+    if out is None:
+        return found.still
+    with result_file(out) as partial, partial.open("wb") as file:
+        if basis:
+            np.savez(file, **found.images)  # type: ignore[arg-type]
+        else:
+            np.save(file, found.images[""])
+    return replace(found.still, out=str(out))

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
-from magicsim.detectors.scoring.truth import classify_frame
+from magicsim.frame_class import classify_frame
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import FrameTruth, SolveFigures, Vector

@@ -3,8 +3,9 @@
 `load_sweep` and `run_sweep` are loaded when they are first used.
 """
 
-import importlib
 from typing import TYPE_CHECKING
+
+from magicsim.names import lazy_names
 
 if TYPE_CHECKING:
     from magicsim.sweep.comparison import run_sweep
@@ -14,12 +15,4 @@ __all__ = ["load_sweep", "run_sweep"]
 
 _HOMES = {"load_sweep": "magicsim.sweep.sweep_file", "run_sweep": "magicsim.sweep.comparison"}
 
-
-def __getattr__(name: str) -> object:
-    """Loads a public function from its module."""
-    if name not in _HOMES:
-        msg = f"module 'magicsim.sweep' has no attribute '{name}'"
-        raise AttributeError(msg)
-    function = getattr(importlib.import_module(_HOMES[name]), name)
-    globals()[name] = function
-    return function
+__getattr__, __dir__ = lazy_names("magicsim.sweep", _HOMES)

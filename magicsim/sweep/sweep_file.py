@@ -9,14 +9,13 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config.models import Config, validate
-from magicsim.config.presets import find_preset
+from magicsim.config.models import Config, load_preset
 from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.sampling.distribution import Distribution, Value
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import RenderSettings, Seed, read_scene_file
+from magicsim.scenes.scene import RenderSettings, Seed
 from magicsim.sweep.judging.measures import MEASURES, Better
 from magicsim.sweep.judging.quality import Quality
 from magicsim.sweep.search.search_settings import MAX_DESIGNS, SearchSettings
@@ -187,8 +186,4 @@ def load_sweep(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
         PresetError: The sweep, its design, its rig or its object does not exist.
         ConfigError: The content is not acceptable.
     """
-    path = find_preset("sweep", name)
-    data = read_scene_file(path, overrides)
-    if seed is not None:
-        data["seed"] = seed
-    return validate(SweepConfig, data, source=path.name)
+    return load_preset(SweepConfig, "sweep", name, overrides, seed=seed)

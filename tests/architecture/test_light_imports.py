@@ -35,7 +35,8 @@ def loaded_by(statement: str) -> set[str]:
     [
         "magicsim",
         "magicsim.geometry, magicsim.deform, magicsim.scenes, magicsim.light, magicsim.report, magicsim.robot",
-        "magicsim.errors, magicsim.config.models",
+        "magicsim.live",
+        "magicsim.errors, magicsim.config",
     ],
 )
 def test_package_loads_nothing_heavy(packages: str):

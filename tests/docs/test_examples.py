@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
-from magicsim import load_scene, simulate
+import magicsim
+from magicsim import load_design, load_scene, simulate
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.detectors import Contact
+from magicsim.evaluation.detector import Detector, find_detector
+from magicsim.geometry.shapes.solids import Sphere
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.sensor import Sensor
 
@@ -64,20 +67,61 @@ def test_dim_a_light():
 
 
 def test_your_detector():
-    detector = load(EXAMPLES / "your_detector.py").LargestChange([np.full((32, 24, 3), 90, np.uint8)] * 3)
+    detector = load(EXAMPLES / "your_detector.py").LargestChange()
+    assert isinstance(detector, Detector)
+    detector.fit([np.full((32, 24, 3), 90, np.uint8)] * 3)
     frame = np.full((32, 24, 3), 92, np.uint8)
     assert detector.change(frame) == pytest.approx(2)
-    assert detector.judge(frame).combined is Contact.UNTOUCHED
+    assert detector.step(frame).contact == "Untouched"
     frame[10:20, 10:20] = 130
-    assert detector.judge(frame).combined is Contact.TOUCHED
+    assert detector.step(frame).contact == "Touched"
+    assert find_detector(f"{EXAMPLES / 'your_detector.py'}:LargestChange")().threshold == detector.threshold
 
 
 @pytest.mark.slow
 def test_your_detector_beside_the_calibrated_one():
+    script = load(EXAMPLES / "your_detector.py")
     episode = simulate(load_scene("demo", ["rig.camera.columns=120", "rig.camera.rows=160"]))
-    own, theirs = load(EXAMPLES / "your_detector.py").contact_accuracies(episode)
-    assert 0.5 < own <= 1
-    assert 0.5 < theirs <= 1
+    assert 0.5 < script.contact_accuracy(episode, script.LargestChange) <= 1
+
+
+def test_own_object():
+    script = load(EXAMPLES / "own_object.py")
+    capsule, ball = script.Capsule(2.0, 6.0), Sphere(2.0)
+    points = np.random.default_rng(1).uniform(-6, 6, (200, 3))
+    distance, normal = capsule.distance(points)
+    step = 1e-5
+    moved, _ = capsule.distance(points + step * normal)
+    assert moved - distance == pytest.approx(np.full(200, step), rel=1e-6)
+    vertices = capsule.mesh().vertices
+    assert np.abs(capsule.distance(vertices)[0]).max() < 1e-5
+    assert capsule.support_mm(np.array([0.0, 1.0, 0.0])) == pytest.approx(vertices[:, 1].max(), abs=1e-5)
+    assert script.Capsule(2.0, 0.0).distance(points)[0] == pytest.approx(ball.distance(points)[0])
+    short, longer = (script.force_n(length, [*SMALL_BLOCK, "lattice.spacing_mm=2"]) for length in (0.1, 4.0))
+    assert longer > 1.3 * short
+
+
+def test_own_material():
+    script = load(EXAMPLES / "own_material.py")
+    coarse = [*SMALL_BLOCK, "lattice.spacing_mm=2"]
+    once, twice = script.force_n(coarse), script.force_n([*coarse, *script.scaled(2.0)])
+    assert twice / once == pytest.approx(2, rel=2e-3)  # the same equilibrium under twice the stress
+
+
+def test_own_measure():
+    script = load(EXAMPLES / "own_measure.py")
+    found = script.measured("cell-skin", [])
+    assert len(found) > 1
+    assert all(0 < each.value < 1 for _, each in found)
+    thin, thick = (script.infill_share(load_design("mini-magictac", [f"wall_mm={wall}"])) for wall in (0.1, 0.3))
+    assert thick.value < thin.value
+    assert script.infill_share(load_design("uniform-block")).value == 0
+
+
+def test_own_estimator():
+    distances = load(EXAMPLES / "own_estimator.py").distances_mm(SMALL_RENDERING)
+    lens = load_scene("rest", SMALL_RENDERING).rig.camera.distance_mm
+    assert distances.min() == pytest.approx(lens - 0.1, abs=1e-2)  # straight ahead to the lens's face
 
 
 @pytest.fixture(scope="module")
@@ -117,3 +161,48 @@ def test_own_sensor_ends_in_frames_and_forces():
     at_rest = episode.references[0].image.astype(float)
     assert at_rest[:, :half, 0].mean() > 1.2 * at_rest[:, half:, 0].mean()
     assert at_rest[:, half:, 1].mean() > 1.2 * at_rest[:, :half, 1].mean()
+
+
+TINY = [
+    "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.5", "rig.camera.columns=24", "rig.camera.rows=32",
+    "rig.camera.field_mm=10", "render.samples=2", "render.particles=2000", "render.anchor_samples=2",
+    "render.anchor_particles=4000",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def whole_api():
+    return load(EXAMPLES / "whole_api.py")
+
+
+def test_every_public_name_is_used_in_the_example():
+    text = (EXAMPLES / "whole_api.py").read_text(encoding="utf-8")
+    older = {"detect_sources", "evaluate_suite", "generate_dataset", "render_still"}  # other names of others
+    assert {name for name in set(magicsim.__all__) - older if f"magicsim.{name}(" not in text} == set()
+
+
+def test_whole_api_presses_prints_and_calibrates(whole_api, tmp_path):
+    assert whole_api.press([*SMALL_BLOCK, "lattice.spacing_mm=2"]) > 0.5
+    volume, scale = whole_api.print_and_calibrate(tmp_path, SMALL_BLOCK)
+    assert 0 < volume < 12 * 12 * 6.6
+    assert 0.01 < scale < 1
+
+
+def test_whole_api_renders_and_films(whole_api):
+    assert whole_api.render_and_film(TINY) == ((32, 24, 3),) * 3
+
+
+@pytest.mark.slow
+def test_whole_api_measures_hardness(whole_api):
+    assert 10 < whole_api.harden(SMALL_BLOCK) < 60
+
+
+@pytest.mark.slow
+def test_whole_api_simulates_judges_detects_and_fits(whole_api, tmp_path):
+    frames, _ = whole_api.simulate_and_judge(tmp_path, TINY)
+    assert frames == 104
+    assert np.load(tmp_path / "episode.npz")["images"].shape == (104, 32, 24, 3)
+    contact, profile = whole_api.detect_and_fit(tmp_path, TINY)
+    assert contact in list(Contact)
+    assert profile.endswith("mine.toml")
+    assert whole_api.fit_a_sensor(tmp_path, [*TINY, "rig.camera.columns=32", "rig.camera.rows=40"]) >= 0

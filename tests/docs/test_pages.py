@@ -19,6 +19,8 @@ from .pages import DOCS, EXAMPLES, PAGES, ROOT, blocks, load, name
 assert entry  # registers the commands
 COMMANDS = sorted(command for command in app if not command.startswith("-"))
 DIRECTIVE = re.compile(r"^```\{command\} (?P<names>.+)$", re.MULTILINE)
+SYMBOL = re.compile(r"`(magicsim(?:\.\w+)+)")
+BESIDE = re.compile(r"((?:`[\w.]+`(?:, | and )?)+) (?:of|in|\()\s*`?(magicsim/[\w/]+\.py)`")
 PLACE = re.compile(
     r"`((?:tests|docs|benchmarks|detectors|geometry|scenes|deform|magicsim)/[\w./-]+\.(?:py|toml|md)|tests/[\w/]+)`"
 )
@@ -57,6 +59,24 @@ def test_files_that_pages_name_exist(page: Path):
     assert not {place for place in places if not (ROOT / place).exists() and not (ROOT / "magicsim" / place).exists()}
 
 
+@pytest.mark.parametrize("page", sorted((DOCS / "extending").glob("*.md")), ids=name)
+def test_symbols_that_pages_on_extending_name_exist(page: Path):
+    for symbol in set(SYMBOL.findall(page.read_text(encoding="utf-8"))):
+        parts = symbol.split(".")
+        found = importlib.import_module(parts[0])
+        for count, part in enumerate(parts[1:], 2):
+            if not hasattr(found, part):
+                importlib.import_module(".".join(parts[:count]))
+            found = getattr(found, part)
+
+
+@pytest.mark.parametrize("page", sorted((DOCS / "extending").glob("*.md")), ids=name)
+def test_names_beside_a_file_stand_in_that_file(page: Path):
+    for names, file in BESIDE.findall(page.read_text(encoding="utf-8")):
+        text = (ROOT / file).read_text(encoding="utf-8")
+        assert all(each in text for each in re.findall(r"`([\w.]+)`", names) for each in each.split(".")[-1:])
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_one_page(command: str):
     pages = [
@@ -65,7 +85,7 @@ def test_every_command_has_one_page(command: str):
         for found in DIRECTIVE.finditer(page.read_text(encoding="utf-8"))
         if command in found["names"].split(", ")
     ]
-    assert len(pages) == 1, f"'{command}' stands on {pages}; docs/extending.md says how to add a page"
+    assert len(pages) == 1, f"'{command}' stands on {pages}; docs/extending/index.md says how to add a page"
 
 
 def test_pages_name_no_command_that_does_not_exist():
@@ -80,6 +100,20 @@ def test_table_of_objects_lists_the_keys_of_each_kind(kind: str):
     row = next(line for line in text.splitlines() if line.startswith(f"| `{kind}` |"))
     words = set(re.findall(r"`(\w+)`", row)) - {kind, "x", "y", "z", "8", "4x4x8"}
     assert words == set(OBJECT_KINDS[kind].model_fields) - set(ObjectBase.model_fields) - {"kind"}
+
+
+def test_readme_is_read_to_its_end():
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 130
+    assert {"<!-- demo -->", "<!-- test -->"} <= set(lines[:40])
+    cells = [cell for line in lines if line.startswith("|") for cell in line.strip("|").split("|")]
+    assert max(len(cell.split()) for cell in cells) <= 20
+
+
+def test_contents_of_the_results_are_their_headings():
+    text = (DOCS / "results.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^ *- \[(.+)\]\(#[\w-]+\)$", text, re.MULTILINE)
+    assert listed == re.findall(r"^##+ (.+)$", text, re.MULTILINE)
 
 
 def test_every_example_stands_in_the_gallery():

@@ -10,7 +10,7 @@ import pytest
 from magicsim.detectors.sources.source import read_image
 from magicsim.evaluation.takes.footage import ExposedTake
 from magicsim.evaluation.takes.simulated import film_take
-from magicsim.judge.main_job import run_scene
+from magicsim.report.main_job import run_scene
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene

@@ -13,7 +13,7 @@ from laboratory.row_log import told
 from magicsim.bench.deform.compare import machine
 from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import detect, fuse, load_profile
-from magicsim.light.records.untouched import shared_states
+from magicsim.light.records.untouched_states import shared_states
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.plan import can_touch

@@ -1,19 +1,14 @@
 """Runs the stress grid and records every case: valid, declared as failed, or silently invalid."""
 
 import time
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-from magicsim.bench.deform.compare import machine
-from magicsim.bench.stress.cases import POISSON_RATIOS, Stage, StressPath, every_path
+from magicsim.bench.stress.cases import Stage, StressPath
 from magicsim.bench.stress.validity import Verification, verify
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConvergenceError, MagicsimError
 
@@ -62,37 +57,6 @@ class StressRow:
     seconds: float
 
 
-def run_stress(
-    *, quick: bool = False, paths: Sequence[StressPath] | None = None, parts: Path | None = None
-) -> dict[str, Any]:
-    """Runs the grid and the single cases.
-
-    Args:
-        quick: Only the spheres and the stiffest and softest of everything.
-        paths: What to run instead, in this process.
-        parts: Folder for the rows of the paths, from which a killed run goes on; by default they are not kept.
-
-    Returns:
-        The object that the plot is drawn from: `results`, `summary`, `machine`.
-    """
-    compile_kernels()
-    if paths is not None:
-        rows = [row for path in paths for row in run_path(path)]
-    else:
-        from magicsim.bench.stress.pool import pooled_rows
-
-        chosen = [path for path in every_path() if not quick or _is_quick(path)]
-        with TemporaryDirectory() as temporary:
-            rows = pooled_rows(chosen, parts or Path(temporary))
-    return {
-        "kind": "stress",
-        "quick": quick,
-        "results": [asdict(row) for row in rows],
-        "summary": summarise(rows),
-        "machine": machine(),
-    }
-
-
 def run_path(path: StressPath) -> Iterator[StressRow]:
     """One row for each stage, whatever happens; a stage starts where the last valid one ended."""
     options: dict[str, Any] = {"friction": path.friction} if path.friction else {}
@@ -130,21 +94,6 @@ def unsolved(path: StressPath, stage: Stage, outcome: str, message: str) -> Stre
     return _row(path, stage, stage.depth_share * path.design.height_mm, outcome, message)
 
 
-def summarise(rows: Iterable[StressRow]) -> dict[str, Any]:
-    """Counts of outcomes, and the share that is valid up to half of the height."""
-    found = list(rows)
-    counts = Counter(row.outcome for row in found)
-    judged = [row for row in found if row.depth_share <= JUDGED_SHARE and row.outcome != NOT_AVAILABLE]
-    valid = sum(row.outcome == VALID for row in judged)
-    return {
-        "cases": len(found),
-        "outcomes": {outcome: counts[outcome] for outcome in OUTCOMES},
-        "judged": len(judged),
-        "valid_share": valid / len(judged) if judged else None,
-        "seconds": sum(row.seconds for row in found),
-    }
-
-
 def _verified(
     path: StressPath, stage: Stage, depth: float, state: Deformation, check: Verification, seconds: float
 ) -> StressRow:
@@ -175,9 +124,3 @@ def _row(
         message=message,
         **values,
     )
-
-
-def _is_quick(path: StressPath) -> bool:
-    if path.group == "single":
-        return path.label in {"skin 0.1 mm", "height 1.5 mm", "one step of 50 %"}
-    return path.contrast in {1.0, 1e4} and path.poisson_ratio in {POISSON_RATIOS[0], POISSON_RATIOS[2]}

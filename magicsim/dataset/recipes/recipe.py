@@ -8,15 +8,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.config.models import Config, validate
-from magicsim.config.presets import find_preset
+from magicsim.config.models import Config, load_preset
 from magicsim.dataset.recipes.object_recipe import ObjectRecipe
 from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, PathRecipe
 from magicsim.dataset.room_recipe import RoomRecipe
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed, read_scene_file
+from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed
 
 MAX_SENSORS = 100_000
 """Most printed sensors: each has a row in `sensors.parquet`, which is made before the first episode."""
@@ -185,8 +184,4 @@ def load_recipe(name: str | Path, overrides: Sequence[str] = (), *, seed: int | 
         PresetError: The recipe, its design or its rig does not exist.
         ConfigError: The content is not acceptable.
     """
-    path = find_preset("recipe", name)
-    data = read_scene_file(path, overrides)
-    if seed is not None:
-        data["seed"] = seed
-    return validate(Recipe, data, source=path.name)
+    return load_preset(Recipe, "recipe", name, overrides, seed=seed)

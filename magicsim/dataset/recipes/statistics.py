@@ -9,7 +9,7 @@ import numpy as np
 from magicsim.dataset.layout import split_of
 from magicsim.dataset.recipes.draw import DrawnEpisode
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.detectors.scoring.truth import classify_frame
+from magicsim.frame_class import classify_frame
 from magicsim.scenes.timeline import FrameState, timeline
 
 

@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -20,12 +21,15 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import ObjectBase, SphereObject
+from magicsim.notebook.figures import curve, figures_table
 
 MAX_TWIST_DEG = 360.0
 MAX_TOLERANCE_MM = 0.1
 MAX_FRICTION = 5.0
 MAX_SPEED_MM_S = 1e4
 MAX_HOLD_S = 1e6
+MIN_POINTS = 2
+"""Places of a path that make a curve."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,6 +73,18 @@ class PressResult:
         if not self.history:
             del values["history"]
         return values
+
+    def __str__(self) -> str:
+        """One line: force, torque, area."""
+        force = ", ".join(f"{each:.3f}" for each in self.force_n)
+        torque = ", ".join(f"{each:.3f}" for each in self.torque_nmm)
+        return f"force ({force}) N, torque ({torque}) N mm, contact area {self.contact_area_mm2:.2f} mm2"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the force along the path, and the figures of its end."""
+        values = asdict(self)
+        del values["history"]
+        return _force_curve(self.history) + figures_table("Press", values)
 
 
 def press(
@@ -173,6 +189,17 @@ def _history(states: list[Deformation], steps_s: list[float]) -> tuple[TimedForc
     forces = [state.force_n.tolist() for state in states]
     times = np.cumsum(steps_s).tolist()
     return tuple(TimedForce(time_s=at, force_n=(x, y, z)) for at, (x, y, z) in zip(times, forces, strict=True))
+
+
+def _force_curve(history: Sequence[object]) -> str:
+    """Normal force along a path of several places, against time where it has one, and else against depth."""
+    if len(history) < MIN_POINTS:
+        return ""
+    has_time = all(getattr(each, "time_s", None) is not None for each in history)
+    name, label = ("time_s", "time [s]") if has_time else ("depth_mm", "depth [mm]")
+    places = [float(getattr(each, name)) for each in history]
+    forces = [float(getattr(each, "force_n")[2]) for each in history]  # noqa: B009
+    return curve(places, forces, x_label=label, y_label="normal force [N]")
 
 
 def _summarise(states: list[Deformation], seconds: float) -> PressResult:

@@ -49,6 +49,8 @@ LOGGER = logging.getLogger(__name__)
 TOUCHING_SHARE = 0.01
 """Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
 ROUNDING = 1e-9
+BALANCE_SHARE = 100.0
+"""Largest force balance in units of the residual that ends the iterations, where that is not `MAX_BALANCE`'s."""
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
 RESTARTS = (1 / 4, 4)
@@ -66,6 +68,7 @@ class ContactSolver:
         lattice: Lattice,
         *,
         tolerance_mm: float = 0.002,
+        options: NewtonOptions | None = None,
         max_step_mm: float = 0.5,
         friction: float = 0.0,
         point_spacing_mm: float = POINT_SPACING_MM,
@@ -76,6 +79,7 @@ class ContactSolver:
         Args:
             lattice: The block.
             tolerance_mm: Largest penetration at any contact point [mm].
+            options: All tolerances and limits of a load step, instead of that one.
             max_step_mm: Longest motion of the object between two load steps [mm], before anything else is tried.
             friction: Coulomb's coefficient between object and face.
             point_spacing_mm: Largest distance between contact points at rest [mm].
@@ -93,7 +97,7 @@ class ContactSolver:
             face,
             pattern,
             symmetric_solver(pattern.indptr, pattern.indices),
-            NewtonOptions(tolerance_mm=tolerance_mm),
+            options or NewtonOptions(tolerance_mm=tolerance_mm),
             friction=friction,
             shear_modulus_mpa=lattice.shear_modulus_mpa + added,
         )
@@ -222,7 +226,8 @@ class ContactSolver:
         return None if strides.gave_up else state
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
-        has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= MAX_BALANCE
+        balance = max(MAX_BALANCE, BALANCE_SHARE * problem.options.residual)
+        has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= balance
         return (
             has_converged
             and has_settled(iterate.elastic.table)

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from magicsim.detectors.profiles.profile import DetectorProfile, Polarity, Similarity
 from magicsim.detectors.profiles.thresholds import COMPARED_DECIMALS, fit_contact, fit_proximity, rest_limit
 from magicsim.detectors.scoring.episode import Episode, measure_brightening, measure_similarity, scored_classes
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.errors import ConfigError
+from magicsim.frame_class import FrameClass
 
 REST_MARGIN_SD = 4.0
 """Standard deviations between a fitted threshold and an untouched sensor, at least."""

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.scoring.episode import Features
-from magicsim.detectors.scoring.truth import FrameClass
+from magicsim.frame_class import FrameClass
 
 SPREAD_FLOOR = 1e-3
 """Smallest spread that a margin is divided by, in the feature's unit: below it differences are rounding."""

@@ -8,8 +8,8 @@ from magicsim.detectors.profiles.calibrate import Candidates, fit_profile
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.scoring.episode import Episode, scored_classes
 from magicsim.detectors.scoring.score import DetectionScore, score_verdicts
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Verdict
+from magicsim.frame_class import FrameClass
 
 
 def score_profile(profile: DetectorProfile, episodes: Sequence[Episode]) -> DetectionScore:

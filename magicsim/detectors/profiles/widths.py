@@ -19,8 +19,8 @@ from magicsim.detectors.scoring.episode import (
     measure_similarity,
     scored_classes,
 )
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.errors import ConfigError
+from magicsim.frame_class import FrameClass
 
 Mask = npt.NDArray[np.bool_]
 """Which scored frames belong to a group, shape (frames,)."""

@@ -12,8 +12,8 @@ from magicsim.detectors.fusion import fuse_background, fuse_grid
 from magicsim.detectors.grid import blur
 from magicsim.detectors.profiles.profile import DetectorProfile, Polarity, Similarity
 from magicsim.detectors.proximity import brightening_correlation, brightening_entropy, filter_channels
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.errors import ConfigError, FrameError
+from magicsim.frame_class import FrameClass
 
 Features = npt.NDArray[np.float64]
 """One feature of every scored frame, shape (frames,)."""

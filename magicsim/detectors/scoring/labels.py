@@ -9,9 +9,9 @@ from pathlib import Path
 
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.scoring.episode import Episode
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.sources.source import read_image
 from magicsim.errors import ConfigError, unknown_choice
+from magicsim.frame_class import FrameClass
 
 LABELS = "labels.csv"
 """Name of the table inside the folder."""

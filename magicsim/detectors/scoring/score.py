@@ -8,9 +8,9 @@ combined verdict on every class: a Contact frame needs `Touched`; on the others 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.errors import ConfigError
+from magicsim.frame_class import FrameClass
 
 PROXIMITY_TRUTH = {
     FrameClass.CLEAR: Proximity.NORMAL,

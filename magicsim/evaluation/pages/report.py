@@ -1,13 +1,14 @@
 """The results of an evaluation as files and as lines for people."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import tomli_w
 from markupsafe import Markup
 
-from magicsim.detectors.scoring import truth
+from magicsim import frame_class as truth
 from magicsim.evaluation.evaluate import Evaluation
 from magicsim.evaluation.pages.plots import plot_detection, plot_roc
 from magicsim.evaluation.pages.sheet import changed_sheet, sheet
@@ -15,6 +16,7 @@ from magicsim.evaluation.statistics.changed_frames import FrameRun
 from magicsim.evaluation.statistics.intervals import Estimate
 from magicsim.evaluation.statistics.measures import MEASURES
 from magicsim.evaluation.statistics.regression import Change
+from magicsim.evaluation.statistics.rest import REPEATABILITY_SD, Rest
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.report.templates import page_template
@@ -92,6 +94,8 @@ def render_page(found: Evaluation) -> str:
         compared=[change_row(each) for each in found.changes],
         pictures=sheet(found.footage, found.episodes, found.standard),
         changed=changed_sheet(found.footage, found.episodes, worse),
+        rest=rest_rows(found.rest),
+        repeatability=f"{REPEATABILITY_SD:g}",
         truth=truth,
         span=span,
     )  # fmt: skip
@@ -103,6 +107,7 @@ def describe(found: Evaluation) -> list[str]:
     for group, row in found.metrics.items():
         parts = [f"{COLUMNS[name]} {value_text(name, row[name])}" for name in list(COLUMNS)[:2]]
         lines.append(f"  {group}: {', '.join(parts)}")
+    lines += [f"  {line}" for line in rest_lines(found.rest)]
     for each in (*found.regressions, *found.improvements):
         told = change_row(each)
         chance = f", p = {told.p}" if told.is_tested else ""
@@ -114,6 +119,39 @@ def describe(found: Evaluation) -> list[str]:
     if found.baseline is not None and not found.regressions:
         lines.append(f"no regression against {found.baseline}")
     return lines
+
+
+def rest_lines(found: Sequence[Rest]) -> list[str]:
+    """Streams at rest as lines for people."""
+    lines = []
+    for each in found:
+        margins = [
+            f"{name} {score.margin_sd:.1f} sd from rest, {score.weak_verdicts} of {score.verdicts} right ones on less "
+            f"than {REPEATABILITY_SD:g} sd"
+            for name, score in (("Touched", each.touch), ("Approaching", each.approach))
+            if score is not None
+        ]
+        alarms = f"{each.alarms} false alarms in {each.frames} untouched frames"
+        hourly = f"{number(each.low, 1)} to {number(each.high, 1)} an hour"
+        lines.append(f"at rest, {each.place}/{each.noise}: {'; '.join([f'{alarms} ({hourly})', *margins])}")
+    return lines
+
+
+def rest_rows(found: Sequence[Rest]) -> list[list[str]]:
+    """Streams at rest as the rows of a table, see the page's head."""
+    rows = []
+    for each in found:
+        expected = MISSING if each.expected_per_hour is None else f"{each.expected_per_hour:.2g}"
+        row = [f"{each.place}, {each.noise}", str(each.frames), str(each.alarms)]
+        row += [f"{number(each.low, 1)} to {number(each.high, 1)}", expected]
+        for score in (each.touch, each.approach):
+            row += (
+                [MISSING, MISSING]
+                if score is None
+                else [number(score.margin_sd, 1), f"{score.weak_verdicts} of {score.verdicts}"]
+            )
+        rows.append(row)
+    return rows
 
 
 def value_text(name: str, each: Estimate) -> str:

@@ -7,10 +7,10 @@ from itertools import groupby
 import numpy as np
 
 from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.measures import SCORE_MEANS
+from magicsim.frame_class import FrameClass
 
 CONTACT_MEASURES = {"contact_balanced_accuracy", "onset_mm", "touch_auc"}
 

@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.metrics import average_precision_score, roc_curve
 
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.intervals import CONFIDENCE, LEAST_EPISODES
 from magicsim.evaluation.statistics.tally import class_scores
+from magicsim.frame_class import FrameClass
 
 Array = npt.NDArray[np.float64]
 GAPS_MM = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0)

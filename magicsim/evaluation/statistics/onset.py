@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.judged import JudgedEpisode
+from magicsim.frame_class import FrameClass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.onset import approach_lead, touch_onset
+from magicsim.frame_class import FrameClass
 
 Array = npt.NDArray[np.float64]
 SCORES = ("approach", "touch")

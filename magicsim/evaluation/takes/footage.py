@@ -11,11 +11,12 @@ import numpy.typing as npt
 
 from magicsim.camera.exposure import Lit
 from magicsim.camera.stream import CameraStream, Instant
-from magicsim.detectors.scoring.truth import FrameClass, classify_frame
 from magicsim.evaluation.cases import Case, list_cases
 from magicsim.evaluation.suite import FIRST_PLACE, Role, SuiteConfig, SuiteNoise
-from magicsim.evaluation.takes.recording import Recording, read_recording
-from magicsim.evaluation.takes.take import Take, cached_take
+from magicsim.evaluation.takes.simulated import cached_take
+from magicsim.evaluation.takes.take import Take
+from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.judge.recording import Recording, read_recording
 from magicsim.scenes.rig import Camera
 
 Frame = npt.NDArray[np.uint8]
@@ -54,7 +55,7 @@ class Labels:
     force_n: npt.NDArray[np.float64]
     flashlight: npt.NDArray[np.bool_]
     classes: tuple[FrameClass | None, ...]
-    """By the rules of `magicsim.detectors.scoring.truth`; None where a frame is not scored."""
+    """By the rules of `magicsim.frame_class`; None where a frame is not scored."""
 
     @classmethod
     def of(
@@ -170,7 +171,7 @@ def read_recordings(suite: SuiteConfig) -> list[Footage]:
     """The recorded episodes of a suite.
 
     Raises:
-        ConfigError: A folder or its table is not as `magicsim.evaluation.takes.recording` says.
+        ConfigError: A folder or its table is not as `magicsim.judge.recording` says.
     """
     return [
         recorded_footage(

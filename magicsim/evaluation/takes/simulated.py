@@ -1,17 +1,39 @@
-"""Simulates one scene up to the camera."""
+"""Simulates one scene up to the camera, or takes what was simulated of it before."""
 
+import logging
 from collections.abc import Callable, Sequence
+from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
 from magicsim.camera.exposure import FloatImage
-from magicsim.evaluation.takes.take import Take
-from magicsim.light.records.untouched import shared_states
+from magicsim.evaluation.takes.take import Take, read_take, take_key, write_take
+from magicsim.light.records.untouched_states import shared_states
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor, room_radiance
 from magicsim.simulation.stream import RenderedState, stream_states
+
+logger = logging.getLogger(__name__)
+
+
+def cached_take(scene: SceneConfig, cache: Path) -> Take:
+    """The take of a scene from the cache, or simulated and put there.
+
+    Raises:
+        MagicsimError: The scene cannot be simulated, or the cache cannot be written.
+    """
+    path = cache / f"{take_key(scene)}.npz"
+    if path.is_file():
+        try:
+            return read_take(path)
+        except (OSError, ValueError, KeyError, BadZipFile) as error:
+            logger.warning("%s is damaged (%s) and is made again", path.name, error)
+    take = film_take(scene)
+    write_take(path, take)
+    return take
 
 
 def film_take(scene: SceneConfig) -> Take:

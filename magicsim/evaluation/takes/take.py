@@ -7,11 +7,9 @@ goes on where it stopped.
 
 import hashlib
 import json
-import logging
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +20,6 @@ from magicsim.scenes.scene import SceneConfig
 
 TAKE_FORMAT = 2
 """Raised with every change of the file's content."""
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,25 +51,6 @@ def take_key(scene: SceneConfig) -> str:
     if path is not None:
         content["mesh"] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
-
-
-def cached_take(scene: SceneConfig, cache: Path) -> Take:
-    """The take of a scene from the cache, or simulated and put there.
-
-    Raises:
-        MagicsimError: The scene cannot be simulated, or the cache cannot be written.
-    """
-    path = cache / f"{take_key(scene)}.npz"
-    if path.is_file():
-        try:
-            return read_take(path)
-        except (OSError, ValueError, KeyError, BadZipFile) as error:
-            logger.warning("%s is damaged (%s) and is made again", path.name, error)
-    from magicsim.evaluation.takes.simulated import film_take
-
-    take = film_take(scene)
-    write_take(path, take)
-    return take
 
 
 def read_take(path: Path) -> Take:

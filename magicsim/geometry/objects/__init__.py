@@ -5,17 +5,11 @@
 
 from typing import TYPE_CHECKING
 
+from magicsim.names import lazy_names
+
 if TYPE_CHECKING:
     from magicsim.geometry.objects.kinds import parse_object
 
 __all__ = ["parse_object"]
 
-
-def __getattr__(name: str) -> object:
-    """Loads the public name from its module."""
-    if name != "parse_object":
-        msg = f"module 'magicsim.geometry.objects' has no attribute '{name}'"
-        raise AttributeError(msg)
-    from magicsim.geometry.objects.kinds import parse_object
-
-    return parse_object
+__getattr__, __dir__ = lazy_names("magicsim.geometry.objects", {"parse_object": "magicsim.geometry.objects.kinds"})

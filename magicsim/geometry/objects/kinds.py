@@ -5,8 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
-from magicsim.config.documents import read_toml
-from magicsim.config.models import validate
+from magicsim.config.models import read_whole, validate
 from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects.everyday import BananaObject, ScissorsObject, ScrewdriverObject, SpannerObject
@@ -105,8 +104,21 @@ def find_object(name: str | Path) -> AnyObject:
         ConfigError: The content is not acceptable.
     """
     path = find_preset("object", name)
-    data = read_toml(path)
+    data = read_whole(path)
     kind = str(data.get("kind", ""))
     if kind not in OBJECT_KINDS:
         raise ConfigError(f"{path.name}: {unknown_choice('object kind', kind, OBJECT_KINDS)}")
     return TypeAdapter(ObjectConfig).validate_python(validate(OBJECT_KINDS[kind], data, source=path.name))
+
+
+def load_object(name: str | Path) -> AnyObject:
+    """Reads an object: a preset, a TOML file, or a line such as `sphere:radius_mm=4`.
+
+    Args:
+        name: As the option `--object` takes it.
+
+    Raises:
+        PresetError: No such preset or file.
+        ConfigError: The content is not acceptable.
+    """
+    return find_object(name) if isinstance(name, Path) else parse_object(name)

@@ -5,17 +5,11 @@
 
 from typing import TYPE_CHECKING
 
+from magicsim.names import lazy_names
+
 if TYPE_CHECKING:
     from magicsim.geometry.shapes.solids import Shape
 
 __all__ = ["Shape"]
 
-
-def __getattr__(name: str) -> object:
-    """Loads the public name from its module."""
-    if name != "Shape":
-        msg = f"module 'magicsim.geometry.shapes' has no attribute '{name}'"
-        raise AttributeError(msg)
-    from magicsim.geometry.shapes.solids import Shape
-
-    return Shape
+__getattr__, __dir__ = lazy_names("magicsim.geometry.shapes", {"Shape": "magicsim.geometry.shapes.solids"})

@@ -1,10 +1,8 @@
-"""The untouched sensor, rendered and recorded, kept so that the episodes of one sensor do it once."""
+"""The untouched sensor, rendered and recorded, and everything that it depends on."""
 
 import hashlib
 import json
-from collections import OrderedDict
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,11 +16,8 @@ from magicsim.scenes.scene import RenderSettings
 
 if TYPE_CHECKING:
     from magicsim.light.records.recorded_paths import RecordedPaths
-    from magicsim.light.records.untouched_store import UntouchedStore
     from magicsim.light.transport.recorded_light import RecordedLight
 
-KEPT = 2
-"""Sensors that are kept at most."""
 RECORDED_PARTS = 4
 """The careful state records the way out of every so manieth particle: few of them meet the object."""
 OPTICAL_CAMERA = frozenset(
@@ -54,45 +49,6 @@ class Untouched:
     """Volume of the body in each voxel, shape (voxels, 1); 1 where the body is clear."""
     image: npt.NDArray[np.float32]
     """Linear radiance of the ideal image, shape (rows, columns, 3)."""
-
-
-class UntouchedStates:
-    """The last few sensors of this process, and those on disk; their content depends on their key alone."""
-
-    def __init__(self, store: "UntouchedStore | None" = None) -> None:
-        """Holds nothing.
-
-        Args:
-            store: Where careful states are kept on disk, if they are.
-        """
-        self._states: OrderedDict[str, Untouched] = OrderedDict()
-        self._store = store
-
-    def get(self, key: str, *, on_disk: bool = False) -> Untouched | None:
-        """The state of a key, if it is kept; also on disk where that is asked for."""
-        if key not in self._states and on_disk and self._store is not None:
-            stored = self._store.load(key)
-            if stored is not None:
-                self.keep(key, stored)
-        if key in self._states:
-            self._states.move_to_end(key)
-        return self._states.get(key)
-
-    def keep(self, key: str, state: Untouched, *, on_disk: bool = False) -> None:
-        """Keeps a state, and lets the one go that was not asked for the longest."""
-        if on_disk and self._store is not None:
-            self._store.save(key, state)
-        self._states[key] = state
-        while len(self._states) > 2 * KEPT:
-            self._states.popitem(last=False)
-
-
-@cache
-def shared_states() -> UntouchedStates:
-    """Those of this process: episodes of one sensor render it once."""
-    from magicsim.light.records.untouched_store import default_store
-
-    return UntouchedStates(default_store())
 
 
 def _digest(rig: Rig) -> str | None:

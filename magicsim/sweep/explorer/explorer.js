@@ -144,7 +144,7 @@ function drawTable() {
   const sorted = [...DATA.designs], by = columns.find(each => each.name === state.sort);
   if (by) sorted.sort((one, other) => ((by.of(one) ?? Infinity) - (by.of(other) ?? Infinity)) * (state.falling ? -1 : 1));
   const heads = columns.map(each => element("th", { scope: "col", "aria-sort": each.name === state.sort ? (state.falling ? "descending" : "ascending") : null }, element("button", {
-    onclick: () => { state.falling = state.sort === each.name && !state.falling; state.sort = each.name; drawTable(); } }, `${labelOf(each)}${each.name === state.sort ? (state.falling ? " \u2193" : " \u2191") : ""}`)));
+    onclick: () => { state.falling = state.sort === each.name && !state.falling; state.sort = each.name; keepingFocus(drawTable); } }, `${labelOf(each)}${each.name === state.sort ? (state.falling ? " \u2193" : " \u2191") : ""}`)));
   const rows = sorted.map(design => element("tr", { class: ["a", "b"].filter(slot => state[slot] === design.index).join(" "), onclick: () => choose(design) }, [
     element("th", { scope: "row" }, `${design.index}${design.front ? " \u25cf" : ""}`), ...columns.map(each => element("td", {}, each.digits === null ? String(each.of(design)) : shown(each.of(design), each.digits)))]));
   byId("table").replaceChildren(element("table", {}, [element("thead", {}, element("tr", {}, [element("th", { scope: "col" }, "design"), ...heads])), element("tbody", {}, rows)]));
@@ -159,7 +159,15 @@ function drawHeld() {
   }));
 }
 
-function draw() { drawHeld(); drawMap(); drawPair(); drawFrames(); byId("curves").replaceChildren(...curveCards(chosenDesigns())); drawTrade(); drawTable(); }
+// Drawing anew replaces what the keyboard stands on: the focus goes back to its place in the same section.
+function keepingFocus(redraw) {
+  const stops = "button, select, a, [tabindex]", held = document.activeElement, home = held && held.parentElement && held.parentElement.closest("[id]");
+  const place = home ? [...home.querySelectorAll(stops)].indexOf(held) : -1;
+  redraw();
+  if (place >= 0 && document.activeElement === document.body) { const next = home.querySelectorAll(stops)[place]; if (next) next.focus(); }
+}
+function draw() { keepingFocus(drawAll); }
+function drawAll() { drawHeld(); drawMap(); drawPair(); drawFrames(); byId("curves").replaceChildren(...curveCards(chosenDesigns())); drawTrade(); drawTable(); }
 
 function begin() {
   const fields = DATA.fields.map(field => [field.name, field.label]), kinds = DATA.measures.map(kind => [kind.name, kind.title]);

@@ -13,8 +13,8 @@ from magicsim.detectors.profiles.calibrate import Candidates, fit_profile
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.detectors.scoring.episode import Episode
-from magicsim.detectors.scoring.truth import NEAR_MAX_MM, FrameClass
 from magicsim.detectors.verdict import Verdict
+from magicsim.frame_class import NEAR_MAX_MM, FrameClass
 from magicsim.sweep.judging.filmed_design import Film, Shown
 
 TRAINING_DRAWS = 2

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from magicsim.camera.exposure import Exposure, FloatImage, Frame, expose
 from magicsim.geometry.objects.kinds import ObjectConfig
-from magicsim.light.records.untouched import UntouchedStates
+from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.points import unit_points
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import OutputSettings, SceneConfig

@@ -32,7 +32,7 @@ def judge_design(task: DesignTask) -> bytes:
     Raises:
         MagicsimError: The design cannot be built, pressed or rendered, and trying again would not help.
     """
-    from magicsim.light.records.untouched import shared_states
+    from magicsim.light.records.untouched_states import shared_states
     from magicsim.sweep.judging import parts
     from magicsim.sweep.result import DesignResult
 

@@ -11,7 +11,7 @@ from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError, ConvergenceError, FrameError, MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
-from magicsim.light.records.untouched import UntouchedStates
+from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.report.images import data_uri
 from magicsim.sweep.judging.contact import contact_accuracy, contact_auc, contact_scores
 from magicsim.sweep.judging.detector import FittedDetector, fit_detector, fixed_detector

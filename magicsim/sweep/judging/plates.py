@@ -15,7 +15,7 @@ from magicsim.camera.film import pixel_landing_mm
 from magicsim.detectors.frame import Frame
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import BoxObject, DotsObject, LinesObject, ObjectConfig
-from magicsim.light.records.untouched import UntouchedStates
+from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.sensor import Sensor, sensor_exposure

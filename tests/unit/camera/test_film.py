@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from magicsim.camera.calibration import calibrate
+from magicsim.camera.calibration import calibrate_camera
 from magicsim.camera.film import camera_matrix, film, pixel_landing_mm, pixel_slopes
 from magicsim.camera.viewing import focal_px
 from magicsim.config.models import load_preset
@@ -32,7 +32,7 @@ def test_distorted_pixels_see_what_opencv_projects_onto_them() -> None:
     sensor = rig(distortion=BARREL, principal_offset_px=(2.0, -3.0))
     slopes = pixel_slopes(sensor.camera, focal_px(DESIGN, sensor)).reshape(-1, 2)
     rays = np.concatenate([slopes, np.ones((len(slopes), 1))], 1)
-    calibration = calibrate(DESIGN, sensor)
+    calibration = calibrate_camera(DESIGN, sensor)
     seen = cv2.projectPoints(
         rays, np.zeros(3), np.zeros(3), np.array(calibration.camera_matrix), np.array(calibration.distortion)
     )[0]
@@ -96,7 +96,7 @@ def test_a_distortion_that_folds_the_image_is_refused() -> None:
 def test_scale_of_each_layer_is_that_of_its_rays() -> None:
     """Paraxial rays: (distance + depth / n) / focal length; nearer layers look larger."""
     sensor = rig()
-    found = calibrate(DESIGN, sensor)
+    found = calibrate_camera(DESIGN, sensor)
     focal = camera_matrix(sensor.camera, focal_px(DESIGN, sensor))[0, 0]
     for layer in found.layers:
         depth = (DESIGN.height_mm + sensor.lens.thickness_mm - layer.z_mm) / found.ior

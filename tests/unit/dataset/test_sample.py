@@ -20,7 +20,7 @@ from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors
 from magicsim.dataset.sample import SampleTask, simulate_sample
 from magicsim.dataset.verify import verify_dataset
 from magicsim.geometry.objects.kinds import SphereObject
-from magicsim.light.records.untouched import shared_states
+from magicsim.light.records.untouched_states import shared_states
 from magicsim.workers.options import WorkerOptions
 
 from .fakes import FOLDER, SMALL, content, small_recipe

@@ -7,7 +7,8 @@ from .conftest import grid_frame, light_frame, near_frame
 ALLOWED = {"numpy", "cv2", "magicsim"}
 LEAF = {
     "magicsim", "magicsim.errors", "magicsim.wording", "magicsim.config", "magicsim.config.documents",
-    "magicsim.config.presets", "magicsim.conventions", "magicsim.moved",
+    "magicsim.config.presets", "magicsim.conventions", "magicsim.frame_class",
+    "magicsim.names",
 }  # fmt: skip
 
 PROBE = """

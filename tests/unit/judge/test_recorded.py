@@ -4,11 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.errors import ConfigError, FrameError
-from magicsim.judge.main_job import write_frames
+from magicsim.frame_class import FrameClass
 from magicsim.judge.recorded import read_episode
 from magicsim.judge.table import TABLE, frame_file, write_table
+from magicsim.report.main_job import write_frames
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures

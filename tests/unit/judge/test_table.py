@@ -10,12 +10,13 @@ from magicsim.deform.lattice.structure import box_lattice
 from magicsim.detectors.combined import judge
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.scoring.score import score_verdicts
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import NUMBERS, WORDS
+from magicsim.frame_class import FrameClass
 from magicsim.judge.table import frame_file, write_lattice, write_table
+from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.simulation.episode import Episode, FrameTruth, Judgement, SimulatedFrame, SolveFigures
+from magicsim.simulation.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures
 
 PRESSED = FrameState(gap_mm=-1.2, x_mm=0.5, y_mm=-0.25, twist_deg=10.0, flashlight=False, light_x_mm=0.0)
 MASK = np.zeros((16, 12), bool)

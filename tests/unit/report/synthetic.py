@@ -7,11 +7,12 @@ import numpy as np
 from magicsim.detectors.combined import judge
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.scoring.score import score_verdicts
-from magicsim.detectors.scoring.truth import FrameClass, classify_frame
 from magicsim.detectors.verdict import Verdict
+from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.simulation.episode import Episode, FrameTruth, Judgement, SimulatedFrame, SolveFigures
+from magicsim.simulation.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures
 
 DESIGN = {
     "schema_version": 1,

@@ -1,6 +1,6 @@
 import pytest
 
-from magicsim.detectors.scoring.truth import FrameClass
+from magicsim.frame_class import FrameClass
 from magicsim.report.contact_sheet import pick_frames, write_caption
 from magicsim.report.story import Phase, tell_phases
 

@@ -9,6 +9,7 @@ from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
 
 TINY = [
+    "rig.room='dark'", "rig.camera.exposure_grey=90",
     "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2", "design.lattice.cells_across=0",
     "rig.camera.columns=24", "rig.camera.rows=32", "rig.camera.field_mm=10", "render.samples=2",
     "render.particles=2000", "render.anchor_samples=2", "render.anchor_particles=2000", "references=2",

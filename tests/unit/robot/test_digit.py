@@ -117,3 +117,38 @@ def test_frames_need_a_connection(live: LiveSensor):
         camera.get_frame()
     with pytest.raises(ConfigError, match="not connected"):
         camera.set_intensity(3)
+
+
+def test_view_shows_frames_and_differences_until_it_ends(digit: DigitCamera, monkeypatch: pytest.MonkeyPatch):
+    shown: list[np.ndarray] = []
+
+    class Screen:
+        is_open = True
+
+        def __init__(self, title: str) -> None:
+            assert digit.serial in title
+
+        def show(self, image: np.ndarray) -> None:
+            shown.append(image)
+            Screen.is_open = len(shown) < 3
+
+        def close(self) -> None:
+            shown.append(np.empty(0))
+
+    monkeypatch.setattr("magicsim.robot.digit.Picture", Screen)
+    reference = digit.get_frame()
+    digit.show_view(frames=2)
+    assert [each.shape for each in shown] == [(32, 24, 3), (32, 24, 3), (0,)]
+    Screen.is_open = True
+    digit.show_view(reference)
+    assert shown[3].mean() < 0.2 * shown[0].mean()
+    assert len(shown) == 5
+
+
+def test_every_public_name_of_a_digit_is_there():
+    names = (
+        "connect", "disconnect", "get_diff", "get_frame", "info", "save_frame", "set_fps", "set_intensity",
+        "set_intensity_rgb", "set_resolution", "show_view", "STREAMS", "LIGHTING_MIN", "LIGHTING_MAX", "dev_name",
+        "manufacturer", "model", "revision", "resolution", "fps",
+    )  # fmt: skip
+    assert not [name for name in names if not hasattr(DigitCamera, name)]

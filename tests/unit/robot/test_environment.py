@@ -138,7 +138,7 @@ def test_options_that_do_not_exist_or_are_outside_are_refused(env: GraspLift):
         ({"scene": "pressed"}, "contact.friction are needed"),
         ({"scene": "rest"}, "contact.friction are needed"),
         ({"target_mm": 0}, "target_mm = 0 is not allowed: must be a number of at least 1e-06"),
-        ({"render_mode": "human"}, "unknown render_mode 'human'"),
+        ({"render_mode": "ansi"}, "unknown render_mode 'ansi'"),
         ({"overrides": ["object={kind='cone',half_angle_deg=40}"]}, "same after half a turn about y"),
     ],
 )
@@ -160,3 +160,47 @@ def test_missing_extra_is_named():
     code = "import sys; sys.modules['gymnasium'] = None\nfrom magicsim.robot import GraspLift"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stderr.strip().endswith("the environment needs gymnasium; `pip install magicsim[robot]`")
+
+
+def test_cost_of_a_step_is_told_beside_the_repeatable_info(env: GraspLift):
+    _, info = env.reset(seed=1)
+    assert env.cost.solve_s > 0
+    assert env.cost.light_s > 0
+    assert not any("second" in name or "cost" in name for name in info)
+
+
+def test_human_mode_shows_every_frame(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
+    shown: list[np.ndarray] = []
+
+    class Screen:
+        def __init__(self, title: str) -> None:
+            assert "GraspLift" in title
+
+        def show(self, image: np.ndarray) -> None:
+            shown.append(image)
+
+        def close(self) -> None:
+            shown.clear()
+
+    monkeypatch.setattr("magicsim.robot.environment.Picture", Screen)
+    monkeypatch.setattr(env, "render_mode", "human")
+    monkeypatch.setattr(env, "_picture", None)
+    env.reset(seed=1)
+    env.step(action(0, 0))
+    assert len(shown) == 2
+    assert env.render() is None
+    assert len(shown) == 3
+
+
+@pytest.mark.slow
+def test_two_processes_step_at_once():
+    settings = {"overrides": QUICK, "vector_kwargs": {"context": "spawn"}}
+    both = gymnasium.make_vec(ENVIRONMENT_ID, num_envs=2, vectorization_mode="async", **settings)
+    try:
+        seen, _ = both.reset(seed=[1, 2])
+        assert seen["image"].shape == (2, 32, 24, 3)
+        rewards = both.step(np.zeros((2, 2), np.float32))[1]
+        assert np.isfinite(rewards).all()
+        assert all(cost.light_s > 0 for cost in both.get_attr("cost"))
+    finally:
+        both.close()

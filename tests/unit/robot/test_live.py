@@ -37,7 +37,9 @@ def test_frames_are_those_of_the_simulated_scene(settings: list[str]):
 
 
 def test_led_strength_scales_the_strips_and_not_the_room():
-    live = live_sensor("pressed", [*TINY, "rig.ambient=[0.5,0.5,0.5]", "rig.camera.exposure_grey=50"])
+    live = live_sensor(
+        "pressed", [*TINY, "rig.room='office'", "rig.ambient=[0.5,0.5,0.5]", "rig.camera.exposure_grey=50"]
+    )
     means = []
     for strength in (0.0, 1.0, 2.0):
         live.set_led_strength(strength, strength, strength)

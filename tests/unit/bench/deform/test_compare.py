@@ -116,7 +116,7 @@ def test_lattice_variants_come_without_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "felupe", None)
     monkeypatch.setitem(sys.modules, "ngsolve", None)
     for name in ("felupe_method", "felupe_contact", "ngsolve_reference"):
-        monkeypatch.delitem(sys.modules, f"magicsim.bench.{name}", raising=False)
+        monkeypatch.delitem(sys.modules, f"magicsim.bench.deform.{name}", raising=False)
     others = [one for one in VARIANTS if one.method.startswith(("felupe", "NGSolve"))]
     assert others
     for variant in others:

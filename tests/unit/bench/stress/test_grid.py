@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from magicsim.bench import kinds as run
+from magicsim.bench.stress import benchmark
 from magicsim.bench.stress import grid as stress
 from magicsim.bench.stress import pool as stress_pool
 from magicsim.bench.stress.cases import (
@@ -135,7 +136,7 @@ def test_state_that_is_not_valid_is_called_silent(monkeypatch):
     monkeypatch.setattr(ContactSolver, "solve", lies)
     rows = list(stress.run_path(path()))
     assert [row.outcome for row in rows] == [stress.SILENT, stress.SILENT]
-    assert stress.summarise(rows)["valid_share"] == 0
+    assert benchmark.summarise(rows)["valid_share"] == 0
 
 
 def test_crash_is_an_outcome_too(monkeypatch):
@@ -152,7 +153,7 @@ def test_unknown_object_is_not_available():
 
 
 def test_summary_counts_and_plot_comes_from_the_file_alone(tmp_path):
-    data = stress.run_stress(paths=[path(), path(group="grid", contrast=1.0, poisson_ratio=0.25)])
+    data = benchmark.run_stress(paths=[path(), path(group="grid", contrast=1.0, poisson_ratio=0.25)])
     assert data["summary"]["cases"] == len(data["results"]) == 4
     assert data["summary"]["valid_share"] == 1
     file = tmp_path / "bench-stress.json"
@@ -179,4 +180,4 @@ def test_path_that_takes_too_long_is_timed_out_in_every_stage(tmp_path, monkeypa
     chosen = [one for one in every_path() if one.label == "height 1.5 mm"]
     rows = stress_pool.pooled_rows(chosen, tmp_path)
     assert [row.outcome for row in rows] == [stress.TIMED_OUT] * len(chosen[0].stages)
-    assert stress.summarise(rows)["valid_share"] == 0
+    assert benchmark.summarise(rows)["valid_share"] == 0

@@ -7,7 +7,7 @@ import trimesh
 
 from dataset.fakes import FOLDER, SMALL, small_recipe
 from magicsim.config.documents import read_toml
-from magicsim.config.models import apply_overrides, validate
+from magicsim.config.models import apply_overrides, read_whole, validate
 from magicsim.config.presets import find_preset
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
@@ -16,7 +16,6 @@ from magicsim.dataset.recipes.object_recipe import ObjectRecipe
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import OBJECT_KINDS
-from magicsim.scenes.scene import read_scene_file
 from magicsim.scenes.timeline import timeline
 
 
@@ -31,7 +30,7 @@ def episodes(default: Recipe):
 
 
 def recipe_with(**changes: object) -> Recipe:
-    data = read_scene_file(FOLDER / "small.toml", SMALL)
+    data = read_whole(FOLDER / "small.toml", SMALL)
     return validate(Recipe, data | changes, source="recipe")
 
 

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from evaluation.synthetic import judged
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.evaluation.statistics.curves import (
     NOTHING_NEAR,
     detection_by_depth,
@@ -10,6 +9,7 @@ from magicsim.evaluation.statistics.curves import (
     threshold_at,
     trade_off,
 )
+from magicsim.frame_class import FrameClass
 
 OPTIONS = {"resamples": 50, "seed": 0}
 

@@ -4,12 +4,12 @@ from sklearn.metrics import precision_recall_fscore_support, roc_auc_score
 
 from evaluation.synthetic import judged
 from magicsim.detectors.scoring.score import score_verdicts
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.measures import MEASURES, measure
 from magicsim.evaluation.statistics.onset import approach_lead, touch_onset
 from magicsim.evaluation.statistics.tally import class_scores, tally
+from magicsim.frame_class import FrameClass
 
 MIXED = [
     judged("a", miss=(0, 5, 11), sharpness=1.0),

@@ -10,7 +10,8 @@ from evaluation.synthetic import make_suite, make_take, write_suite
 from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.suite import load_suite
 from magicsim.evaluation.takes.footage import film_case
-from magicsim.evaluation.takes.take import cached_take, read_take, take_key, write_take
+from magicsim.evaluation.takes.simulated import cached_take
+from magicsim.evaluation.takes.take import read_take, take_key, write_take
 
 
 def test_take_is_read_back_as_it_was_written(tmp_path: Path):

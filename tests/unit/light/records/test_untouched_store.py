@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT
-from magicsim.light.records.untouched import UntouchedStates
+from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.records.untouched_store import UntouchedStore, default_store
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import gammaincinv, ndtr
 
-from magicsim.detectors.scoring.truth import FrameClass
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.detector import MakeDetector, check_detection
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.takes.footage import ExposedTake, Footage
+from magicsim.frame_class import FrameClass
 
 Array = npt.NDArray[np.float64]
 REPEATABILITY_SD = 3.0

@@ -6,15 +6,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-
 from evaluation.conftest import built_in
 from evaluation.synthetic import make_suite
+
 from magicsim.errors import ConfigError
 from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.evaluate import evaluate_suite
 from magicsim.evaluation.suite import load_suite
 from magicsim.evaluation.takes.footage import film_case
-from magicsim.evaluation.takes.recording import COLUMNS, TABLE, read_recording
+from magicsim.judge.recording import COLUMNS, TABLE, read_recording
 
 SUITE = """
 schema_version = 1

@@ -1,4 +1,7 @@
-"""Modules that scripts may know under an earlier name: importing one gives what stands in its present place."""
+"""Names of packages that are loaded when they are first used, and modules that scripts may know under an earlier name.
+
+Importing a module by its earlier name gives what stands in its present place, with a `DeprecationWarning`.
+"""
 
 import importlib
 import importlib.abc
@@ -6,7 +9,7 @@ import importlib.machinery
 import importlib.util
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 
 MOVED = {
@@ -20,6 +23,29 @@ MOVED = {
     "magicsim.still": "magicsim.simulation.still",
 }
 """Earlier name of each documented module, and its present one."""
+
+
+def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """`__getattr__` and `__dir__` of a package whose names are loaded when they are first used.
+
+    Args:
+        package: Dotted name of the package.
+        homes: Name that the package offers, to `module` or, where it has another name there, `module:name`.
+    """
+
+    def load(name: str) -> object:
+        if name not in homes:
+            msg = f"module '{package}' has no attribute '{name}'"
+            raise AttributeError(msg)
+        module, _, own_name = homes[name].partition(":")
+        found = getattr(importlib.import_module(module), own_name or name)
+        setattr(sys.modules[package], name, found)
+        return found
+
+    def names() -> list[str]:
+        return sorted({*vars(sys.modules[package]), *homes})
+
+    return load, names
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):

@@ -2,23 +2,24 @@
 
 import logging
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import cv2
 import tomli_w
 
+from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import FrameError
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.table import TABLE, frame_file, write_lattice, write_table
-from magicsim.judge.verdicts import PROFILES, judge
+from magicsim.judge.verdicts import PROFILES, Judgement, judge
 from magicsim.light.variant import activate_variant
 from magicsim.report.animation.preview import animate
 from magicsim.report.page import render_report
 from magicsim.scenes.scene import SceneConfig
-from magicsim.simulation.episode import Episode, Judgement
-from magicsim.simulation.marker_truth import MARKERS, write_markers
+from magicsim.simulation.episode import Episode
+from magicsim.simulation.marker_truth import MARKERS, MarkerTracks, write_markers
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with
 
@@ -46,6 +47,8 @@ class RunSummary:
     """Balanced accuracy of contact with the `calibrated` profile; None where a class has no frames."""
     proximity_accuracy: float | None
     """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
+    at_rest: dict[str, dict[str, float]]
+    """Mean and standard deviation of E, C and S over the reference frames, by `calibrated`; empty without."""
     not_judged: str | None
     """Profiles that gave no verdicts, and why; None where all did, or where the scene has no reference frames."""
     report: str | None
@@ -72,19 +75,8 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         before = time.perf_counter()
         judgements, refused = judged(episode)
         judging = time.perf_counter() - before
-        write_frames(folder, episode)
-        write_table(folder / TABLE, episode, judgements)
-        if scene.output.displacements:
-            write_lattice(folder / LATTICE, sensor.printed)
-        if sensor.markers is not None:
-            write_markers(folder / MARKERS, sensor.markers, scene.design, scene.rig)
-        if scene.output.preview:
-            verdicts = judgements[0].verdicts if judgements else ()
-            animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
-        if scene.output.report:
-            facts = describe(scene, sensor.renderer.estimator) | ({"Not judged": refused} if refused else {})
-            (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")
-        (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
+        facts = describe(scene, sensor.renderer.estimator) | ({"Not judged": refused} if refused else {})
+        write_episode(folder, episode, judgements, sensor.printed, facts)
     seconds = episode.seconds + judging
     return _summary(scene, out, episode, judgements, refused, sensor, seconds, time.perf_counter() - start)
 
@@ -106,6 +98,34 @@ def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
             refusals.append(f"profile '{name}': {error}")
             LOGGER.warning("no verdicts of profile '%s': %s; frames and truth are written without", name, error)
     return judgements, "; ".join(refusals) or None
+
+
+def write_episode(
+    folder: Path, episode: Episode, judgements: Sequence[Judgement], printed: Lattice, facts: Mapping[str, str]
+) -> None:
+    """Fills the folder of an episode: frames, table, and what its scene's output asks for.
+
+    Args:
+        folder: From `magicsim.folder.result_folder`.
+        episode: What happened.
+        judgements: From `judged`.
+        printed: All planes of the design's lattice, which the displacements refer to.
+        facts: Names and values at the head of the report.
+    """
+    scene = episode.scene
+    write_frames(folder, episode)
+    write_table(folder / TABLE, episode, judgements)
+    if scene.output.displacements:
+        write_lattice(folder / LATTICE, printed)
+    tracks = MarkerTracks.of(scene.design, printed)
+    if tracks is not None:
+        write_markers(folder / MARKERS, tracks, scene.design, scene.rig)
+    if scene.output.preview:
+        verdicts = judgements[0].verdicts if judgements else ()
+        animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
+    if scene.output.report:
+        (folder / REPORT).write_text(render_report(episode, judgements, dict(facts)), encoding="utf-8")
+    (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
 
 
 def write_frames(folder: Path, episode: Episode) -> None:
@@ -141,7 +161,8 @@ def _summary(
     seconds: float,
     seconds_total: float,
 ) -> RunSummary:
-    score = next((each.score for each in judgements if each.profile == PROFILES[0]), None)
+    first = next((each for each in judgements if each.profile == PROFILES[0]), None)
+    score = first.score if first else None
     return RunSummary(
         frames=len(episode.frames),
         seconds=round(seconds, 3),
@@ -150,6 +171,7 @@ def _summary(
         estimator=sensor.renderer.estimator,
         contact_accuracy=score.contact.accuracy if score else None,
         proximity_accuracy=score.proximity.accuracy if score else None,
+        at_rest={name: asdict(each) for name, each in first.at_rest.items()} if first else {},
         not_judged=refused,
         report=str(out / REPORT) if scene.output.report else None,
         out=str(out),

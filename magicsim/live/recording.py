@@ -1,0 +1,105 @@
+"""Frames of the window, kept until they are written as an episode's folder."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from magicsim.deform.lattice.structure import Lattice
+from magicsim.errors import ConfigError
+from magicsim.folder import new_folder
+from magicsim.live.wish import Wish
+from magicsim.report.main_job import describe, judged, write_episode
+from magicsim.robot.moment import FULL
+from magicsim.scenes.scene import Keyframe, SceneConfig
+from magicsim.simulation.episode import Episode, SimulatedFrame
+
+LONGEST = 3000
+"""Most frames of a recording: they are kept in memory until it ends."""
+
+
+class Recording:
+    """The frames of one recording, in order; lights, exposure and design stay as they are meanwhile."""
+
+    def __init__(self, scene: SceneConfig, references: Sequence[SimulatedFrame], printed: Lattice, begun: Wish) -> None:
+        """Empty.
+
+        Args:
+            scene: As the sensor was built with it.
+            references: Frames of the untouched sensor.
+            printed: All planes of the design's lattice.
+            begun: How the sensor is set.
+        """
+        self.scene, self.references, self.printed, self.begun = scene, tuple(references), printed, begun
+        self._frames: list[SimulatedFrame] = []
+
+    def __len__(self) -> int:
+        """Number of frames, without the references."""
+        return len(self._frames)
+
+    @property
+    def is_full(self) -> bool:
+        """Whether no more frames are taken."""
+        return len(self._frames) >= LONGEST
+
+    def add(self, frame: SimulatedFrame) -> None:
+        """Takes a frame; none beyond `LONGEST`."""
+        if not self.is_full:
+            self._frames.append(frame)
+
+    def episode(self) -> Episode:
+        """The episode: references first, frames numbered on from them, its scene's keyframes where the object was.
+
+        Raises:
+            ConfigError: No frame was taken.
+        """
+        if not self._frames:
+            msg = "nothing was recorded: move the object while recording, each frame that is shown is kept"
+            raise ConfigError(msg)
+        rate = self.scene.frames_per_second
+        frames = [
+            replace(frame, truth=replace(frame.truth, index=index, time_s=index / rate))
+            for index, frame in enumerate((*self.references, *self._frames))
+        ]
+        keyframes = tuple(_keyframe(number, frame) for number, frame in enumerate(self._frames))
+        scene = self.scene.model_copy(update={"keyframes": keyframes, "references": len(self.references)})
+        return Episode(scene=scene, frames=tuple(frames))
+
+    def write(self, folder: Path, *, estimator: str) -> None:
+        """Writes the episode as `magicsim simulate` does.
+
+        Args:
+            folder: A name that nobody has.
+            estimator: Which one rendered.
+
+        Raises:
+            ConfigError: No frame was taken.
+            OutputError: The folder is there, or cannot be written.
+        """
+        episode = self.episode()
+        judgements, refused = judged(episode)
+        facts = describe(episode.scene, estimator) | {"Recorded": "in the live window, a frame for each motion"}
+        if self.begun.led_strength != FULL:
+            facts["LEDs"] = "strength {:g}, {:g}, {:g} (red, green, blue)".format(*self.begun.led_strength)
+        if refused:
+            facts["Not judged"] = refused
+        with new_folder(folder) as partial:
+            write_episode(partial, episode, judgements, self.printed, facts)
+
+
+def recording_name(number: int) -> str:
+    """Name of a recording's folder: when it was written, and a number of its own."""
+    return f"live-{datetime.now(UTC):%Y%m%d-%H%M%S}-{number}"
+
+
+def _keyframe(number: int, frame: SimulatedFrame) -> Keyframe:
+    state = frame.truth.state
+    return Keyframe(
+        frame=number,
+        gap_mm=state.gap_mm,
+        x_mm=state.x_mm,
+        y_mm=state.y_mm,
+        twist_deg=state.twist_deg,
+        flashlight=state.flashlight,
+        light_x_mm=state.light_x_mm,
+    )

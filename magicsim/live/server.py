@@ -1,0 +1,109 @@
+"""viser's server, shut to everything but the window's own page: no other origin, no upload, no tunnel, no outside.
+
+Measured of viser 1.1: it accepts a websocket of any origin, offers a public tunnel on request of a page, and takes
+files for upload fields. None of these can be switched off by its settings.
+"""
+
+import contextlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any
+
+from magicsim.errors import ConfigError
+from magicsim.live.origin import HOST, REFUSED, page_headers, refusal
+
+try:
+    import viser
+    from viser import _messages
+    from websockets.asyncio import server as sockets
+    from websockets.datastructures import Headers
+    from websockets.http11 import Response
+except ModuleNotFoundError as error:
+    msg = f"the live window needs {error.name}; `pip install magicsim[live]`"
+    raise ConfigError(msg) from error
+
+LARGEST_BYTES = 1 << 16
+"""Of a message from the page: a slider's is a few hundred."""
+SHUT = (
+    _messages.ShareUrlRequest,
+    _messages.ShareUrlDisconnect,
+    _messages.FileTransferStartUpload,
+    _messages.FileTransferPart,
+)
+"""Messages of a page that nothing happens on."""
+
+
+def open_server(port: int, title: str) -> viser.ViserServer:
+    """A server on 127.0.0.1.
+
+    Args:
+        port: Where to listen; the next free one where it is taken.
+        title: Of the control panel.
+    """
+    with _guarded(), contextlib.redirect_stdout(sys.stderr), _quiet():
+        server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
+    _shut(server._websock_server)
+    server._websock_server.on_client_connect(_shut)
+    return server
+
+
+def close_server(server: viser.ViserServer) -> None:
+    """Stops listening; pages say that they have lost the connection."""
+    with contextlib.redirect_stdout(sys.stderr), _quiet():
+        server.stop()
+
+
+def _shut(connection: Any) -> None:  # noqa: ANN401 -- viser's own, which has no public name
+    for kind in SHUT:
+        connection._incoming_handlers.pop(kind, None)
+
+
+@contextmanager
+def _guarded() -> Iterator[None]:
+    """Within it, viser's websocket server is made with the checks of `origin`."""
+    original = sockets.serve
+
+    @wraps(original)
+    def serve(*positional: Any, process_request: Any = None, **named: Any) -> Any:  # noqa: ANN401
+        named |= {"max_size": LARGEST_BYTES}
+        return original(*positional, process_request=_checked(process_request), **named)
+
+    sockets.serve = serve  # type: ignore[assignment,misc]
+    try:
+        yield
+    finally:
+        sockets.serve = original  # type: ignore[misc]
+
+
+def _checked(answer: Any) -> Any:  # noqa: ANN401
+    """A handler of requests that refuses the wrong ones, and gives every page its headers."""
+
+    def process(connection: Any, request: Any) -> Any:  # noqa: ANN401
+        port = connection.local_address[1]
+        why = refusal(dict(request.headers.raw_items()), port)
+        if why is not None:
+            body = f"{why}\n".encode()
+            head = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))})
+            return Response(REFUSED.value, REFUSED.phrase, head, body)
+        response = answer(connection, request) if answer is not None else None
+        if response is not None:
+            for name, value in page_headers(port).items():
+                response.headers[name] = value
+        return response
+
+    return process
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Within it, viser's banner is not printed."""
+    import rich
+
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = before

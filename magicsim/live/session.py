@@ -1,0 +1,168 @@
+"""One live sensor and the wishes of the window's user: carried out in order, refused in one line."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from magicsim.config.models import validate
+from magicsim.errors import MagicsimError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.live.judging import Judges
+from magicsim.live.sight import Shape, Sight
+from magicsim.live.wish import DESIGN_FIELDS, Wish, design_values
+from magicsim.robot.live import LiveSensor
+from magicsim.robot.moment import Moment
+from magicsim.robot.quality import Quality
+from magicsim.robot.workspace import Workspace
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.simulation.episode import SimulatedFrame
+
+Told = Callable[[str], None]
+"""Takes a line about what is being done."""
+
+
+class Session:
+    """The sensor of the window; used by one thread alone."""
+
+    def __init__(self, scene: SceneConfig, *, quality: Quality, workspace: Workspace, told: Told) -> None:
+        """Builds nothing yet.
+
+        Args:
+            scene: Design, rig, object and contact.
+            quality: Of solve and picture.
+            workspace: Where the object may go.
+            told: Hears what takes long.
+        """
+        self.scene, self.quality, self.workspace = scene, quality, workspace
+        self._told = told
+        self._live: LiveSensor | None = None
+        self._judges: Judges | None = None
+        self.references: tuple[SimulatedFrame, ...] = ()
+        """Frames of the untouched sensor that the verdicts refer to."""
+        self.now = Wish.of(
+            scene.design, exposure_grey=scene.rig.camera.exposure_grey, has_object=scene.object is not None
+        )
+        """Where everything is."""
+
+    @property
+    def live(self) -> LiveSensor:
+        """The sensor, built when it is first needed.
+
+        Raises:
+            MagicsimError: The design cannot be built.
+        """
+        if self._live is None:
+            self._live = self._built(self.scene, self.now)
+            self._learn(self._live)
+        return self._live
+
+    def go(self, wish: Wish) -> Sight:
+        """Carries a wish out as far as the lattice; what is refused leaves object and design as they were.
+
+        Args:
+            wish: What is asked for.
+
+        Returns:
+            The lattice with no frame yet, see `look`.
+
+        Raises:
+            MagicsimError: There is no sensor at all: the first design cannot be built.
+        """
+        start, refusal = time.perf_counter(), None
+        _ = self.live
+        try:
+            self._build(wish)
+            self._light(wish)
+            self._move(wish)
+        except MagicsimError as error:
+            refusal = str(error)
+        return self._sight(refusal, solve_s=time.perf_counter() - start)
+
+    def look(self, sight: Sight) -> Sight:
+        """The sight with the camera's frame and the verdicts on it."""
+        start = time.perf_counter()
+        try:
+            frame = self.live.frame()
+        except MagicsimError as error:
+            return replace(sight, refusal=str(error), light_s=time.perf_counter() - start)
+        verdicts = self._judges.verdicts(frame.image) if self._judges is not None else {}
+        return replace(sight, frame=frame, verdicts=verdicts, light_s=time.perf_counter() - start)
+
+    def _build(self, wish: Wish) -> None:
+        if wish.design == self.now.design:
+            return
+        values = self.scene.design.model_dump() | dict(zip(DESIGN_FIELDS, wish.design, strict=True))
+        design = validate(ElastomerDesign, values, source="design")
+        scene = validate(SceneConfig, self.scene.model_dump() | {"design": design.model_dump()}, source="design")
+        fresh = self._built(scene, self.now)
+        self._learn(fresh)
+        if self._live is not None:
+            self._live.close()
+        self.scene, self._live = scene, fresh
+        self.now = replace(self.now, design=design_values(design), gap_mm=self.workspace.gap_mm[1], twist_deg=0.0)
+        self.now = replace(self.now, x_mm=0.0, y_mm=0.0, has_object=False)
+
+    def _built(self, scene: SceneConfig, wish: Wish) -> LiveSensor:
+        self._told("building the block and its lattice")
+        live = LiveSensor(scene, workspace=self.workspace, quality=self.quality, told=self._told)
+        live.set_exposure_grey(wish.exposure_grey)
+        return live
+
+    def _learn(self, live: LiveSensor) -> None:
+        """Takes reference frames of the untouched sensor under the present lights."""
+        self._told("rendering the untouched sensor")
+        now = live.now()
+        still = replace(now, state=UNTOUCHED, deformation=live.sensor.rest, slid_mm=0.0)
+        frames = [live.develop(_at(still, index)) for index in range(max(live.sensor.scene.references, 3))]
+        self.references = tuple(replace(each, truth=replace(each.truth, is_reference=True)) for each in frames)
+        self._told("learning the untouched sensor")
+        self._judges = Judges.learned([frame.image for frame in frames])
+
+    def _light(self, wish: Wish) -> None:
+        live = self.live
+        if wish.led_strength != self.now.led_strength:
+            live.set_led_strength(*wish.led_strength)
+            self.now = replace(self.now, led_strength=wish.led_strength)
+        if wish.exposure_grey != self.now.exposure_grey:
+            live.set_exposure_grey(wish.exposure_grey)
+            self.now = replace(self.now, exposure_grey=wish.exposure_grey)
+            self._learn(live)
+        live.shine(on=wish.flashlight, x_mm=wish.light_x_mm)
+        self.now = replace(self.now, flashlight=wish.flashlight, light_x_mm=wish.light_x_mm)
+
+    def _move(self, wish: Wish) -> None:
+        if not wish.has_object or self.scene.object is None:
+            self.live.remove_object()
+            self.now = replace(self.now, has_object=False)
+            return
+        self.live.move_to(gap_mm=wish.gap_mm, x_mm=wish.x_mm, y_mm=wish.y_mm, twist_deg=wish.twist_deg)
+        place = {"gap_mm": wish.gap_mm, "x_mm": wish.x_mm, "y_mm": wish.y_mm, "twist_deg": wish.twist_deg}
+        self.now = replace(self.now, has_object=True, **place)  # type: ignore[arg-type]
+
+    def _sight(self, refusal: str | None, *, solve_s: float) -> Sight:
+        live = self.live
+        moved = live.deformation.displacements_mm
+        indenter = live.sensor.indenter(live.state)
+        return Sight(
+            wish=self.now,
+            shape=Shape(
+                nodes_mm=live.sensor.lattice.nodes_mm + moved,
+                displacement_mm=np.linalg.norm(moved, axis=1),
+                object_position_mm=indenter.pose.position_mm if indenter is not None else None,
+                object_rotation=indenter.pose.rotation if indenter is not None else None,
+            ),
+            force_n=live.truth.force_n,
+            slip_share=live.slip_share,
+            frame=None,
+            verdicts={},
+            refusal=refusal,
+            solve_s=solve_s,
+            light_s=0.0,
+        )
+
+
+def _at(moment: Moment, index: int) -> Moment:
+    return replace(moment, index=index, time_s=index / moment.frames_per_second)

@@ -1,0 +1,250 @@
+"""The window itself: viser's page on one side, the worker with its sensor on the other."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from magicsim.errors import MagicsimError
+from magicsim.live.controls import Controls
+from magicsim.live.course import Course
+from magicsim.live.readout import force_lines, frame_picture, state_line, verdict_table
+from magicsim.live.recording import Recording, recording_name
+from magicsim.live.server import close_server, open_server
+from magicsim.live.session import Session
+from magicsim.live.sight import Sight
+from magicsim.live.view3d import View3D
+from magicsim.live.wish import Wish
+from magicsim.live.worker import Worker
+from magicsim.robot.quality import Quality, find_quality
+from magicsim.robot.workspace import Workspace
+from magicsim.scenes.scene import SceneConfig
+
+TITLE = "magicsim live"
+PORT = 8321
+TICK_S = 0.5
+"""Time between two looks at the clock [s]."""
+PANEL_PX = 380
+NO_FORCE = "<p style='margin:4px 0'>No contact solved yet.</p>"
+HELP = (
+    "<p class='help' style='margin:4px 8px'>Drag the arrows at the object, or hold <b>shift</b>: arrow keys move it, "
+    "<b>P</b> presses, <b>L</b> lifts, <b>J</b> and <b>K</b> turn. Every control is reached with the Tab key too.</p>"
+)
+
+
+class LiveWindow:
+    """A page on 127.0.0.1 that shows one sensor and moves its object."""
+
+    def __init__(
+        self,
+        scene: SceneConfig,
+        *,
+        folder: Path = Path(),
+        port: int = PORT,
+        workspace: Workspace | None = None,
+        quality: str | Quality = "control",
+        told: Callable[[str], None] | None = None,
+    ) -> None:
+        """Opens the page; the sensor is built in the background.
+
+        Args:
+            scene: Design, rig, object and contact.
+            folder: Where recordings are written, each in a folder of its own.
+            port: Where to listen; the next free one where it is taken.
+            workspace: Where the object may go.
+            quality: Of solve and picture, see `magicsim.robot.quality`.
+            told: Hears what takes long, beside the page.
+
+        Raises:
+            ConfigError: viser is missing, or the quality is unknown.
+        """
+        space = workspace or Workspace(x_mm=(-4, 4), y_mm=(-4, 4), gap_mm=(-2, 20))
+        self.folder, self.workspace, self._told = folder, space, told
+        self._session = Session(scene, quality=find_quality(quality), workspace=space, told=self._tell)
+        self._worker = Worker(self._session, self._show, self._fail)
+        self._shown_scene: SceneConfig | None = None
+        self._sight: Sight | None = None
+        self._refusal: str | None = None
+        self._recording: Recording | None = None
+        self._written = 0
+        self._course = Course()
+        self._ended = threading.Event()
+        self._server = open_server(port, TITLE)
+        self._lay_out(scene, space)
+        threading.Thread(target=self._watch, name="magicsim-live-clock", daemon=True).start()
+        self._worker.start()
+        self._worker.ask(self._controls.wish)
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://127.0.0.1:{self._server.get_port()}"
+
+    @property
+    def sight(self) -> Sight | None:
+        """The last moment that was shown with its frame; None before the first."""
+        return self._sight
+
+    @property
+    def replaced(self) -> int:
+        """How many wishes were dropped for a newer one."""
+        return self._worker.replaced
+
+    @property
+    def busy(self) -> tuple[str, float] | None:
+        """What is being done and for how long [s]; None when nothing is."""
+        return self._worker.busy
+
+    @property
+    def wish(self) -> Wish:
+        """What is asked for now."""
+        return self._controls.wish
+
+    def ask(self, wish: Wish) -> None:
+        """Asks for something as the page does; the newest wish wins, and this never waits."""
+        self._controls.ask(wish)
+
+    def wait(self) -> None:
+        """Waits until the window is closed by another thread."""
+        self._ended.wait()
+
+    def close(self) -> None:
+        """Ends the page and the worker; may be called again."""
+        if not self._ended.is_set():
+            self._ended.set()
+            self._worker.stop()
+            close_server(self._server)
+
+    def __enter__(self) -> Self:
+        """Itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Closes."""
+        self.close()
+
+    def _lay_out(self, scene: SceneConfig, space: Workspace) -> None:
+        gui, camera = self._server.gui, scene.rig.camera
+        gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL_PX)
+        self._state = gui.add_html(state_line(("starting", 0.0), None))
+        dark = np.zeros((camera.rows, camera.columns, 3), np.uint8)
+        self._image = gui.add_html(frame_picture(dark))
+        with gui.add_folder("Verdicts"):
+            self._verdicts = gui.add_html(verdict_table({}))
+        with gui.add_folder("Force"):
+            self._forces = gui.add_html(NO_FORCE)
+            self._plot = gui.add_uplot(
+                self._course.columns(),
+                (
+                    {"label": "step"},
+                    {"label": "normal [N]", "stroke": "#1f6feb"},
+                    {"label": "tangential [N]", "stroke": "#d1242f"},
+                ),
+                scales={"x": {"time": False}},
+                aspect=2.2,
+            )
+        with gui.add_folder("Recording"):
+            self._record = gui.add_button("Record", hint="Keeps every frame until it is pressed again.")
+            self._record.on_click(lambda _: self._toggle_recording())
+            self._record_note = gui.add_html("<p style='margin:4px 8px'>Nothing recorded yet.</p>")
+        self._controls = Controls(self._server, space, self._session.now, self._ask)
+        self._view = View3D(self._server, space, self._controls.drag)
+        gui.add_html(HELP)
+
+    def _ask(self, wish: Wish) -> None:
+        recording = self._recording
+        if recording is not None and (_held(wish) != _held(recording.begun)):
+            self._refuse("design, LEDs and exposure stay as they are during a recording: stop it first")
+            self._controls.follow(self._session.now, is_last=True)
+            return
+        self._worker.ask(wish)
+
+    def _show(self, sight: Sight) -> None:
+        """Puts a sight on the page; runs on the worker's thread."""
+        self._refusal = sight.refusal
+        self._show_block()
+        self._view.show(sight.shape, sight.wish.gap_mm)
+        self._forces.content = force_lines(sight)
+        if sight.frame is None:
+            self._course.add(sight.force_n)
+            self._plot.data = self._course.columns()
+            return
+        self._image.content = frame_picture(sight.frame.image)
+        self._verdicts.content = verdict_table(sight.verdicts)
+        if self._recording is not None:
+            self._recording.add(sight.frame)
+            self._note(f"Recording: {len(self._recording)} frames" + (", full" if self._recording.is_full else ""))
+        self._sight = sight
+        self._controls.follow(sight.wish, is_last=not self._worker.is_asked)
+        self._state.content = state_line(None, self._refusal)
+
+    def _show_block(self) -> None:
+        scene = self._session.scene
+        if scene is self._shown_scene:
+            return
+        thing = scene.object
+        mesh, color = (thing.surface(), thing.color) if thing is not None else (None, (0.7, 0.7, 0.7))
+        self._view.show_block(self._session.live.sensor.lattice, mesh, color)
+        self._shown_scene = scene
+
+    def _toggle_recording(self) -> None:
+        recording, self._recording = self._recording, None
+        if recording is None:
+            self._start_recording()
+            return
+        self._record.label = "Record"
+        self._written += 1
+        target = self.folder / recording_name(self._written)
+        try:
+            recording.write(target, estimator=self._session.live.sensor.renderer.estimator)
+        except MagicsimError as error:
+            self._note(str(error))
+        else:
+            self._note(f"{len(recording)} frames in {target.name}")
+
+    def _start_recording(self) -> None:
+        if not self._session.references:
+            self._note("not yet: the untouched sensor is still being rendered")
+            return
+        sensor = self._session.live.sensor
+        self._recording = Recording(sensor.scene, self._session.references, sensor.printed, self._session.now)
+        self._record.label = "Stop and save"
+        self._note("Recording: 0 frames")
+        self._worker.ask(self._controls.wish)
+
+    def _note(self, line: str) -> None:
+        from html import escape
+
+        self._record_note.content = f"<p class='recorded' role='status' style='margin:4px 8px'>{escape(line)}</p>"
+
+    def _refuse(self, why: str) -> None:
+        self._refusal = why
+        self._state.content = state_line(self._worker.busy, why)
+
+    def _fail(self, line: str) -> None:
+        self._refuse(line)
+
+    def _tell(self, line: str) -> None:
+        self._worker.told(line)
+        if self._told is not None:
+            self._told(line)
+
+    def _watch(self) -> None:
+        """Keeps the line about what is going on up to date."""
+        was_busy = False
+        while not self._ended.wait(TICK_S):
+            busy = self._worker.busy
+            if busy is not None or was_busy:
+                self._state.content = state_line(busy, self._refusal)
+            was_busy = busy is not None
+
+
+def _held(wish: Wish) -> tuple[object, ...]:
+    return wish.design, wish.led_strength, wish.exposure_grey

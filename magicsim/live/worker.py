@@ -1,0 +1,88 @@
+"""The thread that solves and renders, so that the window never waits for it: the newest wish wins."""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+from magicsim.errors import MagicsimError
+from magicsim.live.mailbox import Mailbox
+from magicsim.live.session import Session
+from magicsim.live.sight import Sight
+from magicsim.live.wish import Wish
+
+LOGGER = logging.getLogger(__name__)
+READY = "ready"
+
+
+class Worker:
+    """Carries out wishes, one after the other, and shows each twice: the lattice first, then with the frame."""
+
+    def __init__(self, session: Session, show: Callable[[Sight], None], failed: Callable[[str], None]) -> None:
+        """Does nothing before `start`.
+
+        Args:
+            session: Used by the worker's thread alone from now on.
+            show: Takes what is to be shown, on the worker's thread.
+            failed: Takes a line when there is no sensor to go on with.
+        """
+        self._session, self._show, self._failed = session, show, failed
+        self._wishes: Mailbox[Wish] = Mailbox()
+        self._thread = threading.Thread(target=self._work, name="magicsim-live", daemon=True)
+        self._busy_since: float | None = None
+        self._doing = READY
+
+    def start(self) -> None:
+        """Begins to work."""
+        self._thread.start()
+
+    def ask(self, wish: Wish) -> None:
+        """Leaves a wish; one that waits is dropped for it. Never waits."""
+        self._wishes.put(wish)
+
+    def told(self, line: str) -> None:
+        """Takes note of what is being done."""
+        self._doing = line
+
+    @property
+    def busy(self) -> tuple[str, float] | None:
+        """What is being done and for how long [s]; None when nothing is."""
+        since = self._busy_since
+        return None if since is None else (self._doing, time.monotonic() - since)
+
+    @property
+    def is_asked(self) -> bool:
+        """Whether a newer wish waits."""
+        return self._wishes.is_waiting
+
+    @property
+    def replaced(self) -> int:
+        """How many wishes were dropped for a newer one."""
+        return self._wishes.replaced
+
+    def stop(self, timeout_s: float = 60.0) -> None:
+        """Ends after the wish that is being carried out; may be called again."""
+        self._wishes.close()
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+
+    def _work(self) -> None:
+        while not self._wishes.is_closed:
+            wish = self._wishes.take()
+            if wish is None:
+                return
+            self._busy_since = time.monotonic()
+            try:
+                self.told("solving")
+                sight = self._session.go(wish)
+                self._show(sight)
+                self.told("rendering")
+                self._show(self._session.look(sight))
+            except MagicsimError as error:
+                self._failed(str(error))
+            except Exception as error:
+                LOGGER.exception("the live window could not go on with a request")
+                self._failed(f"{type(error).__name__}: {error}")
+            finally:
+                self._busy_since = None
+                self.told(READY)

@@ -1,0 +1,56 @@
+"""What the verdicts rest on: E, C and S in each part of the story, in units of their spread on the untouched sensor."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from magicsim.judge.verdicts import FeatureAtRest, Judgement
+from magicsim.report.story import tell_phases
+from magicsim.report.text import number
+from magicsim.simulation.episode import SimulatedFrame
+
+MEASURES = {"entropy": ("E [bit]", "tau_e"), "correlation": ("C", "tau_c"), "similarity": ("S", "tau_g")}
+"""Measures of a verdict, how they are called, and their thresholds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestRow:
+    """One measure."""
+
+    name: str
+    at_rest: str
+    threshold: str
+    parts: tuple[str, ...]
+    """In each part of the story: median and d'."""
+
+
+def rest_rows(frames: Sequence[SimulatedFrame], judgement: Judgement) -> tuple[list[str], list[RestRow]]:
+    """Parts of the story that have frames, and one row a measure; none where nothing was said of the rest.
+
+    Args:
+        frames: The scored frames.
+        judgement: Verdicts on them, and the spread at rest.
+    """
+    phases = tell_phases(frames)
+    parts = list(dict.fromkeys(phases))
+    rows = []
+    for key, (name, threshold) in MEASURES.items():
+        rest = judgement.at_rest.get(key)
+        if rest is None:
+            continue
+        values = np.array([getattr(each, key) for each in judgement.verdicts])
+        medians = [float(np.median(values[[one == part for one in phases]])) for part in parts]
+        rows.append(
+            RestRow(
+                name=name,
+                at_rest=f"{rest.mean:.3f} ± {rest.sd:.2g}",
+                threshold=_with_distance(judgement.thresholds[threshold], rest),
+                parts=tuple(_with_distance(each, rest) for each in medians),
+            )
+        )
+    return [str(part) for part in parts], rows
+
+
+def _with_distance(value: float, rest: FeatureAtRest) -> str:
+    return f"{number(value, 3)} ({rest.distance(value):+.0f})"

@@ -1,0 +1,67 @@
+"""How finely a live sensor solves and renders: in full, or as a control loop can wait for."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from magicsim.config.models import validate
+from magicsim.deform.solve.problem import NewtonOptions
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.scenes.scene import SceneConfig
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quality:
+    """What a scene's own settings are replaced by."""
+
+    name: str
+    lattice: dict[str, Any] = field(default_factory=dict)
+    """Of `design.lattice`."""
+    render: dict[str, Any] = field(default_factory=dict)
+    """Of `render`; the smaller number is taken where the scene's own is coarser still."""
+    output: dict[str, Any] = field(default_factory=dict)
+    """Of `output`."""
+    newton: NewtonOptions = field(default_factory=NewtonOptions)
+    """When a load step is good enough: what is left of its residual is corrected by the next one."""
+
+    def applied(self, scene: SceneConfig) -> SceneConfig:
+        """The scene as it is solved and rendered at this quality.
+
+        Raises:
+            ConfigError: The coarser scene is not allowed.
+        """
+        if not (self.lattice or self.render or self.output):
+            return scene
+        data = scene.model_dump()
+        data["design"]["lattice"] |= self.lattice
+        data["output"] |= self.output
+        data["render"] |= {name: min(value, data["render"][name]) for name, value in self.render.items()}
+        return validate(SceneConfig, data, source=f"quality '{self.name}'")
+
+
+FULL_QUALITY = Quality(name="full")
+"""The scene's own settings, to the solver's own tolerances."""
+CONTROL_QUALITY = Quality(
+    name="control",
+    lattice={"growth": 3.0, "margin": 0.5, "fine_depth": 0.3},
+    render={"samples": 1, "particles": 8_000, "anchor_samples": 16, "anchor_particles": 400_000},
+    output={"contact_mask": False, "displacements": False, "depth_map": False},
+    newton=NewtonOptions(residual=1e-2, tolerance_mm=0.02, slip_mismatch=0.1),
+)
+"""For control loops: a lattice of about half the nodes, a quarter of the camera samples, a third of the particles, no
+masks, and load steps that end at a hundredth of the forces out of balance, after one to four Newton steps; the next
+step begins where the last one ended and corrects what is left. `benchmarks/control_loop.py` measures what that costs
+in accuracy."""
+QUALITIES = {each.name: each for each in (FULL_QUALITY, CONTROL_QUALITY)}
+
+
+def find_quality(quality: str | Quality) -> Quality:
+    """A quality by its name, or itself.
+
+    Raises:
+        ConfigError: There is none of that name.
+    """
+    if isinstance(quality, Quality):
+        return quality
+    if quality not in QUALITIES:
+        raise ConfigError(unknown_choice("quality", quality, QUALITIES))
+    return QUALITIES[quality]

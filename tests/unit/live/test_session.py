@@ -1,0 +1,94 @@
+"""Wishes carried out on a small sensor, and refused in one line."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from magicsim.judge.recorded import read_episode
+from magicsim.judge.table import TABLE
+from magicsim.live.recording import Recording
+from magicsim.live.session import Session
+from magicsim.robot.quality import FULL_QUALITY
+from magicsim.scenes.scene import load_scene
+
+from .conftest import SPACE
+
+
+@pytest.fixture(scope="module")
+def lines() -> list[str]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def session(tiny_scene, lines) -> Session:
+    return Session(tiny_scene, quality=FULL_QUALITY, workspace=SPACE, told=lines.append)
+
+
+def test_sensor_is_built_at_the_first_wish_and_says_what_it_does(session: Session, lines: list[str]):
+    sight = session.look(session.go(replace(session.now, gap_mm=2.0)))
+    assert lines == ["building the block and its lattice", "rendering the untouched sensor",
+                     "learning the untouched sensor"]  # fmt: skip
+    assert sight.frame is not None
+    assert sight.frame.image.shape == (32, 24, 3)
+    assert set(sight.verdicts) == {"calibrated", "published"}
+    assert len(session.references) == 3
+    assert all(frame.truth.is_reference for frame in session.references)
+    assert sight.frames_per_second > 0
+
+
+def test_pressing_moves_the_lattice_and_gives_a_force(session: Session):
+    sight = session.go(replace(session.now, gap_mm=-0.4))
+    assert sight.refusal is None
+    assert sight.force_n[2] > 0
+    assert sight.shape.displacement_mm.max() > 0.1
+    assert sight.shape.object_position_mm is not None
+    assert np.allclose(
+        sight.shape.nodes_mm, session.live.sensor.lattice.nodes_mm + session.live.deformation.displacements_mm
+    )
+
+
+def test_refused_pose_says_why_and_the_object_stays(session: Session):
+    before = session.go(replace(session.now, gap_mm=-0.3)).wish
+    sight = session.go(replace(session.now, x_mm=50.0))
+    assert sight.refusal is not None
+    assert sight.refusal.startswith("x_mm = 50 is not allowed")
+    assert len(sight.refusal.splitlines()) == 1
+    assert sight.wish == before == session.now
+
+
+def test_design_that_cannot_be_built_leaves_the_sensor_as_it_was(session: Session):
+    before = session.live
+    sight = session.go(replace(session.now, design=(0.8, 5.0, 0.8, 0.0)))
+    assert sight.refusal is not None
+    assert "wall_mm" in sight.refusal
+    assert session.live is before
+
+
+def test_lights_and_exposure_change_the_frame(session: Session):
+    plain = session.look(session.go(replace(session.now, gap_mm=5.0))).frame
+    dim = session.look(session.go(replace(session.now, led_strength=(0.2, 1.0, 1.0)))).frame
+    assert dim.image[..., 0].mean() < 0.4 * plain.image[..., 0].mean()
+    session.go(replace(session.now, led_strength=(1.0, 1.0, 1.0)))
+    bright = session.look(session.go(replace(session.now, exposure_grey=150.0))).frame
+    assert bright.image.mean() > 1.3 * plain.image.mean()
+    session.go(replace(session.now, exposure_grey=90.0))
+
+
+def test_recording_is_an_episode_that_can_be_simulated_again(session: Session, tmp_path):
+    recording = Recording(session.live.sensor.scene, session.references, session.live.sensor.printed, session.now)
+    for gap in (2.0, 1.0):
+        recording.add(session.look(session.go(replace(session.now, gap_mm=gap))).frame)
+    recording.write(tmp_path / "take", estimator="fluence")
+    assert {each.name for each in (tmp_path / "take").iterdir()} >= {TABLE, "frames", "config.toml", "report.html"}
+    scene = load_scene(tmp_path / "take" / "config.toml")
+    assert [keyframe.gap_mm for keyframe in scene.keyframes] == [2.0, 1.0]
+    read = read_episode(tmp_path / "take")
+    assert (len(read.references), len(read.frames)) == (3, 2)
+
+
+def test_another_design_is_built_and_the_object_waits_outside(session: Session):
+    sight = session.go(replace(session.now, design=(1.0, 5.0, 0.8, 0.1)))
+    assert sight.refusal is None
+    assert session.scene.design.skin_mm == 1.0
+    assert sight.wish.design[0] == 1.0

@@ -1,0 +1,56 @@
+"""The quality for control loops: coarser, within what it promises, and not drifting away."""
+
+import numpy as np
+import pytest
+
+from magicsim.errors import ConfigError
+from magicsim.robot.live import live_sensor
+from magicsim.robot.quality import CONTROL_QUALITY, FULL_QUALITY, QUALITIES, find_quality
+from magicsim.scenes.scene import load_scene
+
+from .conftest import BLOCK, RANGE
+
+LARGEST_ERROR = 0.05
+"""Of a force along a path, in units of its largest: five times the residual that ends a load step."""
+
+
+def test_full_is_the_scene_itself():
+    scene = load_scene("grip")
+    assert FULL_QUALITY.applied(scene) is scene
+    assert find_quality("full") is FULL_QUALITY
+    assert find_quality(CONTROL_QUALITY) is CONTROL_QUALITY
+
+
+def test_control_is_coarser_and_never_finer_than_the_scene():
+    scene = load_scene("grip", ["render.particles=500"])
+    found = CONTROL_QUALITY.applied(scene)
+    assert found.render.samples < scene.render.samples
+    assert found.render.particles == 500
+    assert found.design.lattice.growth > scene.design.lattice.growth
+    assert (found.rig, found.object, found.contact) == (scene.rig, scene.object, scene.contact)
+    assert not found.output.contact_mask
+
+
+def test_unknown_quality_names_the_others():
+    with pytest.raises(ConfigError, match=r"unknown quality 'fast'.*control") as error:
+        live_sensor("grip", quality="fast")
+    assert all(name in str(error.value) for name in QUALITIES)
+
+
+def test_forces_of_many_small_steps_stay_near_those_in_full():
+    poses = [(-0.2, 0.0), (-0.4, 0.0), (-0.5, 0.0), (-0.5, 0.1), (-0.5, 0.2), (-0.5, 0.3), (-0.3, 0.3)]
+    forces, iterations = {}, {}
+    for quality in QUALITIES:
+        with live_sensor("grip", BLOCK, workspace=RANGE, quality=quality) as live:
+            found = []
+            iterations[quality] = 0
+            for gap, x in poses:
+                live.move_to(gap_mm=gap, x_mm=x)
+                found.append(live.truth.force_n)
+                iterations[quality] += live.deformation.iterations
+            live.move_to(gap_mm=1.0)
+            assert live.truth.force_n == (0.0, 0.0, 0.0)
+            forces[quality] = np.array(found)
+    error = np.linalg.norm(forces["control"] - forces["full"], axis=1).max()
+    assert error < LARGEST_ERROR * np.linalg.norm(forces["full"], axis=1).max()
+    assert iterations["control"] < 0.7 * iterations["full"]
