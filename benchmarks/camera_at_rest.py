@@ -60,7 +60,7 @@ LABELS = {"entropy": "E [bit]", "correlation": "C", "similarity": "S"}
 
 def camera_of(settings: tuple[str, ...], room: str) -> tuple[CameraStream, np.ndarray]:
     """The exposed camera of a variant, and the untouched sensor's radiance."""
-    sensor = Sensor(load_scene("rest", [*settings, *ROOMS[room]]))
+    sensor = Sensor.for_scene(load_scene("rest", [*settings, *ROOMS[room]]))
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     return sensor_camera(sensor, untouched), untouched
 

@@ -74,8 +74,8 @@ def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
     share = chance.choice(DIMMED)
     dimmed = first.model_copy(update={"radiance": tuple(share * each for each in first.radiance)})
     rig = scene.rig.model_copy(update={"strips": (dimmed, *others)})
-    sensor = Sensor(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
-    camera = sensor.scene.rig.camera
+    sensor = Sensor.for_scene(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
+    camera = sensor.rig.camera
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     exposure = meter(untouched, camera)
     rest = expose(untouched, exposure, camera, seed=0, frame=0)
@@ -93,7 +93,7 @@ def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
             )
             yield "before or after contact", shown(state, label=sign < 0)
     dim = rig.model_copy(update={"flashlight": rig.flashlight.model_copy(update={"radiance": (DIM,) * 3})})
-    sensor = Sensor(sensor.scene.model_copy(update={"rig": dim}))
+    sensor = sensor.with_rig(dim)
     sensor.renderer.metered()
     for shining in (False, True) * 3:
         state = FrameState(

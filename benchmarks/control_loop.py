@@ -66,7 +66,8 @@ def follow(live: LiveSensor, judges: Judges, poses: list[Pose]) -> tuple[list[St
         }
         steps.append(
             Step(
-                solve_s=solved - start, light_s=ended - solved, cpu_s=spent, force_n=frame.truth.force_n,
+                solve_s=round(solved - start, 3), light_s=round(ended - solved, 3), cpu_s=round(spent, 3),
+                force_n=tuple(round(value, 4) for value in frame.truth.force_n),  # type: ignore[arg-type]
                 iterations=frame.truth.solve.iterations, verdicts=verdicts, in_contact=frame.truth.contact,
             )
         )  # fmt: skip

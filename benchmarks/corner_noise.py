@@ -34,8 +34,8 @@ def main() -> None:
     chosen = parser.parse_args()
     press = f"keyframes=[{{frame=0,gap_mm={min(*chosen.gaps, -0.01)}}}]"
     settings = ["references=1", "object.radius_mm=4", f"render.still_mm={chosen.still}", press]
-    sensor = Sensor(load_scene("pressed", settings, seed=chosen.seed))
-    camera = sensor.scene.rig.camera
+    sensor = Sensor.for_scene(load_scene("pressed", settings, seed=chosen.seed))
+    camera = sensor.rig.camera
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     gain = meter(untouched, camera).gain
 

@@ -20,7 +20,6 @@ import numpy as np
 
 from magicsim.bench.light.render_statistics import deviation
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import timeline
 from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
@@ -43,7 +42,7 @@ class DepthRow:
 def sensor_at(gap_mm: float, settings: list[str], seed: int) -> Sensor:
     """A sensor with the ball at a gap."""
     keyframe = f"keyframes=[{{frame=0,gap_mm={gap_mm}}}]"
-    return Sensor(load_scene("pressed", [*settings, keyframe], seed=seed))
+    return Sensor.for_scene(load_scene("pressed", [*settings, keyframe], seed=seed))
 
 
 def measure(gap_mm: float, settings: list[str]) -> DepthRow:
@@ -51,7 +50,7 @@ def measure(gap_mm: float, settings: list[str]) -> DepthRow:
     frames, seconds, solve = [], [], 0.0
     for seed in SEEDS:
         sensor = sensor_at(gap_mm, [*settings, f"render.anchor_seed={seed}"], seed)
-        state = timeline(sensor.scene)[0]
+        state = sensor.states[0]
         if seed == SEEDS[0]:
             start = time.perf_counter()
             deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest

@@ -134,13 +134,13 @@ def measure_case(case: str, scene_settings: tuple[str, ...], settings: list[str]
     frames, changes = [], []
     for seed in SEEDS:
         scene = load_scene("pressed", [*scene_settings, *settings, f"render.anchor_seed={seed}"], seed=seed)
-        sensor, state = Sensor(scene), timeline(scene)[0]
+        sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
         if seed == SEEDS[0]:
             assert can_touch(state)
             deformation = sensor.deform(state, sensor.rest)
         frames.append(sensor.radiance(state, deformation).astype(np.float64))
         changes.append(frames[-1] - sensor.radiance(UNTOUCHED, sensor.rest))
-    careful = Sensor(load_scene("pressed", [*scene_settings, *CONVERGED], seed=0))
+    careful = Sensor.for_scene(load_scene("pressed", [*scene_settings, *CONVERGED], seed=0))
     views = [careful.view(state, deformation), careful.view(UNTOUCHED, careful.rest)]
     pairs = [[careful.renderer.plain_radiance(view, turn=1 + k).astype(np.float64) for view in views]
              for k in range(images)]  # fmt: skip

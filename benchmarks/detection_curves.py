@@ -82,7 +82,7 @@ def measure(profile: DetectorProfile) -> list[CurveRow]:
     for room, settings in ROOMS.items():
         for name, thing in OBJECTS.items():
             scene = load_scene("pressed", [thing, *settings])
-            sensor = Sensor(scene, untouched=shared_states())
+            sensor = Sensor.for_scene(scene, untouched=shared_states())
             rest = sensor.radiance(UNTOUCHED, sensor.rest)
             shoot = partial(_photograph, exposure=meter(rest, scene.rig.camera, scene.rig.lit), camera=scene.rig.camera)
             references = fuse([shoot(rest, number) for number in range(profile.reference_count)], profile)

@@ -73,8 +73,8 @@ def measure(scene: str, settings: list[str], repeat: int) -> dict[str, object]:
         settings: Overrides.
         repeat: How many times.
     """
-    sensor = Sensor(load_scene(scene, settings))
-    plan = plan_scene(sensor.scene)
+    loaded = load_scene(scene, settings)
+    sensor, plan = Sensor.for_scene(loaded), plan_scene(loaded)
     sensor.warm_up(plan)
     sensor.renderer.metered()
     states, deformation = [], sensor.rest

@@ -26,6 +26,7 @@ from magicsim.detectors.combined import judge
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.light.records.untouched_states import shared_states
 from magicsim.scenes.scene import Keyframe, SceneConfig, load_scene
+from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import simulate_with
 
@@ -153,7 +154,7 @@ def draw_scene(seed: int, overrides: Sequence[str]) -> GraspScene:
 def record_episode(seed: int, name: str, overrides: Sequence[str]) -> GraspRecording:
     """Simulates one episode and measures its frames."""
     drawn, profile = draw_scene(seed, overrides), load_profile(name)
-    episode = simulate_with(Sensor(drawn.scene, untouched=shared_states()))
+    episode = simulate_with(Sensor.for_scene(drawn.scene, untouched=shared_states()), plan_scene(drawn.scene))
     references = fuse([frame.image for frame in episode.references], profile)
     verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
     return GraspRecording(

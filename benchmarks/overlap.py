@@ -1,12 +1,14 @@
 """Random objects, places and depths: does a press say contact where geometry says it, and is nothing inside the block?
 
-    python benchmarks/overlap.py --count 2000 --seed 0 [--unchecked] [--out FILE.json]
+    python benchmarks/overlap.py --count 2000 --seed 0 [--unchecked] [--out FILE.json] [--rows FILE.jsonl]
 
 Every object is pressed into a small plain block. Judged apart from the solver, with points on all triangles of the
 object: an object that reaches into the undeformed block by more than the tolerance is felt or refused, one that does
 not reach it leaves no force, and after every accepted press no point of it lies inside the deformed block, whose
 closed surface is asked for its winding number. Prints one JSON object of counts; what is silently wrong is listed.
-`--unchecked` leaves out the solver's own check, to count what it finds and what it costs.
+A press that takes more than `LONGEST_S` of the processor counts as no answer. `--rows` keeps every press as a line; a
+run with the same file goes on where the last one stopped. `--unchecked` leaves out the solver's own check, to count
+what it finds and what it costs.
 """
 
 import argparse
@@ -264,6 +266,16 @@ def summary(rows: list[Row], costs_ms: list[float]) -> dict[str, object]:
     }
 
 
+def kept_rows(path: Path | None) -> list[Row]:
+    """Presses of an earlier run, in its order; a line that was cut off is dropped."""
+    if path is None or not path.exists():
+        return []
+    lines = [line for line in path.read_text().splitlines(keepends=True) if line.endswith("\n")]
+    path.write_text("".join(lines))
+    kept = [json.loads(line) for line in lines]
+    return [Row(**(row | {"place_mm": tuple(row["place_mm"])})) for row in kept]
+
+
 def main() -> None:
     """Prints one JSON object."""
     parser = argparse.ArgumentParser()
@@ -271,6 +283,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--unchecked", action="store_true")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--rows", type=Path)
     chosen = parser.parse_args()
     compile_kernels()
     costs_ms: list[float] = []
@@ -283,11 +296,14 @@ def main() -> None:
         return None if chosen.unchecked else found
 
     vars(path)["overlap_fault"] = timed
-    rows: list[Row] = []
+    rows = kept_rows(chosen.rows)
     with tempfile.TemporaryDirectory() as name:
         spiked_plates(Path(name))
-        for number in range(chosen.count):
+        for number in range(len(rows), chosen.count):
             rows.append(run(np.random.default_rng([chosen.seed, number]), Path(name)))
+            if chosen.rows is not None:
+                with chosen.rows.open("a") as file:
+                    file.write(json.dumps(asdict(rows[-1])) + "\n")
             if chosen.out is not None and (number + 1) % 50 == 0:
                 chosen.out.write_text(json.dumps(summary(rows, costs_ms) | {"done": number + 1}, indent=1) + "\n")
     text = json.dumps(summary(rows, costs_ms) | {"seed": chosen.seed, "unchecked": chosen.unchecked}, indent=1)

@@ -56,7 +56,7 @@ def timed(render: Callable[[int], Images]) -> tuple[list[Images], float]:
 
 def opaque(state: str) -> tuple[dict[str, float], Images]:
     """Cost, noise and picture of the opaque gel in a state."""
-    sensor = Sensor(load_scene(state, ["design=uniform-block"]))
+    sensor = Sensor.for_scene(load_scene(state, ["design=uniform-block"]))
     body = deformed(sensor)
     scene = opaque_scene(sensor, body if body is not None else sensor.elastomer.body.vertices)
 
@@ -73,19 +73,19 @@ def see_through(state: str) -> tuple[dict[str, float], Images]:
     Its frames share one pattern of camera samples, so that their spread would not be their noise.
     """
     scenes = [load_scene(state, [f"render.anchor_seed={100 + seed}"], seed=seed) for seed in range(SEEDS + 1)]
-    sensors = [Sensor(scene, untouched=UntouchedStates()) for scene in scenes]
+    sensors = [Sensor.for_scene(scene, untouched=UntouchedStates()) for scene in scenes]
     first = timeline(scenes[0])[0]
     deformation = sensors[0].deform(first, sensors[0].rest) if can_touch(first) else sensors[0].rest
     for sensor in sensors:
         sensor.renderer.metered()
     for sensor in sensors:
-        sensor.radiance(timeline(sensor.scene)[0], deformation)
+        sensor.radiance(sensor.states[0], deformation)
 
     def render(seed: int) -> Images:
-        return sensors[seed].radiance(timeline(sensors[seed].scene)[0], deformation)
+        return sensors[seed].radiance(sensors[seed].states[0], deformation)
 
     images, seconds = timed(render)
-    fine = Sensor(load_scene(state, INDEPENDENT))
+    fine = Sensor.for_scene(load_scene(state, INDEPENDENT))
     view = fine.view(first, deformation)
     independent = [fine.renderer.plain_radiance(view, turn=turn).astype(np.float64) for turn in range(1, SEEDS + 1)]
     error = deviation([image.astype(np.float64) for image in images], independent)
@@ -113,7 +113,7 @@ def taxim(state: str, *, with_shadow: bool) -> tuple[dict[str, float], Images]:
 
 def deformed(sensor: Sensor) -> npt.NDArray[np.float64] | None:
     """Body vertices in the scene's first state, or None where nothing touches."""
-    state = timeline(sensor.scene)[0]
+    state = sensor.states[0]
     return sensor.view(state, sensor.deform(state, sensor.rest)).body if can_touch(state) else None
 
 

@@ -22,7 +22,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.fit.constants import CONSTANTS, with_values
 from magicsim.light.variant import activate_variant
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.scenes.timeline import UNTOUCHED, timeline
+from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
@@ -68,8 +68,8 @@ def pressed(scene: SceneConfig, gaps_mm: tuple[float, ...]) -> Press:
     """Solves the press at some depths."""
     found = []
     for gap in gaps_mm:
-        sensor = Sensor(with_values(scene, {"keyframes.*.gap_mm": gap}))
-        found.append(sensor.deform(timeline(sensor.scene)[0], sensor.rest))
+        sensor = Sensor.for_scene(with_values(scene, {"keyframes.*.gap_mm": gap}))
+        found.append(sensor.deform(sensor.states[0], sensor.rest))
     return Press(scene=scene, deformations=tuple(found))
 
 
@@ -77,8 +77,8 @@ def images(press: Press, optics: Array, gaps_mm: tuple[float, ...]) -> list[Arra
     """Radiance of the strip, untouched and at the depths, each of shape (8, 92)."""
     values: dict[str, object] = dict(zip((CONSTANTS[name].path for name in NAMES), optics.tolist(), strict=True))
     result = []
-    sensor = Sensor(with_values(press.scene, values))
-    state = timeline(sensor.scene)[0]
+    sensor = Sensor.for_scene(with_values(press.scene, values))
+    state = sensor.states[0]
     views = [sensor.view(UNTOUCHED, sensor.rest), *(sensor.view(state, each) for each in press.deformations)]
     assert len(views) == 1 + len(gaps_mm)
     for view in views:

@@ -30,7 +30,7 @@ from magicsim.camera.shutter import between_frames
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import UNTOUCHED, timeline
+from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor, room_radiance
 
 FloatImage = npt.NDArray[np.float32]
@@ -45,8 +45,8 @@ RATE = 15.0
 
 def rendered(name: str, *settings: str) -> tuple[FloatImage, Sensor]:
     """Radiance of the first frame of a scene, shape (rows, columns, 3), and its sensor."""
-    sensor = Sensor(load_scene(name, [*LIT, *settings]))
-    return sensor.radiance(timeline(sensor.scene)[0], sensor.rest), sensor
+    sensor = Sensor.for_scene(load_scene(name, [*LIT, *settings]))
+    return sensor.radiance(sensor.states[0], sensor.rest), sensor
 
 
 def taken(

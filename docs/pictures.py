@@ -23,7 +23,7 @@ STRIP_PX = 24
 def picture(name: str) -> npt.NDArray[np.uint8]:
     """The camera's frame of one scene preset, shape (rows, columns, 3)."""
     scene = load_scene(name, QUALITY)
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     exposure = meter(sensor.radiance(UNTOUCHED, sensor.rest), scene.rig.camera)
     state = timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest

@@ -13,7 +13,7 @@ from magicsim.simulation.sensor import Sensor
 
 def images(settings: list[str]) -> tuple[np.ndarray, np.ndarray]:
     """The untouched sensor with all lights as they are, and with changed ones, each (rows, columns, 3)."""
-    sensor = Sensor(load_scene("rest", settings))
+    sensor = Sensor.for_scene(load_scene("rest", settings))
     view = sensor.view(UNTOUCHED, sensor.rest)
     basis = sensor.renderer.basis(view)
     return relight(basis, {}), relight(basis, {"strip0": 0.5, "strip1": 0.0})

@@ -27,7 +27,7 @@ mi.register_integrator("first_surface", FirstSurface)
 
 def distances_mm(settings: list[str]) -> npt.NDArray[np.float32]:
     """Distances in the untouched sensor, shape (rows, columns) [mm]."""
-    world = Sensor(load_scene("rest", settings)).renderer.world(View())
+    world = Sensor.for_scene(load_scene("rest", settings)).renderer.world(View())
     image = mi.render(world.scene, integrator=mi.load_dict({"type": "first_surface"}), spp=1)
     return np.asarray(image, np.float32)[..., 0]
 

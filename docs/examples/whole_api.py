@@ -46,8 +46,8 @@ def render_and_film(settings: list[str]) -> tuple[tuple[int, ...], tuple[int, ..
     """Shapes of one still, of one frame of a sensor asked state by state, and of one frame of a live sensor."""
     scene = magicsim.load_scene("pressed", settings)
     still = magicsim.render(scene, 0).image
-    sensor = magicsim.Sensor(scene)
     state = magicsim.plan_scene(scene).frames[0].state
+    sensor = magicsim.Sensor(scene.design, scene.rig, scene.object, render=scene.render, states=[state])
     radiance = sensor.radiance(state, sensor.deform(state, sensor.rest))
     live = magicsim.live_sensor("pressed", settings)
     live.move_to(gap_mm=2.0)

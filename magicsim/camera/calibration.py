@@ -21,14 +21,14 @@ class LayerScale:
     mm_per_pixel: tuple[float, float]
     """Along the image's columns and rows, at the pixel nearest to the optical axis [mm/px]."""
     mm_per_pixel_corner: tuple[float, float]
-    """The same at the first corner [mm/px]."""
+    """Along columns and rows at the first corner [mm/px]."""
     field_mm: tuple[float, float]
     """From the centre of the first pixel to that of the last, of the middle row and of the middle column [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Calibration:
-    """Of one sensor; OpenCV's conventions, whole coordinates at pixel centres."""
+    """What is known of one camera; OpenCV's conventions, whole coordinates at pixel centres."""
 
     image_size: tuple[int, int]
     """Columns and rows [px]."""

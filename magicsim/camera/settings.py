@@ -108,7 +108,7 @@ class Diffraction(Config):
     wavelengths_nm: tuple[Annotated[float, Field(ge=300, le=1100)], ...] = Field(
         default=(625.0, 530.0, 470.0), min_length=3, max_length=3
     )
-    """Of red, green and blue [nm]; those of DIGIT's LEDs."""
+    """Wavelengths of red, green and blue [nm]; those of DIGIT's LEDs."""
 
 
 class PixelFaults(Config):

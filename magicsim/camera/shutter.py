@@ -8,7 +8,7 @@ from magicsim.camera.settings import Shutter
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
 ROUNDING = 1e-9
-"""Of the products of times and rates."""
+"""Rounding of the products of times and rates."""
 
 
 def row_ends_s(shutter: Shutter, *, rows: int, time_s: float) -> Array:

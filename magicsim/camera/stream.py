@@ -26,7 +26,7 @@ class Instant:
     """Which frame of which stream."""
 
     seed: int
-    """Of the stream's noise."""
+    """Seed of the stream's noise."""
     index: int
     """Place in the stream, reference frames included."""
     time_s: float

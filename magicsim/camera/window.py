@@ -28,7 +28,7 @@ class Window:
         return replace(self, column=left, row=top, columns=right - left, rows=bottom - top)
 
     def within(self, other: Self) -> Self:
-        """The same pixels, counted from the first ones of another window."""
+        """These pixels, counted from the first ones of another window."""
         return replace(self, column=self.column - other.column, row=self.row - other.row)
 
     def numbers(self, columns: int, rows: int) -> npt.NDArray[np.uint32]:

@@ -11,11 +11,12 @@ from magicsim.dataset.recipes.recipe import Recipe
 Share = tuple[float, float]
 """Least and largest relative difference from the label."""
 LATTICE: Share = (-0.05, 0.05)
-"""Node spacing of a printed cell below round objects (docs/physics/mechanics.md, "How far off it is")."""
+"""Node spacing of a printed cell below round objects, and finer ones at the edges of punches and boxes
+(docs/physics/mechanics.md, "How far off it is")."""
 EDGES: Share = (-0.16, 0.16)
-"""The same below flat faces and edges, measured on punch, box and pen."""
-FLAT_KINDS = frozenset({"punch", "box", "cone", "dots", "lines", "mesh"})
-"""Objects with flat faces or edges."""
+"""Node spacing below edges and textures that get no planes of their own."""
+FLAT_KINDS = frozenset({"cone", "dots", "lines", "mesh"})
+"""Objects with such edges or textures."""
 TIME: Share = (-0.29, 0.6)
 """Relaxation of Agilus30 from 0.1 to 60 s of contact; the stiffness is that after 1 s (docs/validation.md)."""
 MODULI: Share = (-0.25, 0.1)

@@ -59,7 +59,7 @@ class Manifest(Config):
     files: dict[str, str]
     """SHA-256 of every other file."""
     sha256: str = ""
-    """Of this manifest itself, see `magicsim.folder.sealing`."""
+    """Hash of this manifest itself, see `magicsim.folder.sealing`."""
 
     @model_validator(mode="after")
     def _stay_in_the_folder(self) -> Self:

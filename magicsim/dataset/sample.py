@@ -36,7 +36,7 @@ def simulate_sample(task: SampleTask) -> bytes:
 
     episode = task.episode
     scene = episode.scene
-    frames = list(stream_frames(Sensor(scene, untouched=shared_states()), plan_scene(scene)))
+    frames = list(stream_frames(Sensor.for_scene(scene, untouched=shared_states()), plan_scene(scene)))
     constants = task.constants | drawn_columns(episode.values)
     constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
     calibration = calibrate_camera(scene.design, scene.rig)

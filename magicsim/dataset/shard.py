@@ -68,7 +68,7 @@ def read_episodes(path: Path, wanted: set[int]) -> Iterator[tuple[int, pa.Table]
 
 
 def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:
-    """The same rows under exactly this schema, whether or not some library has registered its extension types."""
+    """These rows under exactly this schema, whether or not some library has registered its extension types."""
     arrays = []
     for name in schema.names:
         chunk = table[name].combine_chunks()

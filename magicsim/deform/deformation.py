@@ -1,4 +1,4 @@
-"""The result of a solve: where the lattice is, and what the object does to it."""
+"""The result of a solve: where the lattice is, and what the object does to it; and a lattice that is only displaced."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -24,11 +24,24 @@ class Before:
     """Where a path stood one state earlier."""
 
     displacements_mm: Array
-    """Of the nodes, shape (nodes, 3) [mm]."""
+    """Displacements of the nodes, shape (nodes, 3) [mm]."""
     pressure_mpa: Array
-    """Of the cells, shape (cells,) [MPa]."""
+    """Pressure of the cells, shape (cells,) [MPa]."""
     pose: Pose
-    """Of the object."""
+    """Pose of the object."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Displacement:
+    """Where a touched lattice is said to be; nothing is known of forces, and no equilibrium is claimed."""
+
+    displacements_mm: Array
+    """Displacements of the nodes, shape (nodes, 3) [mm]."""
+
+    @property
+    def is_rest(self) -> bool:
+        """Whether nothing touches: never."""
+        return False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +49,7 @@ class Deformation:
     """One quasi-static equilibrium of the lattice, valid by construction."""
 
     displacements_mm: Array
-    """Of the nodes, shape (nodes, 3) [mm]."""
+    """Displacements of the nodes, shape (nodes, 3) [mm]."""
     pressure_mpa: Array
     """Volumetric stress lambda (J - 1) of each cell, negative in compression, shape (cells,) [MPa]."""
     contact_points_mm: Array

@@ -31,6 +31,11 @@ edges of punches 0.11, corners of boxes 0.19, cones of 60, 30 and 20 degrees 0.0
 MOST_EXTENTS = 2.5
 """Deepest press in units of the object's largest extent: the face closes above a ball on nothing. Balls pressed by 2.5
 diameters were the deepest that had an equilibrium; deeper ones end, after minutes, without."""
+STRETCH_DEPTH, MOST_STRETCHED = 4.0, 1.0
+"""Depth in radii over which the face around a buried ball is stretched by one more of its length, and the node spacing
+that a stretched face may have, in radii of the ball: one that is wider slides off it node by node, and its path does
+not end. Measured on a ball of 0.2 mm radius with nodes 0.11 mm apart (stretched by 1.5 at two radii and by 2 at four,
+the deepest that was solved) and on one of 0.1 mm. Up to its diameter any ball may be pressed."""
 SAMPLE_MM = 0.05
 """Spacing of the face's samples near the object [mm]: a face that bends with a radius of a tenth of a millimetre is
 met to 0.003 mm."""
@@ -53,17 +58,27 @@ class Inside:
     """Those places at rest, x and y, shape (points, 2) [mm]."""
 
 
-def burial_fault(indenter: Indenter) -> str | None:
-    """Why an object that touches is pressed too deep for any equilibrium; None where it is not.
+def burial_fault(lattice: Lattice, indenter: Indenter) -> str | None:
+    """Why an object that touches is pressed too deep for any equilibrium, or for its lattice; None where it is not.
 
     Args:
+        lattice: The block.
         indenter: The object in its pose.
     """
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     reach = np.array([indenter.shape.support_mm(axis) for axis in axes])
     extent, depth = float((reach[:3] + reach[3:]).max()), indenter.top_mm()
     if depth <= MOST_EXTENTS * extent * (1 + 1e-9):
-        return None
+        spacing = min(float(np.diff(planes).min()) for planes in lattice.planes_mm[:2])
+        radius = extent / 2
+        most = max(extent, STRETCH_DEPTH * radius * (MOST_STRETCHED * radius / spacing - 1))
+        if depth <= most or spacing > extent:  # a ball between the nodes is told by where it lies
+            return None
+        return (
+            f"the object is pressed {depth:.3g} mm deep and measures {extent:.3g} mm: the face stretches around it to "
+            f"{spacing * (1 + depth / (STRETCH_DEPTH * radius)):.2g} mm between nodes, wider than it can follow; "
+            f"at most {most:.2g} mm deep, or an object of at least {extent * depth / most:.3g} mm"
+        )
     return (
         f"the object is pressed {depth:.3g} mm deep and measures {extent:.3g} mm: the face would close above it; at "
         f"most {MOST_EXTENTS:g} times its size is allowed, or an object of at least {depth / MOST_EXTENTS:.2g} mm"

@@ -17,7 +17,7 @@ FACE_BAND_MM = 0.03
 """Width of the zone beyond what touches in which a face point's correction fades out [mm]: a wider one would close gaps
 that are open."""
 BAND_MM = 0.2
-"""The same of points behind the face [mm]."""
+"""Width of the zone in which the correction of points behind the face fades out [mm]."""
 ITERATIONS = 4
 """Corrections along the normal; one is exact on planes and spheres, rounded edges need a few."""
 

@@ -99,7 +99,7 @@ class SuiteLight(Config):
     from_x_mm: PlaceMm = 0.0
     """Shift of the flashlight along x when the object appears [mm]."""
     to_x_mm: PlaceMm = 0.0
-    """The same when the object is gone [mm]; between them it moves evenly."""
+    """Shift of the flashlight along x when the object is gone [mm]; between them it moves evenly."""
 
 
 class SuiteNoise(Config):

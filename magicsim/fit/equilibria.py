@@ -25,7 +25,7 @@ class Equilibria:
         if not can_touch(state):
             return sensor.rest
         optics = {"materials": {"body": _OPTICAL_FIELDS, "infill": _OPTICAL_FIELDS}}
-        key = (sensor.scene.design.model_dump_json(exclude=optics), state)
+        key = (sensor.design.model_dump_json(exclude=optics), state)
         if key not in self._solved:
             self._solved[key] = sensor.deform(state, sensor.rest)
         return self._solved[key]

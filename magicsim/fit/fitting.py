@@ -68,19 +68,19 @@ class FitResult:
     """Observed and simulated frames, and the residual."""
     constants: list[FittedConstant]
     strengths: dict[str, list[float]]
-    """Of each light in units of the rig's, red, green and blue, up to one common factor (the exposure)."""
+    """Strengths of each light in units of the rig's, red, green and blue, up to one common factor (the exposure)."""
     mean_rms: list[float]
     """Root mean square of what is left of the block means, of red, green and blue [grey levels]."""
     contrast_rms: list[float]
-    """The same of the contrast inside the blocks."""
+    """Root mean square of what is left of the contrast inside the blocks [grey levels]."""
     start_rms: float
     """Root mean square of all residuals of the scene's own constants [grey levels]."""
     rms: float
-    """The same of the fitted ones."""
+    """Root mean square of all residuals of the fitted constants [grey levels]."""
     restart_rms: list[float]
     singular_values: list[float]
-    """Of the residuals' derivatives, largest first: what the whole range of a combination of constants changes, as the
-    length of the vector of residuals [grey levels]."""
+    """Singular values of the residuals' derivatives, largest first: what the whole range of a combination of constants
+    changes, as the length of the vector of residuals [grey levels]."""
     weakest: dict[str, float]
     """The combination that the images say least of, in shares of the ranges."""
     evaluations: int

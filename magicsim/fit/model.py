@@ -30,7 +30,7 @@ class Comparison:
     means: Array
     """Predicted less observed block means [grey levels], shape (states, blocks down, blocks across, 3)."""
     contrasts: Array
-    """The same of the spread inside the blocks."""
+    """Predicted less observed spread inside the blocks [grey levels], of that shape."""
 
     @property
     def residuals(self) -> Array:
@@ -74,7 +74,7 @@ def render_bases(
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    sensor = Sensor(with_values(scene, values))
+    sensor = Sensor.for_scene(with_values(scene, values))
     views = [sensor.view(state, equilibria.of(sensor, state)) for state in states]
     first, second = 2 * pair, 2 * pair + 1
     return [(sensor.renderer.basis(view, turn=first), sensor.renderer.basis(view, turn=second)) for view in views]

@@ -28,7 +28,7 @@ class Observation:
     even: Array
     """Grey levels, shape (rows, columns, 3)."""
     odd: Array
-    """The same of the odd frames; of a single frame the same as `even`."""
+    """Grey levels of the odd frames, of that shape; `even` where there is a single frame."""
     count: int
 
     @property

@@ -37,7 +37,7 @@ class Solution:
     jacobian: Array
     """Shape (residuals, unknowns) [residuals' unit for the whole range]."""
     singular_values: Array
-    """Of the Jacobian, largest first [residuals' unit for the whole range]."""
+    """Singular values of the Jacobian, largest first [residuals' unit for the whole range]."""
     weakest: Array
     """Unit vector along which the residuals change least, shape (unknowns,)."""
     ends: Array

@@ -110,6 +110,39 @@ class Mounting(Config):
     """Coulomb's coefficient between block and table; assumed, rubber on smooth hard surfaces 0.3 to 1.5."""
 
 
+class Unevenness(Config):
+    """How the grid of a print differs from its drawing, as far as one sees it; forces are those of the drawing."""
+
+    wall_sd_mm: Annotated[float, Field(ge=0, le=0.5)] = 0.0
+    """Standard deviation of the walls' thickness, cut off at two of them [mm]; assumed, 0 to 0.015 for a wall of 0.1:
+    half a droplet line of a 600 dpi printer is 0.02."""
+    wave_sd_mm: Annotated[float, Field(ge=0, le=0.5)] = 0.0
+    """Standard deviation of the grid planes' places [mm]; assumed, 0 to 0.03."""
+    wave_length_mm: Annotated[float, Field(ge=0.5, le=100)] = 6.0
+    """Length of the waves [mm]; assumed, 3 to 20."""
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Of the print: each printed sensor has its own."""
+
+    @property
+    def is_even(self) -> bool:
+        """Whether the print is as drawn."""
+        return self.wall_sd_mm == 0 and self.wave_sd_mm == 0
+
+    @model_validator(mode="after")
+    def _check_slope(self) -> Self:
+        if 10 * self.wave_sd_mm > self.wave_length_mm:
+            msg = (
+                f"wave_sd_mm = {self.wave_sd_mm:g} is not allowed with wave_length_mm = {self.wave_length_mm:g}: "
+                "must be at most a tenth of it"
+            )
+            raise ValueError(msg)
+        return self
+
+
+FAR_FIELD_BOUND = 0.01
+"""Largest relative change of a force by the coarse far field as it is by default; a test holds it."""
+
+
 class LatticeOptions(Config):
     """Resolution of the lattice that carries the deformation."""
 
@@ -123,6 +156,8 @@ class LatticeOptions(Config):
     """How deep they stay fine below what can be touched, before the margin, in units of its half width."""
     cells_across: Annotated[int, Field(ge=0, le=20)] = 4
     """Least number of cells across what a small blunt object can touch, of 0.1 mm or more; 0 keeps `spacing_mm`."""
+    edge_nodes: Annotated[int, Field(ge=0, le=20_000)] = 256
+    """Most nodes of the face below what touches where a lattice is made finer at its edges; 0 keeps `spacing_mm`."""
 
 
 class ElastomerDesign(Config):
@@ -148,6 +183,7 @@ class ElastomerDesign(Config):
     """What covers the contact face; bare by default."""
     markers: Markers | None = None
     """What is printed on or below it; nothing by default."""
+    unevenness: Unevenness = Unevenness()
 
     @property
     def height_mm(self) -> float:
@@ -188,8 +224,12 @@ class ElastomerDesign(Config):
         in_cells = self.has_grid and infill is not None and infill.sigma_s_per_mm > 0
         return self.materials.body.sigma_s_per_mm > 0 or in_cells
 
+    def as_drawn(self) -> Self:
+        """The design without what its print does to it."""
+        return self.model_copy(update={"unevenness": Unevenness()})
+
     def mounted(self, mounting: Mounting) -> Self:
-        """The same print held in another way."""
+        """This print held in another way."""
         return self.model_copy(update={"mounting": mounting})
 
     @model_validator(mode="after")
@@ -215,6 +255,13 @@ class ElastomerDesign(Config):
             raise ValueError(msg)
         if self.wall_mm < MIN_WALL_MM:
             msg = f"wall_mm = {self.wall_mm:g} is not allowed: must be at least {MIN_WALL_MM:g} mm"
+            raise ValueError(msg)
+        thinnest = self.wall_mm - 3 * self.unevenness.wall_sd_mm
+        if thinnest < MIN_WALL_MM and self.unevenness.wall_sd_mm > 0:
+            msg = (
+                f"unevenness.wall_sd_mm = {self.unevenness.wall_sd_mm:g} is not allowed with wall_mm = "
+                f"{self.wall_mm:g}: wall_mm - 3 wall_sd_mm must be at least {MIN_WALL_MM:g} mm"
+            )
             raise ValueError(msg)
         if self.materials.infill is None:
             msg = "materials.infill is missing: a design with cells (cell_mm > 0) needs an infill material"

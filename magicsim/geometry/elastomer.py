@@ -1,6 +1,6 @@
 """The printed block as closed meshes: the body with its skin, and the infill cells inside it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import manifold3d
 import numpy as np
@@ -10,6 +10,7 @@ from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
+from magicsim.geometry.unevenness import printed_cells
 
 FACE_EDGE_MM = 0.5
 """Length to which the edges of the block are split [mm]: fine enough to bend around a fingertip-sized object.
@@ -35,8 +36,8 @@ class Elastomer:
     triangles_per_cell: int
 
     @property
-    def printed_cells(self) -> SurfaceMesh:
-        """The infill as its box has it, all cells alike.
+    def boxed_cells(self) -> SurfaceMesh:
+        """The infill as its box has it.
 
         Raises:
             GeometryError: There is no grid.
@@ -71,6 +72,7 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
         return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
     infill = _cells(grid, subdivision(design, grid))
     _check("infill", infill, grid.infill_volume_mm3)
+    infill = replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness))
     infill = _lifted(infill, design)
     if design.face is not None:
         _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Literal
 
@@ -53,8 +54,11 @@ class CellGrid:
         return np.stack([x, y, z], -1).reshape(-1, 3)
 
 
+@lru_cache(maxsize=64)
 def resolve_grid(design: ElastomerDesign) -> CellGrid | None:
     """Fits whole cells into the core: n = max(1, round(core / (cell + wall))), pitch = core / n, cell = pitch - wall.
+
+    Worked out once for each design; the arrays of what is returned cannot be written.
 
     Args:
         design: The block; one without a grid gives None.
@@ -91,6 +95,8 @@ def resolve_grid(design: ElastomerDesign) -> CellGrid | None:
         msg = f"{np.prod(counts)} cells are too many: at most {MAX_CELLS}; use larger cells or a smaller core"
         raise GeometryError(msg)
     origin = np.array([-core[0] / 2, -core[1] / 2, design.skin_mm])
+    for shared in (pitch, cell, origin):
+        shared.setflags(write=False)
     return CellGrid(counts=tuple(int(n) for n in counts), pitch_mm=pitch, cell_mm=cell, origin_mm=origin)  # type: ignore[arg-type]
 
 

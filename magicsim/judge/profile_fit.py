@@ -59,7 +59,7 @@ class FitSummary:
     contact_accuracy: float | None
     """Balanced accuracy of the combined verdict on the training frames, 0..1."""
     cross_validated_proximity_accuracy: float | None
-    """The same with each episode judged by a fit to the others; None where those lack a class."""
+    """Balanced accuracy with each episode judged by a fit to the others; None where those lack a class."""
     cross_validated_contact_accuracy: float | None
     base_proximity_accuracy: float | None
     """Balanced accuracy of the base profile on the same frames, 0..1."""

@@ -39,7 +39,7 @@ class Refinement:
 
     @property
     def relative_error(self) -> float:
-        """Of the mean; infinite before there is any spread to judge it by."""
+        """Relative error of the mean; infinite before there is any spread to judge it by."""
         if self.passes < LEAST_PASSES:
             return float("inf")
         mean = self._sum / self.passes

@@ -3,8 +3,9 @@
 Needs the extra `live` (viser). The names below are loaded when they are first used.
 """
 
-import importlib
 from typing import TYPE_CHECKING
+
+from magicsim.names import lazy_names
 
 if TYPE_CHECKING:
     from magicsim.live.subject import find_subject
@@ -14,17 +15,4 @@ __all__ = ["LiveWindow", "find_subject"]
 
 _HOMES = {"LiveWindow": "magicsim.live.window", "find_subject": "magicsim.live.subject"}
 
-
-def __getattr__(name: str) -> object:
-    """Loads a public name from its module."""
-    if name not in _HOMES:
-        msg = f"module 'magicsim.live' has no attribute '{name}'"
-        raise AttributeError(msg)
-    found = getattr(importlib.import_module(_HOMES[name]), name)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    """Names of the package, those not yet loaded included."""
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = lazy_names("magicsim.live", _HOMES)

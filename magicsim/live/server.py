@@ -25,7 +25,7 @@ except ModuleNotFoundError as error:
     raise ConfigError(msg) from error
 
 LARGEST_BYTES = 1 << 16
-"""Of a message from the page: a slider's is a few hundred."""
+"""Largest size of a message from the page [bytes]: a slider's is a few hundred."""
 SHUT = (
     _messages.ShareUrlRequest,
     _messages.ShareUrlDisconnect,

@@ -116,7 +116,7 @@ class Session:
         self._told("rendering the untouched sensor")
         now = live.now()
         still = replace(now, state=UNTOUCHED, deformation=live.sensor.rest, slid_mm=0.0)
-        frames = [live.develop(_at(still, index)) for index in range(max(live.sensor.scene.references, 3))]
+        frames = [live.develop(_at(still, index)) for index in range(max(live.scene.references, 3))]
         self.references = tuple(replace(each, truth=replace(each.truth, is_reference=True)) for each in frames)
         self._told("learning the untouched sensor")
         self._judges = Judges.learned([frame.image for frame in frames])

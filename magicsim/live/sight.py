@@ -34,13 +34,13 @@ class Sight:
     """Where object, lights, camera and design are now; not what was asked for where that was refused."""
     shape: Shape
     force_n: tuple[float, float, float]
-    """Of the object on the sensor [N]."""
+    """Force of the object on the sensor [N]."""
     slip_share: float
     """Share of the normal force that presses on sliding points, 0..1."""
     frame: SimulatedFrame | None
     """The camera's frame; None where only the lattice is solved yet."""
     verdicts: dict[str, Verdict | str]
-    """Of each profile, or why it gives none."""
+    """Verdicts of each profile, or why it gives none."""
     refusal: str | None
     """Why what was asked for was not done; None where it was."""
     solve_s: float

@@ -213,8 +213,8 @@ class LiveWindow:
         if not self._session.references:
             self._note("not yet: the untouched sensor is still being rendered")
             return
-        sensor = self._session.live.sensor
-        self._recording = Recording(sensor.scene, self._session.references, sensor.printed, self._session.now)
+        live = self._session.live
+        self._recording = Recording(live.scene, self._session.references, live.sensor.printed, self._session.now)
         self._record.label = "Stop and save"
         self._note("Recording: 0 frames")
         self._worker.ask(self._controls.wish)

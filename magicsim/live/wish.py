@@ -27,7 +27,7 @@ class Wish:
     light_x_mm: float = 0.0
     """Shift of the flashlight along x [mm]."""
     led_strength: Rgb = FULL
-    """Of the strips' red, green and blue, in units of the rig's radiance."""
+    """Strengths of the strips' red, green and blue, in units of the rig's radiance."""
     exposure_grey: float
     """Mean grey level of the untouched sensor that exposure aims at."""
     design: tuple[float, ...]

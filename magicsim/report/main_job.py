@@ -20,6 +20,7 @@ from magicsim.report.page import render_report
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.episode import Episode
 from magicsim.simulation.marker_truth import MARKERS, MarkerTracks, write_markers
+from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with
 
@@ -70,8 +71,8 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
     """
     start = time.perf_counter()
     with result_folder(out) as folder:
-        sensor = Sensor(scene)
-        episode = simulate_with(sensor, progress=progress)
+        sensor = Sensor.for_scene(scene)
+        episode = simulate_with(sensor, plan_scene(scene), progress=progress)
         before = time.perf_counter()
         judgements, refused = judged(episode)
         judging = time.perf_counter() - before

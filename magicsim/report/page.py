@@ -37,7 +37,7 @@ class ProfilePart:
     """Proximity and contact."""
     mistakes: tuple[Mistake, ...]
     parts: list[str]
-    """Of the story, for the rows of `rest`."""
+    """Parts of the story, for the rows of `rest`."""
     rest: list[RestRow]
 
 

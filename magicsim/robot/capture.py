@@ -88,7 +88,7 @@ class SimulatedCapture:
         """A property by OpenCV's number; 0 for those that the sensor does not have, -1 when closed."""
         if not self.isOpened():
             return -1.0
-        camera = self._sensor.sensor.scene.rig.camera
+        camera = self._sensor.sensor.rig.camera
         values = {
             cv2.CAP_PROP_FRAME_WIDTH: camera.columns,
             cv2.CAP_PROP_FRAME_HEIGHT: camera.rows,
@@ -107,7 +107,7 @@ class SimulatedCapture:
         """
         if not self.isOpened():
             return False
-        camera = self._sensor.sensor.scene.rig.camera
+        camera = self._sensor.sensor.rig.camera
         try:
             if propId == cv2.CAP_PROP_FRAME_WIDTH:
                 self._sensor.set_image_size(columns=round(value), rows=camera.rows)

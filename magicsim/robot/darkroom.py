@@ -1,6 +1,5 @@
 """Develops the moments of a live sensor into frames: equal states are rendered once, exposure is metered once."""
 
-from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +10,11 @@ from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
 from magicsim.robot.moment import FULL, Moment
 from magicsim.scenes.rig import DARK, Camera
+from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.episode import SimulatedFrame
 from magicsim.simulation.labelled_frame import Shot
-from magicsim.simulation.sensor import Sensor, build_renderer, sensor_camera
+from magicsim.simulation.sensor import Sensor, sensor_camera
 
 REMEMBERED = 3
 """Radiance images that are kept of each kind: the untouched sensor's, and a state with and without outside light."""
@@ -23,9 +23,15 @@ REMEMBERED = 3
 class Darkroom:
     """Renders what a sensor sees, in any order of moments."""
 
-    def __init__(self, sensor: Sensor) -> None:
-        """For one sensor, whose renderer loads with the first frame."""
+    def __init__(self, sensor: Sensor, output: OutputSettings) -> None:
+        """For one sensor, whose renderer loads with the first frame.
+
+        Args:
+            sensor: Solves and renders.
+            output: What a frame holds beside its image.
+        """
         self.sensor = sensor
+        self._output = output
         self._shot: Shot | None = None
         self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage]] = {}
         self._strips: Darkroom | None = None
@@ -42,7 +48,9 @@ class Darkroom:
             self._lit(moment),
             self._memory(moment),
             moment.at,
-            displacements_mm=self.sensor.wanted_displacements_mm(moment.deformation),
+            displacements_mm=(
+                self.sensor.printed_displacements_mm(moment.deformation) if self._output.displacements else None
+            ),
             is_reference=False,
             markers_mm=self.sensor.markers_mm(moment.deformation),
         )
@@ -62,10 +70,10 @@ class Darkroom:
         Raises:
             ConfigError: The level is not allowed.
         """
-        scene = self.sensor.scene
-        values = scene.rig.camera.model_dump() | {"exposure_grey": exposure_grey}
+        rig = self.sensor.rig
+        values = rig.camera.model_dump() | {"exposure_grey": exposure_grey}
         camera = validate(Camera, values, source="exposure")
-        self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
+        self.sensor = self.sensor.with_rig(rig.model_copy(update={"camera": camera}), is_alike=True)
         self._shot = None
 
     def resize(self, *, columns: int, rows: int) -> None:
@@ -74,13 +82,12 @@ class Darkroom:
         Raises:
             ConfigError: The size is not allowed.
         """
-        scene = self.sensor.scene
-        values = scene.rig.camera.model_dump() | {"columns": columns, "rows": rows}
+        rig = self.sensor.rig
+        values = rig.camera.model_dump() | {"columns": columns, "rows": rows}
         camera = validate(Camera, values, source="image size")
-        if camera == scene.rig.camera:
+        if camera == rig.camera:
             return
-        self.sensor.scene = scene.model_copy(update={"rig": scene.rig.model_copy(update={"camera": camera})})
-        self.sensor.renderer = build_renderer(self.sensor.scene, self.sensor.elastomer)
+        self.sensor = self.sensor.with_rig(rig.model_copy(update={"camera": camera}))
         self._shot = self._strips = None
         self._seen.clear()
 
@@ -93,7 +100,9 @@ class Darkroom:
     def _ready(self) -> Shot:
         if self._shot is None:
             untouched = self._radiance(UNTOUCHED, self.sensor.rest)
-            self._shot = Shot.of(self.sensor.scene, sensor_camera(self.sensor, untouched))
+            self._shot = Shot.of(
+                self.sensor.design, self.sensor.rig, self._output, sensor_camera(self.sensor, untouched)
+            )
         return self._shot
 
     def _memory(self, moment: Moment) -> CameraMemory:
@@ -116,14 +125,11 @@ class Darkroom:
     @property
     def _by_strips(self) -> "Darkroom":
         """The sensor in a dark room: itself, where its own is."""
-        scene = self.sensor.scene
-        if max(scene.rig.room_light) == 0:
+        rig = self.sensor.rig
+        if max(rig.room_light) == 0:
             return self
         if self._strips is None:
-            dark = scene.model_copy(update={"rig": scene.rig.model_copy(update={"room": DARK})})
-            sensor = copy(self.sensor)
-            sensor.scene, sensor.renderer = dark, build_renderer(dark, sensor.elastomer)
-            self._strips = Darkroom(sensor)
+            self._strips = Darkroom(self.sensor.with_rig(rig.model_copy(update={"room": DARK})), self._output)
         return self._strips
 
     def _radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:

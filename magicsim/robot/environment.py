@@ -38,7 +38,7 @@ ENVIRONMENT_ID = "magicsim/GraspLift-v0"
 SLIP_COST, FORCE_COST = 0.5, 0.1
 OPTIONS = ("weight_n", "gap_mm", "x_mm", "y_mm")
 LEAST, MOST = 1e-6, 1e6
-"""Of every number of the task, in its own unit."""
+"""Ends of the range of every number of the task, in its own unit."""
 ROOM_MM = 1.1
 """How far the object may be above where the fingers hold it in the search for balance [mm]."""
 
@@ -148,7 +148,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._frame: SimulatedFrame | None = None
         self._steps = self._held = 0
         self.cost = Cost(solve_s=0.0, light_s=0.0)
-        """Of the last `reset` or step; zero before."""
+        """Cost of the last `reset` or step; zero before."""
         self._begun = 0.0
 
     def reset(

@@ -97,7 +97,7 @@ class Gripper:
         Raises:
             ConfigError: The seed is not allowed.
         """
-        seed = self.upper.sensor.scene.seed if seed is None else seed
+        seed = self.upper.sensor.seed if seed is None else seed
         check_number("seed", seed, 0, MAX_SEED - 1, whole=True)
         for number, finger in enumerate((self.upper, self.lower)):
             finger.reset(seed=finger_seed(seed, number))

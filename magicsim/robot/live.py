@@ -77,9 +77,10 @@ class LiveSensor:
         self.workspace = workspace or Workspace()
         self.quality = find_quality(quality)
         self._told = told
-        placed = bounded(self.quality.applied(scene), self.workspace)
+        self._scene = placed = bounded(self.quality.applied(scene), self.workspace)
         with waiting("building block and lattice", told):
-            self._darkroom: Darkroom | None = Darkroom(Sensor(placed, newton=self.quality.newton))
+            sensor = Sensor.for_scene(placed, newton=self.quality.newton)
+            self._darkroom: Darkroom | None = Darkroom(sensor, scene.output)
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)
         self.reset()
@@ -93,7 +94,7 @@ class LiveSensor:
         Raises:
             ConfigError: The seed is not allowed.
         """
-        asked = self.sensor.scene.seed if seed is None else seed
+        asked = self.sensor.seed if seed is None else seed
         check_number("seed", asked, 0, MAX_SEED - 1, whole=True)
         self._seed = int(asked)
         self._index, self._time_s = 0, 0.0
@@ -108,6 +109,11 @@ class LiveSensor:
             ConfigError: The sensor was closed.
         """
         return self._open.sensor
+
+    @property
+    def scene(self) -> SceneConfig:
+        """What the sensor was made of, with its present rig; the keyframes are the corners of its workspace."""
+        return self._scene.model_copy(update={"rig": self.sensor.rig})
 
     @property
     def is_closed(self) -> bool:
@@ -264,7 +270,7 @@ class LiveSensor:
             RenderError: The camera's next frame depends on this one, whose image is not valid.
         """
         moment = self.now()
-        if self.sensor.scene.rig.camera.history:
+        if self.sensor.rig.camera.history:
             with waiting(self._rendering, self._told):
                 self._memory = self._open.passed(moment)
         self._index += 1
@@ -315,7 +321,7 @@ class LiveSensor:
         if state.gap_mm is None and state != lit:
             msg = "gap_mm is missing: there is no object yet, so the first motion must say how far away it is"
             raise ConfigError(msg)
-        if state.has_object and sensor.scene.object is None:
+        if state.has_object and sensor.object is None:
             msg = "object is missing: the scene of this sensor has none to move"
             raise ConfigError(msg)
         self.workspace.check(state)

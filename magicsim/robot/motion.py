@@ -9,8 +9,8 @@ from magicsim.simulation.plan import can_touch
 ENTRY_STEP_MM = 0.1
 """Length of a step of an oblique way into contact [mm]."""
 SLIDE_STEP_MM = 0.5
-"""The same within contact [mm]: a contact wider than that overlaps itself from step to step, so that its slip can be
-added up; it is as long as the solver's own steps."""
+"""Length of a step within contact [mm]: a contact wider than that overlaps itself from step to step, so that its slip
+can be added up; it is as long as the solver's own steps."""
 MOVED = ("gap_mm", "x_mm", "y_mm", "twist_deg")
 
 

@@ -7,7 +7,7 @@ Image = npt.NDArray[np.uint8]
 
 
 def as_bgr(rgb: Image) -> Image:
-    """The same picture with its channels in OpenCV's order, in memory of its own, shape (rows, columns, 3)."""
+    """A picture with its channels in OpenCV's order, in memory of its own, shape (rows, columns, 3)."""
     return np.ascontiguousarray(rgb[..., ::-1])
 
 

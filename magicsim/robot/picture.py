@@ -38,7 +38,7 @@ class Picture:
 
     @property
     def address(self) -> str | None:
-        """Of the page; None where there is a window."""
+        """Address of the page; None where there is a window."""
         return self._page.address if self._page is not None else None
 
     def show(self, image: Image) -> None:

@@ -15,11 +15,11 @@ class Quality:
 
     name: str
     lattice: dict[str, Any] = field(default_factory=dict)
-    """Of `design.lattice`."""
+    """Settings of `design.lattice`."""
     render: dict[str, Any] = field(default_factory=dict)
-    """Of `render`; the smaller number is taken where the scene's own is coarser still."""
+    """Settings of `render`; the smaller number is taken where the scene's own is coarser still."""
     output: dict[str, Any] = field(default_factory=dict)
-    """Of `output`."""
+    """Settings of `output`."""
     newton: NewtonOptions = field(default_factory=NewtonOptions)
     """When a load step is good enough: what is left of its residual is corrected by the next one."""
 
@@ -48,7 +48,7 @@ CONTROL_QUALITY = Quality(
     newton=NewtonOptions(residual=1e-2, tolerance_mm=0.02, slip_mismatch=0.1),
 )
 """For control loops: a lattice of about half the nodes, a quarter of the camera samples, a third of the particles, no
-masks, and load steps that end at a hundredth of the forces out of balance, after one to four Newton steps; the next
+masks, and load steps that end at a hundredth of the forces out of balance, after about half the Newton steps; the next
 step begins where the last one ended and corrects what is left. `benchmarks/control_loop.py` measures what that costs
 in accuracy."""
 QUALITIES = {each.name: each for each in (FULL_QUALITY, CONTROL_QUALITY)}

@@ -29,7 +29,7 @@ def travel(
     Raises:
         ConvergenceError: No valid equilibrium was found somewhere on the way.
     """
-    slid_mm, has_friction = 0.0, sensor.scene.contact.friction > 0
+    slid_mm, has_friction = 0.0, sensor.contact.friction > 0
     reach = sensor.lattice.zone.radius_mm if sensor.lattice.zone is not None else 0.0
     if not can_touch(start):
         deformation = sensor.rest
@@ -42,6 +42,6 @@ def travel(
 
 def contact_areas_mm2(sensor: Sensor) -> Array:
     """Rest area of each contact point, shape (points,) [mm2]."""
-    target = sensor.scene.object
+    target = sensor.object
     spacing = {"point_spacing_mm": point_spacing_mm(target.shape())} if target is not None else {}
     return contact_face(sensor.lattice, **spacing).area_mm2

@@ -96,7 +96,7 @@ class Camera(Config):
     principal_offset_px: tuple[Offset, Offset] = (0.0, 0.0)
     """Where the optical axis meets the image, right and down from its centre [px]."""
     distortion: tuple[Coefficient, Coefficient, Coefficient, Coefficient, Coefficient] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    """Of the lens: OpenCV's k1, k2, p1, p2, k3."""
+    """Distortion of the lens: OpenCV's k1, k2, p1, p2, k3."""
     vignetting: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Share of the light that is lost at the image's corners; it grows with the square of the distance."""
     blur_px: Annotated[float, Field(ge=0, le=10)] = 0.7
@@ -124,9 +124,9 @@ class Camera(Config):
     shutter: Shutter = Shutter()
     """When the rows collect light, for flicker and motion."""
     flicker: Flicker | None = None
-    """Of the room's light, as far as `ambient` lights the untouched sensor; none by default."""
+    """Flicker of the room's light, as far as `ambient` lights the untouched sensor; none by default."""
     led_drift: LedDrift | None = None
-    """Of the strips' light; none by default."""
+    """Drift of the strips' light; none by default."""
     vibration_px: Annotated[float, Field(ge=0, le=5)] = 0.0
     """Standard deviation of the image's place along rows and columns, another in each frame [px]; assumed, 0 to 0.1."""
     glare: Glare | None = None
@@ -138,7 +138,7 @@ class Camera(Config):
     dust: Dust | None = None
     """On the window; none by default."""
     compression: Compression | None = None
-    """Of the stream: frames are stored and judged as they come out of it; none by default."""
+    """Compression of the stream: frames are stored and judged as they come out of it; none by default."""
 
     @model_validator(mode="after")
     def _check_axis(self) -> Self:

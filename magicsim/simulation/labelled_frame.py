@@ -12,7 +12,9 @@ from magicsim.camera.film import pixel_landing_mm
 from magicsim.camera.projection import project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
-from magicsim.scenes.scene import SceneConfig
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import SimulatedFrame
 from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
@@ -20,9 +22,14 @@ from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shot:
-    """Everything that turns a radiance into a labelled frame of one scene."""
+    """Everything that turns a radiance into a labelled frame of one sensor."""
 
-    scene: SceneConfig
+    design: ElastomerDesign
+    """The block."""
+    rig: Rig
+    """What surrounds it."""
+    output: OutputSettings
+    """What a frame holds beside its image."""
     camera: CameraStream
     """Exposed on the untouched sensor."""
     landing_mm: npt.NDArray[np.float64] | None
@@ -31,13 +38,13 @@ class Shot:
     """Tells frames that are black or saturated."""
 
     @classmethod
-    def of(cls, scene: SceneConfig, camera: CameraStream) -> Self:
-        """For a scene whose camera is exposed on the untouched sensor."""
-        needed = scene.output.contact_mask or scene.output.depth_map
-        watch = BrightnessWatch(rig=scene.rig)
+    def of(cls, design: ElastomerDesign, rig: Rig, output: OutputSettings, camera: CameraStream) -> Self:
+        """For a sensor whose camera is exposed on its untouched state."""
+        needed = output.contact_mask or output.depth_map
+        watch = BrightnessWatch(rig=rig)
         watch.see_exposure(camera.exposure)
-        landing = pixel_landing_mm(scene.design, scene.rig) if needed else None
-        return cls(scene=scene, camera=camera, landing_mm=landing, watch=watch)
+        landing = pixel_landing_mm(design, rig) if needed else None
+        return cls(design=design, rig=rig, output=output, camera=camera, landing_mm=landing, watch=watch)
 
     def take(
         self,
@@ -63,7 +70,7 @@ class Shot:
             is_reference: Whether the frame makes the references.
             markers_mm: Centres of the markers, shape (markers, 3) [mm], where there are any.
         """
-        output, landing = self.scene.output, self.landing_mm
+        output, landing = self.output, self.landing_mm
         image, later = self.camera.take(radiance, memory, at)
         self.watch.see(image, index=at.index, flashlight=state.flashlight)
         frame = SimulatedFrame(
@@ -71,10 +78,10 @@ class Shot:
             truth=frame_truth(state, deformation, index=at.index, time_s=at.time_s, is_reference=is_reference),
             contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
             displacements_mm=displacements_mm,
-            depth_map_mm=depth_map_mm(deformation, landing, self.scene.design)
+            depth_map_mm=depth_map_mm(deformation, landing, self.design)
             if landing is not None and output.depth_map
             else None,
             markers_mm=markers_mm,
-            markers_px=project_px(markers_mm, self.scene.design, self.scene.rig) if markers_mm is not None else None,
+            markers_px=project_px(markers_mm, self.design, self.rig) if markers_mm is not None else None,
         )
         return frame, later

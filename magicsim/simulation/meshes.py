@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.contact.face import face_weights
-from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.cell_correctors import CellCorrectors, cell_correctors
 from magicsim.deform.lattice.follow import FollowMap, follow_map
 from magicsim.deform.lattice.structure import Lattice
@@ -63,13 +62,13 @@ def _attach_infill(elastomer: Elastomer, lattice: Lattice) -> CellCorrectors | N
 
 
 def deformed_vertices(
-    meshes: Meshes, deformation: Deformation, indenter: Indenter, contact: ContactSettings, *, still_mm: float
+    meshes: Meshes, displacements_mm: Array, indenter: Indenter, contact: ContactSettings, *, still_mm: float
 ) -> tuple[Array, Array | None]:
-    """Vertices of body and infill under a deformation, the skin fitted to the object.
+    """Vertices of body and infill on a displaced lattice, the skin fitted to the object.
 
     Args:
         meshes: How they hang on the lattice.
-        deformation: Of the lattice.
+        displacements_mm: Displacements of the lattice's nodes, shape (nodes, 3) [mm].
         indenter: The object where it is.
         contact: How skin and object meet.
         still_mm: Displacements up to this are left out (`magicsim.simulation.unmoved`) [mm].
@@ -81,8 +80,8 @@ def deformed_vertices(
         RenderError: The object reaches a cell through the skin.
     """
     clearance = -WET_OVERLAP_MM if contact.coupling == "wet" else contact.film_mm
-    followed = meshes.body.displaced(deformation.displacements_mm)
-    followed[meshes.is_face] = meshes.face.displaced(deformation.displacements_mm)
+    followed = meshes.body.displaced(displacements_mm)
+    followed[meshes.is_face] = meshes.face.displaced(displacements_mm)
     followed = still(followed, meshes.body.points_mm, still_mm)
     body = settle(followed, meshes.is_face, indenter, clearance)
     if contact.coupling == "dry":
@@ -91,6 +90,6 @@ def deformed_vertices(
         body = settle(followed, meshes.is_face, indenter, clearance)
     if meshes.infill is None:
         return body, None
-    infill = still(meshes.infill.displaced(deformation.displacements_mm), meshes.infill.points_mm, still_mm)
+    infill = still(meshes.infill.displaced(displacements_mm), meshes.infill.points_mm, still_mm)
     check_skin(infill, indenter, clearance)
     return body, settle(infill, np.zeros(len(infill), bool), indenter, clearance)

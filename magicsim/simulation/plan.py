@@ -10,8 +10,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass, replace
 
-from magicsim.deform.lattice.zone import FAR_FIELD_BOUND
-from magicsim.geometry.design import LatticeOptions
+from magicsim.geometry.design import FAR_FIELD_BOUND, ElastomerDesign, LatticeOptions
 from magicsim.geometry.grid import node_spacing_mm, resolve_grid
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
@@ -43,6 +42,8 @@ class Decision:
 class ScenePlan:
     """The work of one episode."""
 
+    scene: SceneConfig
+    """What happens."""
     frames: tuple[FramePlan, ...]
     kept: tuple[Decision, ...]
     left_out: tuple[Decision, ...]
@@ -62,7 +63,7 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         touching = can_touch(state)
         relaxing = touching and scene.contact.rate_dependent
         before = frames[-1] if touching and frames and states[index - 1] == state else None
-        look = as_seen(scene, state) if leave_out else state
+        look = as_seen(scene.design, state) if leave_out else state
         earlier = seen.get(look) if not touching else None
         if before is not None and leave_out and not relaxing:  # paths in contact have a history
             earlier = before.same_as if before.same_as is not None else index - 1
@@ -71,7 +72,7 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
             seen[look] = index
     kept, left_out = _explain(scene, frames)
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
-    return ScenePlan(frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
+    return ScenePlan(scene=scene, frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
 
 
 def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
@@ -81,14 +82,14 @@ def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
     return references + [1 + 100 * (frame.same_as is None) + 80 * frame.solve for frame in plan.frames]
 
 
-def as_seen(scene: SceneConfig, state: FrameState) -> FrameState:
+def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
     """The state without what a coat hides: flashlight, and an object that does not touch.
 
     Args:
-        scene: What happens.
+        design: The block.
         state: Where everything is.
     """
-    if not scene.design.is_opaque:
+    if not design.is_opaque:
         return state
     return replace(state, flashlight=False, light_x_mm=0.0) if can_touch(state) else UNTOUCHED
 
@@ -192,13 +193,14 @@ def _why_no_solve(frame: FramePlan) -> str:
 
 
 def _rough_edges(scene: SceneConfig) -> list[Decision]:
-    """What a lattice coarser than the object's edges leaves out; smooth objects have the cells that they need."""
-    edge, cells = getattr(scene.object, "edge_radius_mm", math.inf), node_spacing_mm(scene.design)
-    if edge >= cells:
+    """What a lattice coarser than the object's edges leaves out, where it is not made finer there."""
+    edge, cells = getattr(scene.object, "edge_radius_mm", None) or math.inf, node_spacing_mm(scene.design)
+    options = scene.design.lattice
+    if edge >= cells or (options.edge_nodes > 0 and options.cells_across > 0):
         return []
     reason = (
         f"edges of {edge:.3g} mm on cells of up to {cells:.3g} mm: where they touch, and on the flat faces between "
-        "them, area, mask and picture of the contact are rough; design.lattice.spacing_mm refines"
+        "them, area, mask and picture of the contact are rough; design.lattice.edge_nodes and spacing_mm refine"
     )
     return [Decision(stage="lattice as fine as the object's edges", reason=reason)]
 

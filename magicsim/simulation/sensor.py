@@ -1,5 +1,6 @@
-"""One sensor in one scene: geometry, lattice and renderer, asked for deformations and images of single states."""
+"""One sensor: geometry, lattice and renderer, asked for deformations and images of single states."""
 
+from collections.abc import Sequence
 from copy import copy
 from typing import Self
 
@@ -10,7 +11,7 @@ from magicsim.camera.effects.video import check_codec
 from magicsim.camera.exposure import Exposure, FloatImage, meter
 from magicsim.camera.stream import CameraStream
 from magicsim.deform.contact.face import point_spacing_mm
-from magicsim.deform.deformation import Deformation
+from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.indentation.timed import body_branches
 from magicsim.deform.lattice.follow import follow_map
@@ -19,30 +20,55 @@ from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.deform.solve.rigid_motion import is_there
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.safe_gap import check_walls
 from magicsim.light.world.finish import Finish
-from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.scenes.view import View
 from magicsim.simulation.marker_truth import MarkerTracks
 from magicsim.simulation.meshes import attach_meshes, deformed_vertices
 from magicsim.simulation.plan import ScenePlan, as_seen, can_touch
 
+STEP_S = 1 / 15
+"""Time between states of a sensor that has no frame rate [s]."""
+
 
 class Sensor:
-    """One sensor in one scene: solves and renders states on request, reusing what has not changed."""
+    """One sensor: solves and renders states on request, reusing what has not changed."""
 
     def __init__(
-        self, scene: SceneConfig, *, untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None
+        self,
+        design: ElastomerDesign,
+        rig: Rig,
+        thing: ObjectBase | None = None,
+        *,
+        contact: ContactSettings | None = None,
+        render: RenderSettings | None = None,
+        states: Sequence[FrameState] = (),
+        seed: int = 0,
+        step_s: float = STEP_S,
+        untouched: UntouchedStates | None = None,
+        newton: NewtonOptions | None = None,
     ) -> None:
         """Builds geometry, lattice and renderer.
 
         Args:
-            scene: What happens.
+            design: The block.
+            rig: What surrounds it.
+            thing: The object that may come.
+            contact: How skin and object meet.
+            render: How radiance is computed.
+            states: Where the object may touch: the lattice is as fine there as the design's, coarser elsewhere. Without
+                any it is as fine everywhere.
+            seed: Of everything random in rendering.
+            step_s: Time from one state to the next, for a body that relaxes [s].
             untouched: Untouched states of sensors that other episodes share.
             newton: When a load step is good enough; the solver's own by default.
 
@@ -51,37 +77,93 @@ class Sensor:
             GeometryError: The design cannot be built.
             RenderError: The estimator cannot render these materials.
         """
-        check_codec(scene.rig.camera.compression)
-        self.scene = scene
+        check_codec(rig.camera.compression)
+        self.design, self.rig, self.object = design, rig, thing
+        self.contact, self.settings = contact or ContactSettings(), render or RenderSettings()
+        self.states, self.seed, self.step_s = tuple(states), seed, step_s
         self._newton = newton
-        self.elastomer: Elastomer = build_elastomer(scene.design)
-        self.printed: Lattice = build_lattice(scene.design)
+        self.elastomer: Elastomer = build_elastomer(design)
+        self.printed: Lattice = build_lattice(design)
         """All planes of the design's lattice, which the displacements of an episode refer to."""
-        self.lattice: Lattice = build_lattice(scene.design, zone=self._zone())
+        self.lattice: Lattice = build_lattice(design, zone=self._zone())
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
-        self.markers = MarkerTracks.of(scene.design, self.lattice)
+        self.markers = MarkerTracks.of(design, self.lattice)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
-        self.renderer = build_renderer(scene, self.elastomer, untouched=untouched)
+        self.renderer = self._build_renderer(untouched)
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
-    def reseeded(self, turn: int) -> Self:
-        """The same sensor in the same scene with other random numbers; geometry, lattice and Mitsuba scenes are shared.
+    @classmethod
+    def for_scene(
+        cls, scene: SceneConfig, *, untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None
+    ) -> Self:
+        """The sensor of a scene, fine where the scene's object touches.
 
         Args:
-            turn: What is added to the scene's seed and to that of the untouched state.
+            scene: What happens; its states are those of the sensor.
+            untouched: Untouched states of sensors that other episodes share.
+            newton: When a load step is good enough; the solver's own by default.
+
+        Raises:
+            MagicsimError: As the sensor itself.
         """
-        render = self.scene.render.model_copy(update={"anchor_seed": self.scene.render.anchor_seed + turn})
+        return cls(
+            scene.design,
+            scene.rig,
+            scene.object,
+            contact=scene.contact,
+            render=scene.render,
+            states=timeline(scene),
+            seed=scene.seed,
+            step_s=1 / scene.frames_per_second,
+            untouched=untouched,
+            newton=newton,
+        )
+
+    def reseeded(self, turn: int) -> Self:
+        """This sensor with other random numbers; geometry, lattice and Mitsuba scenes are shared.
+
+        Args:
+            turn: What is added to the seed and to that of the untouched state.
+        """
         other = copy(self)
-        other.scene = self.scene.model_copy(update={"seed": self.scene.seed + turn, "render": render})
-        other.renderer = self.renderer.reseeded(seed=other.scene.seed, anchor_seed=render.anchor_seed)
+        other.seed = self.seed + turn
+        other.settings = self.settings.model_copy(update={"anchor_seed": self.settings.anchor_seed + turn})
+        other.renderer = self.renderer.reseeded(seed=other.seed, anchor_seed=other.settings.anchor_seed)
+        return other
+
+    def with_rig(self, rig: Rig, *, is_alike: bool = False) -> Self:
+        """This sensor in another rig; geometry and lattice are shared.
+
+        Args:
+            rig: What surrounds it then.
+            is_alike: Whether only what comes after the radiance differs, such as exposure: nothing is rendered anew.
+        """
+        other = copy(self)
+        other.rig = rig
+        if not is_alike:
+            other.renderer = other._build_renderer(None)
         return other
 
     def _zone(self) -> Zone | None:
-        states = [state for state in timeline(self.scene) if can_touch(state)]
-        placed = [self.indenter(state) for state in states]
-        return contact_zone([indenter for indenter in placed if indenter is not None], self.scene.design)
+        placed = [self.indenter(state) for state in self.states if can_touch(state)]
+        return contact_zone([indenter for indenter in placed if indenter is not None], self.design)
+
+    def _build_renderer(self, untouched: UntouchedStates | None) -> Renderer:
+        surface, finish = None, None
+        if self.object is not None:
+            surface = self.object.surface()
+            finish = Finish.of(self.object, surface)
+        return Renderer(
+            self.elastomer,
+            self.rig,
+            self.settings,
+            seed=self.seed,
+            object_mesh=surface,
+            object_finish=finish,
+            untouched=untouched,
+        )
 
     def warm_up(self, plan: ScenePlan) -> None:
         """Compiles every kernel that a plan needs, so that the frames themselves are timed without it."""
@@ -94,15 +176,15 @@ class Sensor:
 
     def indenter(self, state: FrameState) -> Indenter | None:
         """The object as placed by a state."""
-        if state.gap_mm is None or self.scene.object is None:
+        if state.gap_mm is None or self.object is None:
             return None
         return place_object(
-            self.scene.object,
+            self.object,
             gap_mm=state.gap_mm,
             x_mm=state.x_mm,
             y_mm=state.y_mm,
             twist_deg=state.twist_deg,
-            design=self.scene.design,
+            design=self.design,
         )
 
     def deform(self, state: FrameState, previous: Deformation) -> Deformation:
@@ -116,106 +198,76 @@ class Sensor:
         indenter = self.indenter(state)
         if indenter is None:
             return self.rest
-        if not self.scene.contact.rate_dependent and is_there(indenter, previous):
+        if not self.contact.rate_dependent and is_there(indenter, previous):
             return previous
         if self._solver is None:
             self._solver = ContactSolver(
                 self.lattice,
                 options=self._newton,
-                friction=self.scene.contact.friction,
+                friction=self.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
-                branches=body_branches(self.scene.design, self.lattice) if self.scene.contact.rate_dependent else None,
+                branches=body_branches(self.design, self.lattice) if self.contact.rate_dependent else None,
             )
         start = previous if not previous.is_rest else None
-        return self._solver.solve(indenter, start, dt_s=1 / self.scene.frames_per_second)
+        return self._solver.solve(indenter, start, dt_s=self.step_s)
 
     def printed_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32]:
         """Displacements of all nodes of the design's lattice, shape (printed nodes, 3) [mm]."""
         moved = self._printed_nodes.displaced(deformation.displacements_mm) - self.printed.nodes_mm
         return moved.astype(np.float32)
 
-    def wanted_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32] | None:
-        """The same where the scene's output asks for it."""
-        return self.printed_displacements_mm(deformation) if self.scene.output.displacements else None
-
-    def markers_mm(self, deformation: Deformation) -> npt.NDArray[np.float64] | None:
+    def markers_mm(self, deformation: Deformation | Displacement) -> npt.NDArray[np.float64] | None:
         """Centres of the markers, shape (markers, 3) [mm]; None where the design has none."""
         return self.markers.displaced_mm(deformation.displacements_mm) if self.markers is not None else None
 
-    def view(self, state: FrameState, deformation: Deformation) -> View:
+    def view(self, state: FrameState, deformation: Deformation | Displacement) -> View:
         """Meshes, object and light of a state as the renderer wants them.
 
         Raises:
             RenderError: A wall or the skin is too thin to be rendered.
         """
-        state = as_seen(self.scene, state)
+        state = as_seen(self.design, state)
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
         if deformation.is_rest or indenter is None:
             return View(indenter=indenter, flashlight_x_mm=light)
         body, infill = deformed_vertices(
-            self.meshes, deformation, indenter, self.scene.contact, still_mm=self.scene.render.still_mm
+            self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm
         )
         if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
-            check_walls(infill, self.elastomer.printed_cells, self.elastomer.grid)
-        shown = None if self.scene.design.is_opaque else indenter
+            check_walls(infill, self.elastomer.boxed_cells, self.elastomer.grid)
+        shown = None if self.design.is_opaque else indenter
         markers = None
         if self.meshes.markers is not None:
             markers = self.meshes.markers.displaced(deformation.displacements_mm)
         return View(body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light)
 
-    def radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
+    def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
         return self.renderer.radiance(self.view(state, deformation))
-
-
-def build_renderer(scene: SceneConfig, elastomer: Elastomer, *, untouched: UntouchedStates | None = None) -> Renderer:
-    """The renderer of a scene's elastomer, rig and object.
-
-    Args:
-        scene: What is rendered.
-        elastomer: Its block.
-        untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
-
-    Raises:
-        RenderError: The estimator cannot render these materials.
-    """
-    surface, finish = None, None
-    if scene.object is not None:
-        surface = scene.object.surface()
-        finish = Finish.of(scene.object, surface)
-    return Renderer(
-        elastomer,
-        scene.rig,
-        scene.render,
-        seed=scene.seed,
-        object_mesh=surface,
-        object_finish=finish,
-        untouched=untouched,
-    )
 
 
 def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
     """Exposure of a sensor's camera, measured on the whole image of the untouched sensor and locked.
 
     Args:
-        sensor: In its scene.
+        sensor: The sensor.
         untouched: What the camera reads out at rest, shape (rows, columns, 3).
     """
-    return meter(_whole(sensor, untouched), sensor.scene.rig.camera, sensor.scene.rig.lit)
+    return meter(_whole(sensor, untouched), sensor.rig.camera, sensor.rig.lit)
 
 
 def sensor_camera(sensor: Sensor, untouched: FloatImage) -> CameraStream:
     """A sensor's camera, ready to film, as exposed on the untouched sensor.
 
     Args:
-        sensor: In its scene.
+        sensor: The sensor.
         untouched: What the camera reads out at rest, shape (rows, columns, 3).
 
     Raises:
         RenderError: Exposure fails or never settles.
     """
-    rig, room = sensor.scene.rig, room_radiance(sensor, untouched)
+    rig, room = sensor.rig, room_radiance(sensor, untouched)
     return CameraStream.of(rig.camera, _whole(sensor, untouched), rig.lit, room=room)
 
 
@@ -223,21 +275,21 @@ def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
     """What the room's light makes of the untouched image, which swings with the mains while LEDs do not.
 
     Args:
-        sensor: In its scene.
+        sensor: The sensor.
         untouched: What the camera reads out at rest, shape (rows, columns, 3).
 
     Returns:
         Shape (rows, columns, 3); None where the room is dark, or where nothing asks for it.
     """
-    rig = sensor.scene.rig
+    rig = sensor.rig
     if max(rig.room_light) == 0 or (rig.camera.flicker is None and rig.camera.led_drift is None):
         return None
     if not any(max(radiance) for radiance in rig.lamps):
         return untouched
-    dark = sensor.scene.model_copy(update={"rig": rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)})})
-    return np.asarray(np.maximum(untouched - build_renderer(dark, sensor.elastomer).radiance(View()), 0), np.float32)
+    dark = sensor.with_rig(rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)}))
+    return np.asarray(np.maximum(untouched - dark.renderer.radiance(View()), 0), np.float32)
 
 
 def _whole(sensor: Sensor, untouched: FloatImage) -> FloatImage:
     """The whole untouched image, which exposure is measured on."""
-    return untouched if sensor.scene.rig.camera.region_px is None else sensor.renderer.metered()
+    return untouched if sensor.rig.camera.region_px is None else sensor.renderer.metered()

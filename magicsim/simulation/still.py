@@ -113,7 +113,7 @@ def render(
             msg = f"relative_error = {relative_error:g} is not allowed: must be without basis"
             raise ConfigError(msg)
     state = states[frame]
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     view = sensor.view(state, deformation)
     sensor.renderer.warm_up(view)

@@ -30,13 +30,12 @@ def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Pro
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    return simulate_with(Sensor(scene), plan=plan, progress=progress)
+    return simulate_with(Sensor.for_scene(scene), plan or plan_scene(scene), progress=progress)
 
 
-def simulate_with(sensor: Sensor, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
-    """Simulates the scene of a sensor that is already built; see `simulate`."""
-    scene = sensor.scene
-    plan = plan or plan_scene(scene)
+def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None = None) -> Episode:
+    """Simulates a planned scene with its sensor, already built; see `simulate`."""
+    scene = plan.scene
     sensor.warm_up(plan)
     start = time.perf_counter()
     work = list(accumulate(efforts(scene, plan)))
@@ -65,11 +64,11 @@ def stream_states(sensor: Sensor, plan: ScenePlan, untouched: FloatImage) -> Ite
     """Rendered states of an episode in order: the references, then what the plan lists.
 
     Args:
-        sensor: In its scene.
+        sensor: That of the scene.
         plan: Which work to do.
         untouched: Radiance of the sensor at rest, shape (rows, columns, 3).
     """
-    scene = sensor.scene
+    scene = plan.scene
     for index in range(scene.references):
         yield RenderedState(
             state=UNTOUCHED, deformation=sensor.rest, radiance=untouched, index=index, is_reference=True
@@ -96,9 +95,9 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
 
     A camera with a history (`Camera.history`) makes another frame of a state that returns, so all are exposed in order.
     """
-    scene = sensor.scene
+    scene = plan.scene
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-    shot = Shot.of(scene, sensor_camera(sensor, untouched))
+    shot = Shot.of(scene.design, scene.rig, scene.output, sensor_camera(sensor, untouched))
     memory = shot.camera.begin(scene.frames_per_second)
     for each in stream_states(sensor, plan, untouched):
         at = Instant(
@@ -113,7 +112,7 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             each.radiance,
             memory,
             at,
-            displacements_mm=sensor.wanted_displacements_mm(each.deformation),
+            displacements_mm=sensor.printed_displacements_mm(each.deformation) if scene.output.displacements else None,
             is_reference=each.is_reference,
             markers_mm=sensor.markers_mm(each.deformation),
         )

@@ -37,7 +37,7 @@ class SweepIndex(Config):
     files: dict[str, str] = Field(default_factory=dict)
     """SHA-256 of every other file of a finished sweep."""
     sha256: str = ""
-    """Of this index itself, see `magicsim.folder.sealing`."""
+    """Hash of this index itself, see `magicsim.folder.sealing`."""
 
 
 def check_folder(out: Path, *, resume: bool) -> None:

@@ -60,7 +60,7 @@ class DesignResult:
 
 
 def finite(value: Any) -> Any:  # noqa: ANN401 - any nesting that JSON has
-    """The same with None for numbers that JSON does not know, and floats of a length that a reader needs."""
+    """A value with None for numbers that JSON does not know, and floats of a length that a reader needs."""
     if isinstance(value, Mapping):
         return {str(key): finite(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

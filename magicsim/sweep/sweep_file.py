@@ -51,7 +51,7 @@ class SweptField(Config):
         return self
 
     def distribution(self) -> Distribution:
-        """The same as what a quasi-random point is drawn from."""
+        """What a quasi-random point is drawn from."""
         if self.values is not None:
             return Distribution(choices=self.values)
         return Distribution(low=self.low, high=self.high, scale=self.scale)
@@ -96,7 +96,7 @@ class SweepConfig(Config):
     rig: Rig
     """What surrounds it; a file may give the name of a rig preset instead."""
     render: RenderSettings = RenderSettings()
-    """Of which the quality sets samples and particles."""
+    """Rendering, of which the quality sets samples and particles."""
     object: ObjectConfig
     """What approaches and presses; a file may give the name of an object preset instead."""
     seed: Seed = 0

@@ -40,6 +40,17 @@ def test_module_and_its_public_classes_and_functions_say_what_they_are(module: s
             assert ast.get_docstring(node), f"{module}.{node.name}"
 
 
+@pytest.mark.parametrize("module", modules())
+def test_docstrings_name_their_subject(module: str):
+    strings = [node.value.value for node in ast.walk(modules()[module]) if _is_text(node)]
+    assert not [text for text in strings if text.startswith("The same")]
+
+
+def _is_text(node: ast.AST) -> bool:
+    """Whether a statement is a text alone."""
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
 def _is_public(tree: ast.Module, node: ast.ClassDef | ast.FunctionDef) -> bool:
     """Whether a definition stands at the top level or in a public class, not inside a function."""
     homes = [tree, *(each for each in tree.body if isinstance(each, ast.ClassDef) and not each.name.startswith("_"))]

@@ -133,7 +133,7 @@ def test_own_sensor_is_what_the_tutorial_says(own_sensor: SceneConfig):
     assert own_sensor.design.footprint_mm == (18, 22)
     assert not own_sensor.design.has_grid
     assert [strip.side for strip in own_sensor.rig.strips] == ["-x", "+x", "+y"]
-    assert Sensor(own_sensor).renderer.estimator == "fluence"
+    assert Sensor.for_scene(own_sensor).renderer.estimator == "fluence"
 
 
 def test_own_recipe_draws_the_same_sensor(own_sensor: SceneConfig):

@@ -121,11 +121,11 @@ def test_every_example_stands_in_the_gallery():
     assert all(script.name in gallery for script in EXAMPLES.glob("*.py"))
 
 
-def test_picture_of_the_architecture_is_that_of_its_script_and_names_parts_that_exist():
+def test_picture_of_the_architecture_is_that_of_the_code():
     script = load(DOCS / "architecture.py")
     assert (DOCS / "architecture.svg").read_text(encoding="utf-8") == script.picture()
-    parts = {part for parts, _ in script.LAYERS for part in parts} | {script.ASIDE[0]}
-    assert all((ROOT / "magicsim" / part).is_dir() or (ROOT / f"magicsim/{part}.py").is_file() for part in parts)
+    drawn = {part for parts in script.layers(script.parts_imported()) for part in parts}
+    assert drawn == set(script.MAKES)
 
 
 def test_citation_is_of_this_version():

@@ -71,14 +71,14 @@ def _rendered(change: Callable[[SceneConfig], SceneConfig]) -> Callable[[SceneCo
     """The light of another sensor on the same deformations."""
 
     def look(scene: SceneConfig) -> Look:
-        sensor = Sensor(change(scene))
+        sensor = Sensor.for_scene(change(scene))
         return sensor.radiance
 
     return look
 
 
 def _rigid(scene: SceneConfig) -> Look:
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
 
     def radiance(state: FrameState, deformation: Deformation) -> FloatImage:
         del deformation
@@ -135,7 +135,7 @@ def film_ablated(scene: SceneConfig, names: Sequence[str], cache: Path) -> dict[
     missing = [name for name in names if name not in found]
     if not missing:
         return found
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     frames = list(stream_states(sensor, plan_scene(scene), sensor.radiance(UNTOUCHED, sensor.rest)))
     for name in missing:
         try:

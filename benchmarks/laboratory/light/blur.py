@@ -83,7 +83,7 @@ def measure_blur(method: str, gap_mm: float, *, turns: int, overrides: tuple[str
     """
     place = f"keyframes=[{{frame=0,gap_mm={gap_mm},x_mm=-30}}]"
     scene = load_scene("near", [*SCENE, place, *METHODS[method], *overrides], seed=0)
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     covered, bare = (_profiles(sensor, state, turns) for state in (timeline(scene)[0], UNTOUCHED))
     edges = covered / bare.mean(0)
     width = scene.rig.camera.field_mm / COLUMNS

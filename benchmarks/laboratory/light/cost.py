@@ -76,7 +76,7 @@ def measure_light_cost(varied: str, value: float, *, repeats: int) -> LightCostR
          f"render.samples={size['samples']:.0f}", f"render.particles={size['particles']:.0f}",
          "render.anchor_samples=0"],
     )  # fmt: skip
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     view = sensor.view(UNTOUCHED, sensor.rest)
     world, elastomer = sensor.renderer.world(view), sensor.elastomer
     sensor.renderer.plain_radiance(view)

@@ -82,7 +82,7 @@ def measure_lattice(spacing_mm: float, growth: float, *, quick: bool = False) ->
         settings += ["rig.camera.columns=60", "rig.camera.rows=80"]
         settings += ["render.anchor_samples=8", "render.anchor_particles=100000"]
     scene, profile = load_scene("pressed", settings), load_profile(PROFILE)
-    sensor = Sensor(scene, untouched=shared_states())
+    sensor = Sensor.for_scene(scene, untouched=shared_states())
     untouched, camera = sensor.radiance(UNTOUCHED, sensor.rest), scene.rig.camera
     exposure, count = meter(untouched, camera), profile.reference_count
     references = fuse(

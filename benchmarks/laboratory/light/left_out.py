@@ -118,10 +118,10 @@ def _rms(values: Array) -> float:
 
 def _repeated_states(settings: tuple[str, ...]) -> Rule:
     scene = load_scene("near", [f"keyframes={HELD}", "references=2", *settings])
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
 
     def run(*, leave_out: bool) -> Array:
-        episode = simulate_with(sensor, plan=plan_scene(scene, leave_out=leave_out))
+        episode = simulate_with(sensor, plan_scene(scene, leave_out=leave_out))
         return np.array([frame.image for frame in episode.frames], float)
 
     return Rule(
@@ -132,7 +132,10 @@ def _repeated_states(settings: tuple[str, ...]) -> Rule:
 
 def _far_field(settings: tuple[str, ...]) -> Rule:
     scene = load_scene("pressed", settings)
-    graded, whole = Sensor(scene), Sensor(load_scene("pressed", [*settings, "design.lattice.growth=1"]))
+    graded, whole = (
+        Sensor.for_scene(scene),
+        Sensor.for_scene(load_scene("pressed", [*settings, "design.lattice.growth=1"])),
+    )
     state = timeline(scene)[0]
     compile_kernels()
     return Rule(
@@ -163,7 +166,7 @@ def _out_of_reach(settings: tuple[str, ...]) -> Rule:
 
 def _still_meshes(settings: tuple[str, ...]) -> Rule:
     scene = load_scene("near", [*settings, "keyframes=[{frame=0, gap_mm=1.2}, {frame=1, gap_mm=1.0}]"])
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     sensor.renderer.leaves_out_unmoved = False
     body, infill = sensor.elastomer.body, sensor.elastomer.infill
 
@@ -200,7 +203,7 @@ def _hardly_moved(field: str, what: str) -> Callable[[tuple[str, ...]], Rule]:
 
 def _image(scene: SceneConfig, *, whole: bool = False, far: bool = False) -> Run:
     """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths, `far` at any distance."""
-    sensor, state = Sensor(scene), timeline(scene)[0]
+    sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     sensor.renderer.leaves_out_unmoved, sensor.renderer.leaves_out_far = not whole, not far
     sensor.renderer.prepare(sensor.view(state, deformation))
@@ -241,17 +244,18 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
     bare = scene.model_copy(
         update={"output": scene.output.model_copy(update={"contact_mask": False, "displacements": False})}
     )
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest)
     radiance = sensor.radiance(state, deformation)
     whole, lean = (
-        Shot.of(asked, CameraStream.of(asked.rig.camera, radiance, asked.rig.lit)) for asked in (scene, bare)
+        Shot.of(asked.design, asked.rig, asked.output, CameraStream.of(asked.rig.camera, radiance, asked.rig.lit))
+        for asked in (scene, bare)
     )
     first = Instant(seed=0, index=0, time_s=0.0, frames_per_second=scene.frames_per_second)
 
     def run(shot: Shot) -> Array:
-        moved = sensor.printed_displacements_mm(deformation) if shot.scene.output.displacements else None
+        moved = sensor.printed_displacements_mm(deformation) if shot.output.displacements else None
         memory = shot.camera.begin(scene.frames_per_second)
         frame, _ = shot.take(state, deformation, radiance, memory, first, displacements_mm=moved, is_reference=False)
         return frame.image.astype(float)

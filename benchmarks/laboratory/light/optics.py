@@ -88,7 +88,7 @@ def check_optics(case: str, *overrides: str) -> OpticsRow:
     start = time.perf_counter()
     state, changes = CASES[case]
     scene = load_scene(state, [*SMALL, *changes, *overrides])
-    sensor, frame = Sensor(scene), timeline(scene)[0]
+    sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
     view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
     image = sensor.renderer.plain_radiance(view)
     balance = _balance(sensor, sensor.renderer.world(view).scene)
@@ -114,7 +114,7 @@ def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[
         material["absorption_per_mm"] = 0.0
     design = ElastomerDesign.model_validate(clear)
     elastomer = replace(sensor.elastomer, design=design)
-    renderer = Sensor(scene.model_copy(update={"design": design})).renderer
+    renderer = Sensor.for_scene(scene.model_copy(update={"design": design})).renderer
     content = WorldContent(object_mesh=None, object_finish=Finish(), flashlight=False, furnace=True)
     dark = scene.rig.model_copy(update={"strips": ()})
     world = World(elastomer, dark, content, renderer.integrator_entry())
@@ -141,7 +141,7 @@ def _balance(sensor: Sensor, loaded: Any) -> float:  # noqa: ANN401
     integrator = loaded.integrator()
     spent = emitted = 0.0
     for name in lights(loaded):
-        account = integrator.balance(loaded, name, particles=50_000, seed=sensor.scene.seed)
+        account = integrator.balance(loaded, name, particles=50_000, seed=sensor.seed)
         spent += account["absorbed"] + account["escaped"]
         emitted += account["emitted"]
     return spent / emitted - 1

@@ -92,7 +92,7 @@ def measure_verdicts(state: str, samples: int, particles: int, *, seeds: int, qu
         name, changes = STATES[state]
         settings = [*changes, f"render.samples={samples}", f"render.particles={particles}", *small]
         scene = load_scene(name, settings, seed=seed)
-        sensor, frame = Sensor(scene, untouched=shared_states()), timeline(scene)[0]
+        sensor, frame = Sensor.for_scene(scene, untouched=shared_states()), timeline(scene)[0]
         deformation = sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest
         view = sensor.view(frame, deformation)
         untouched = sensor.radiance(UNTOUCHED, sensor.rest)

@@ -67,7 +67,7 @@ def measure_visibility(sigma_s_per_mm: float, ior: float, *, quick: bool = False
         [f"design.materials.infill.sigma_s_per_mm={sigma_s_per_mm}", f"design.materials.infill.ior={ior}",
          "render.samples=24", "render.particles=400000", "render.anchor_samples=0", *small],
     )  # fmt: skip
-    sensor, state = Sensor(scene), timeline(scene)[0]
+    sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     rest = sensor.renderer.plain_radiance(sensor.view(UNTOUCHED, sensor.rest)).astype(np.float64)
     pressed = sensor.renderer.plain_radiance(sensor.view(state, sensor.deform(state, sensor.rest))).astype(np.float64)
     gain = 1 / rest.mean((0, 1))

@@ -79,13 +79,13 @@ def film_states(scene: SceneConfig, values: Mapping[str, object]) -> FilmedState
     """
     chosen = dict(values)
     room = chosen.pop("rig.room", scene.rig.room)
-    strips = Sensor(with_values(scene, chosen | {"rig.room": None, "rig.ambient": DARK}))
+    strips = Sensor.for_scene(with_values(scene, chosen | {"rig.room": None, "rig.ambient": DARK}))
     lit = {"rig.strips.*.radiance": DARK, "rig.ambient": BRIGHT, "rig.room": room}
     by_strips = _approach(strips)
     flash = strips.radiance(replace(UNTOUCHED, flashlight=True), strips.rest)
     return FilmedStates(
         strips=by_strips,
-        room=_approach(Sensor(with_values(scene, chosen | lit))),
+        room=_approach(Sensor.for_scene(with_values(scene, chosen | lit))),
         light=np.maximum(flash - by_strips.rest, 0).astype(np.float32),
     )
 

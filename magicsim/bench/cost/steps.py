@@ -28,7 +28,7 @@ from magicsim.errors import ConvergenceError
 
 LOGGER = logging.getLogger(__name__)
 SPACINGS_MM = (1.5, 1.0, 0.75, 0.6, 0.5, 0.4, 0.33)
-"""Of the uniform block: 4 500 to 400 000 unknowns."""
+"""Spacings of the uniform block: 4 500 to 400 000 unknowns."""
 QUICK_SPACINGS_MM = (1.5, 1.0, 0.75)
 START_MM, STEP_MM = 0.75, 0.25
 """The timed step begins at this depth and is this long."""
@@ -43,7 +43,7 @@ class CostRow:
     spacing_mm: float
     unknowns: int
     iterations: int
-    """Of the timed step."""
+    """Iterations of the timed step."""
     seconds: float | None
     """Median of the timed step."""
     runs: int

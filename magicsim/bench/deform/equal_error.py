@@ -17,7 +17,7 @@ class EqualError:
     other_error: float
     """Relative error of the force."""
     other_seconds: float
-    """Of its warm step."""
+    """Seconds of its warm step."""
     setting: str | None
     """Spacing and tolerance of the lattice; None where none was as accurate."""
     seconds: float | None
@@ -59,7 +59,7 @@ def equal_errors(rows: Iterable[BenchRow]) -> list[EqualError]:
 
 
 def _largest_error(rows: Iterable[BenchRow], row: BenchRow) -> float:
-    """Of one method and setting at all depths up to a row's."""
+    """Largest error of one method and setting at all depths up to a row's."""
     return max(
         each.error
         for each in rows

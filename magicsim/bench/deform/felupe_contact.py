@@ -39,7 +39,7 @@ class SphereContact:
 
     @property
     def force_n(self) -> Array:
-        """Of the sphere on the meshed part, shape (3,) [N]."""
+        """Force of the sphere on the meshed part, shape (3,) [N]."""
         gap, normal, _ = self._gaps()
         pressure = -self.penalty * np.minimum(gap, 0) * self._area
         return np.asarray(np.einsum("cq,cqi->i", pressure, normal))

@@ -28,7 +28,7 @@ Build = Callable[[SphereOnBlock, ElastomerDesign], Lattice]
 
 
 def uniform(problem: SphereOnBlock, design: ElastomerDesign) -> Lattice:
-    """The same spacing everywhere."""
+    """One spacing everywhere."""
     del problem
     return build_lattice(design)
 

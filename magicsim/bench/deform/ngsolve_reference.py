@@ -53,11 +53,11 @@ class Quarter:
     fine_mm: float
     """Smallest element."""
     overlap: Any
-    """Of a displacement: penetration and the sphere's normal along z."""
+    """What a displacement gives: penetration and the sphere's normal along z."""
 
     @property
     def force_n(self) -> float:
-        """Of the sphere on the whole block."""
+        """Force of the sphere on the whole block."""
         inside, upward = self.overlap(self.state.components[0])
         measure = ngs.ds("bottom", bonus_intorder=CONTACT_ORDER)
         return 4 * float(ngs.Integrate(self.penalty * inside * upward * measure, self.mesh))
@@ -121,7 +121,7 @@ class Past:
     before: Any
     now: Any
     depth_mm: float = 0.0
-    """Of the last one."""
+    """Depth of the last step."""
     stride_mm: float = 0.0
     """From the one before to the last one; 0 at rest."""
 

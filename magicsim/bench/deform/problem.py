@@ -25,7 +25,7 @@ class SphereOnBlock:
     design: ElastomerDesign
     """The block."""
     radius_mm: float = 4.0
-    """Of the sphere."""
+    """Radius of the sphere."""
     depths_mm: tuple[float, ...] = (0.5, 1.0, 2.5)
     """Depths from first contact at which methods are compared; multiples of the step, increasing [mm]."""
     step_mm: float = 0.25
@@ -78,7 +78,7 @@ class SphereOnBlock:
         return bool(np.isclose(step * self.step_mm, self.depths_mm).any())
 
     def down_to(self, *depths_mm: float) -> "SphereOnBlock":
-        """The same problem with other depths."""
+        """This problem with other depths."""
         return replace(self, depths_mm=depths_mm)
 
 
@@ -97,7 +97,7 @@ class Observation:
 
     depth_mm: float
     force_n: float
-    """Of the sphere on the whole block."""
+    """Force of the sphere on the whole block."""
     contact_area_mm2: float
     """Deformed area that touches."""
     surface_mm: Array

@@ -22,11 +22,11 @@ class BenchRow:
     error: float | None
     """Force over the reference's, less one, without its sign."""
     error_signed: float | None
-    """The same with its sign: positive is too stiff."""
+    """Force over the reference's, less one: positive is too stiff."""
     error_displacement_mm: float | None
     """Root mean square over the sample points of the length of the difference."""
     error_displacement: float | None
-    """The same over the root mean square of the reference's displacement."""
+    """That difference over the root mean square of the reference's displacement."""
     error_area: float | None
     """Contact area over the reference's, less one, without its sign."""
     force_n: float | None

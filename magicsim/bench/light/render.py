@@ -203,7 +203,7 @@ def _render(state: str, setting: RenderSetting, seeds: range, *, quick: bool) ->
          f"render.particles={setting.particles}", *size],
         seed=0,
     )  # fmt: skip
-    sensor, frame = Sensor(scene), timeline(scene)[0]
+    sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
     deformation = sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest
     view = sensor.view(frame, deformation)
     sensor.renderer.plain_radiance(view)  # compiles
@@ -231,7 +231,7 @@ def _render_anchored(
             f"render.anchor_seed={1000 + turn}", *size,
         ]  # fmt: skip
         scene = load_scene(state, settings, seed=turn)
-        sensor, frame = Sensor(scene), timeline(scene)[0]
+        sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
         view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
         sensor.renderer.warm_up(sensor.view(UNTOUCHED, sensor.rest))
         sensor.renderer.warm_up(view)

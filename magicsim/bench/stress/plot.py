@@ -14,7 +14,7 @@ from magicsim.bench.deform.error_plot import save
 from magicsim.bench.stress.grid import OUTCOMES
 
 COLORS = ("#4daf7c", "#f2c14e", "#c0392b", "#5b2c6f", "#e08e45", "#d0d0d0")
-"""Of `OUTCOMES`, in order."""
+"""Colours of `OUTCOMES`, in order."""
 EMPTY = "#ffffff"
 
 

@@ -22,7 +22,7 @@ class ArraySpec:
 
     name: str
     shape: tuple[int, ...]
-    """Of one row."""
+    """Shape of one row."""
     dtype: str
     """NumPy's name, or `string`."""
     meaning: str

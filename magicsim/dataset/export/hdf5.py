@@ -10,7 +10,7 @@ from magicsim.dataset.export.arrays import array_specs, fill
 from magicsim.dataset.export.source import Source
 
 COMPRESSION = 4
-"""Of gzip, 0..9."""
+"""Level of gzip, 0..9."""
 
 
 def write_hdf5(source: Source, folder: Path) -> None:

@@ -41,12 +41,12 @@ class Moments:
 
     @classmethod
     def of(cls, values: Array) -> "Moments":
-        """Of values of shape (samples, components)."""
+        """Statistics of values of shape (samples, components)."""
         wide = values.astype(np.float64)
         return cls(len(wide), wide.min(0), wide.max(0), wide.sum(0), (wide**2).sum(0))
 
     def plus(self, other: "Moments") -> "Moments":
-        """Of both together."""
+        """Statistics of both together."""
         return Moments(
             self.count + other.count,
             np.minimum(self.low, other.low),

@@ -108,7 +108,7 @@ def preview_frame(task: PreviewTask) -> Frame:
     from magicsim.simulation.plan import can_touch
     from magicsim.simulation.sensor import Sensor
 
-    sensor, state = Sensor(task.scene), timeline(task.scene)[0]
+    sensor, state = Sensor.for_scene(task.scene), timeline(task.scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), task.scene.rig.camera
     exposure = meter(_untouched(task.metering.model_dump_json()), camera, task.metering.rig.lit)
@@ -121,7 +121,7 @@ def _untouched(scene: str) -> npt.NDArray[np.float32]:
     from magicsim.scenes.timeline import UNTOUCHED
     from magicsim.simulation.sensor import Sensor
 
-    sensor = Sensor(SceneConfig.model_validate_json(scene))
+    sensor = Sensor.for_scene(SceneConfig.model_validate_json(scene))
     return sensor.radiance(UNTOUCHED, sensor.rest)
 
 

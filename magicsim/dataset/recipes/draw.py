@@ -185,6 +185,10 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
     if recipe.design.has_grid:
         design["wall_mm"] = round(design["wall_mm"] + drawn["wall_mm"], 9)
         design["cell_mm"] = round(design["cell_mm"] - drawn["wall_mm"], 9)
+    uneven = design["unevenness"]
+    uneven["seed"] += index
+    for key, name in (("wall_sd_mm", "wall_spread_mm"), ("wave_sd_mm", "wave_mm")):
+        uneven[key] = round(uneven[key] + drawn[name], 9)
     for name, material in design["materials"].items():
         if material is None:
             continue

@@ -92,7 +92,7 @@ def odd_step(count: int, most: int) -> int:
 
 
 def _shared_s(render: RenderSettings, camera: Camera) -> float:
-    """Of the untouched sensor, with its recorded paths."""
+    """Seconds of the untouched sensor, with its recorded paths."""
     if not render.anchor_samples:
         return 0.0
     samples = render.anchor_samples + render.samples

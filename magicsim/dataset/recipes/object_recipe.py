@@ -60,12 +60,12 @@ class ObjectRecipe(Config):
     gap_mm: Number | None = None
     bend_radius_mm: Number | None = None
     path: str | None = None
-    """Of kind `mesh`: one file, relative to the current directory."""
+    """File of a `mesh`, relative to the current directory."""
     folder: str | None = None
-    """Of kind `mesh` instead of `path`: every mesh file in a folder is as likely as any other."""
+    """Folder of a `mesh`, instead of `path`: every mesh file in it is as likely as any other."""
     scale: Number | None = None
     file_colors: bool | None = None
-    """Of kind `mesh`: whether the file gives the colour."""
+    """Whether the file of a `mesh` gives the colour."""
     feature_mm: Number | None = None
 
     @model_validator(mode="after")

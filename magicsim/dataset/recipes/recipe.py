@@ -58,6 +58,10 @@ class Tolerances(Config):
     """Added to the infill's refractive index."""
     stiffness: Number = 1.0
     """Factor on the elastic moduli of body and infill."""
+    wall_spread_mm: Number = 0.0
+    """`unevenness.wall_sd_mm` of the print, beside the design's [mm]."""
+    wave_mm: Number = 0.0
+    """`unevenness.wave_sd_mm` of the print, beside the design's [mm]."""
     led_strength: Number = 1.0
     """Factor on each LED strip, drawn for each."""
 
@@ -72,7 +76,7 @@ class CameraNoise(Config):
     full_well_e: Number | None = None
     read_noise_e: Number | None = None
     vibration_px: Number | None = None
-    """Of the whole image [px]."""
+    """Vibration of the whole image [px]."""
     exposure_ms: Number | None = None
     """`shutter.exposure_ms`."""
     flicker_depth: Number | None = None
@@ -108,7 +112,7 @@ class Labels(Config):
     depth_map: bool = True
     """How far the contact face is pressed in, in image space."""
     displacements: bool = True
-    """Of every lattice node."""
+    """Displacements of every lattice node."""
 
 
 class Recipe(Config):
@@ -142,7 +146,7 @@ class Recipe(Config):
     objects: tuple[ObjectRecipe, ...] = ()
     paths: Annotated[tuple[PathRecipe, ...], Field(min_length=1)]
     contact: ContactSettings = ContactSettings()
-    """Of which the friction is drawn with each path."""
+    """How skin and object meet; the friction is drawn with each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
     timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0

@@ -44,7 +44,7 @@ class ContactMemory:
     penalty: float
     """Stiffness along the normal [N/mm3]."""
     updates: int = 0
-    """Of the multipliers in this load step."""
+    """Updates of the multipliers in this load step."""
     anchors_mm: Array
     """Where friction holds each point, in the sensor's frame, shape (points, 3) [mm]."""
     limit_mpa: Array
@@ -102,7 +102,7 @@ def updated_limits(
 
 
 def stick_stiffness(memory: ContactMemory, law: ContactLaw) -> Array:
-    """Of each point, shape (points,) [N/mm3]."""
+    """Stick stiffness of each point, shape (points,) [N/mm3]."""
     if law.elastic_slip_mm == 0:
         return np.full(len(memory.limit_mpa), law.slip_penalty)
     return np.minimum(law.slip_penalty, memory.limit_mpa / law.elastic_slip_mm)

@@ -17,11 +17,11 @@ class Patience:
     multiplier_residual: float
     """Relative residual below which multipliers are updated."""
     limit_residual: float
-    """The same for limits of friction."""
+    """Relative residual below which limits of friction are updated."""
     is_relaxed: bool
     """Whether limits go only part of the way."""
     updates: int
-    """Of multipliers, after which the penalty is raised instead."""
+    """Most updates of the multipliers, after which the penalty is raised instead."""
     growth: float
     """Factor of the penalty then."""
     reprieve: int = 0

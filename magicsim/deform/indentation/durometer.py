@@ -45,8 +45,8 @@ GROWTH = 2.2
 STEP_MM = 0.125
 """Motion of the cone in one load step [mm]."""
 FRICTION = 1.0
-"""Of rubber on the tool; assumed, 0.5 to 2: above 0.5 it sticks to the tip, and without any the sample slides off its
-edge in jumps."""
+"""Friction of rubber on the tool; assumed, 0.5 to 2: above 0.5 it sticks to the tip, and without any the sample slides
+off its edge in jumps."""
 FORCE_TOLERANCE_N = 1e-4
 """Accuracy of the force at equilibrium [N]."""
 FOOT_STARTS_MM = 1.0
@@ -54,7 +54,7 @@ FOOT_STARTS_MM = 1.0
 DEPTH_TOLERANCE_MM = 1e-4
 """Accuracy of the depth of equilibrium [mm]: 0.004 units of S."""
 HOLE_RADIUS_MM = 1.5
-"""Of the foot's hole; the standard allows diameters of 2.5 to 3.2 mm."""
+"""Radius of the foot's hole; the standard allows diameters of 2.5 to 3.2 mm."""
 PENETRATION_MM = 0.002
 """Largest penetration at any contact point [mm]."""
 COARSER = 1.5

@@ -33,7 +33,7 @@ WALL_SHARE = 0.3
 INFILL_GRADING = 2.0
 """Exponent by which sub-cells shrink towards the interface from the middle of the infill."""
 WALL_GRADING = 1.5
-"""The same from the middle of the wall."""
+"""Exponent by which sub-cells shrink towards the interface from the middle of the wall."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

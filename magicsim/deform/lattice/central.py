@@ -22,7 +22,7 @@ from magicsim.geometry.indenter import Indenter
 
 Array = npt.NDArray[np.float64]
 QUARTERS = 4
-"""Of a block, which a lattice of one of them stands for."""
+"""Quarters of a block; a lattice of one of them stands for all."""
 MIRROR_TOLERANCE_MM = 1e-6
 """Difference of distances up to which an object is its own mirror image [mm]."""
 MIRROR_POINTS = 400

@@ -39,11 +39,11 @@ class ElasticState:
     energy_mj: float
     """Springs, logarithm, walls and table, without the volume term, zero at rest [N mm]."""
     gradient: Array
-    """Of the whole energy, the volume term included, shape (nodes, 3) [N]."""
+    """Gradient of the whole energy, the volume term included, shape (nodes, 3) [N]."""
     jacobian: Array
     """Volume over rest volume of each cell, shape (cells,)."""
     volume_gradient: Array
-    """Of each cell's volume, shape (cells, 24) [mm2]."""
+    """Gradient of each cell's volume, shape (cells, 24) [mm2]."""
     min_jacobian: float
     """Smallest Jacobian at any Gauss point."""
     table: TableState | None

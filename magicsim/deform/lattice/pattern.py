@@ -24,7 +24,7 @@ class BlockPattern:
     blocks: Indices
     """Place of the block of two corners within its block row, -1 where a node is bonded, shape (cells, 8, 8)."""
     patch_blocks: Indices
-    """The same for the patches of the contact face, shape (patches, nodes a patch, nodes a patch)."""
+    """Place of the block of two nodes of a patch of the contact face, shape (patches, nodes a patch, nodes a patch)."""
     held: Mask
     """Unknowns that stay zero, shape (size,)."""
     held_entries: Indices

@@ -20,14 +20,20 @@ from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, re
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
-FINEST_MM = 0.1
-"""Smallest spacing that a small zone asks for."""
+COARSEST_EDGE, EDGE_STEP = 30.0, 1.15
+"""Factor of the spacing at edges at which it is given up to have more planes there, and of one that is tried to the
+next."""
+BESIDE_MM = 0.3
+"""Nodes of the face that are so near to what touches it are moved with it [mm]."""
+FINEST_MM, FINEST_BALL_MM = 0.1, 0.05
+"""Smallest spacing that a small zone asks for; below balls of radii under twice the first one it is half of the radius,
+not less than the second [mm]."""
 MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
 """Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""
 
 
 WEIGHT_N_PER_MM3 = 1.12e-5
-"""Of a printed block: 1.145 g/cm3 times gravity, the density of Agilus30."""
+"""Specific weight of a printed block: 1.145 g/cm3 times gravity, the density of Agilus30."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,6 +150,7 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
         _check_size(whole, MAX_NODES)
         return lattice_on(whole, design)
     planes = _graded(_as_triple(lattice_planes(_fine_enough(design, zone), resolve_grid(design))), zone, design)
+    planes = _split_at_edges(planes, zone, design)
     _check_size(planes, MAX_GRADED_NODES)
     return replace(lattice_on(planes, design), zone=zone)
 
@@ -215,7 +222,10 @@ def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
     options = design.lattice
     if options.cells_across == 0 or not zone.is_blunt:
         return design
-    asked, usual = max(2 * zone.radius_mm / options.cells_across, FINEST_MM), node_spacing_mm(design)
+    finest = float(np.clip(zone.feature_mm / 2, FINEST_BALL_MM, FINEST_MM))
+    # a zone is known to the distance of its points: of balls as small as these the radius says more
+    radius = zone.radius_mm if zone.feature_mm > 2 * FINEST_MM else min(zone.radius_mm, zone.feature_mm)
+    asked, usual = max(2 * radius / options.cells_across, finest), node_spacing_mm(design)
     update = {"lattice": options.model_copy(update={"spacing_mm": min(asked, usual)})}
     return design.model_copy(update=update) if asked < usual else design
 
@@ -232,6 +242,30 @@ def _graded(planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDes
         graded_planes(planes[axis], low[axis], high[axis], options.growth, keep_mm=faces[axis]) for axis in range(3)
     )
     return x, y, z
+
+
+def _split_at_edges(
+    planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDesign
+) -> tuple[Array, Array, Array]:
+    """Planes with more of them at the edges of what touches, as fine as `edge_nodes` lets them be."""
+    edges, options = zone.edges, design.lattice
+    if edges is None or options.cells_across == 0:
+        return planes
+    scale = 1.0
+    while scale < COARSEST_EDGE:
+        x, y, z = planes
+        found = (
+            edges.split(x, 0, scale=scale), edges.split(y, 1, scale=scale), edges.split_depth(z, scale=scale)
+        )  # fmt: skip
+        below = zone.grown(BESIDE_MM)
+        counts = [
+            int(((each >= low) & (each <= high)).sum())
+            for each, low, high in zip(found, below.low_mm, below.high_mm, strict=False)
+        ]
+        if math.prod(counts) <= options.edge_nodes:
+            return found
+        scale *= EDGE_STEP
+    return planes
 
 
 def _inside_core(lattice: Lattice, grid: CellGrid) -> npt.NDArray[np.bool_]:

@@ -48,13 +48,13 @@ class Table:
     height_mm: float
     """Where the table lies [mm]."""
     area_mm2: Array
-    """Of the nodes of the base, shape (base nodes,) [mm2]."""
+    """Area of the nodes of the base, shape (base nodes,) [mm2]."""
     friction: float
     """Coulomb's coefficient."""
     weight_mpa: float
-    """Of the block over its footprint [MPa]."""
+    """Weight of the block over its footprint [MPa]."""
     stiffness: float
-    """Of the table, and largest one of a sticking node [N/mm3]."""
+    """Stiffness of the table, and largest one of a sticking node [N/mm3]."""
     elastic_slip_mm: float
     """Least motion of a sticking node on the way to its limit [mm]."""
     memory: TableMemory
@@ -135,7 +135,7 @@ class Table:
         values[z] += self.area_mm2 * np.where(self._pressure_mpa(positions) > 0, self.stiffness, 0.0)
 
     def _pressure_mpa(self, positions: Array) -> Array:
-        """Of the table on the nodes of the base, shape (base nodes,) [MPa]."""
+        """Pressure of the table on the nodes of the base, shape (base nodes,) [MPa]."""
         depth = positions[self.first :, 2] - self.height_mm
         return np.asarray(np.maximum(0.0, self.weight_mpa + self.stiffness * depth))
 
@@ -155,7 +155,7 @@ class TableState:
     """What a table does to the base at given positions."""
 
     node_force_n: Array
-    """Of table and weight on the nodes of the base, shape (base nodes, 3) [N]."""
+    """Force of table and weight on the nodes of the base, shape (base nodes, 3) [N]."""
     energy_mj: float
     """From which the forces derive, zero at rest [N mm]."""
     memory: TableMemory

@@ -3,9 +3,10 @@
 An object deforms the block near the contact; a few heights away the lattice only has to be stiff enough. Planes keep
 their spacing inside the zone and its margin, and spread geometrically beyond it. They stay on the planes of the uniform
 lattice, so a coarse cell is a whole number of fine ones and the faces between skin and core are kept. By default
-the force of a fingertip-sized object changes by at most `FAR_FIELD_BOUND`.
+the force of a fingertip-sized object changes by at most `magicsim.geometry.design.FAR_FIELD_BOUND`.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Self
@@ -13,7 +14,9 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.deform.lattice.edges import Edges, pressed_edges
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import node_spacing_mm
 from magicsim.geometry.indenter import Indenter
 
 Array = npt.NDArray[np.float64]
@@ -24,8 +27,6 @@ BLUNT = 0.5
 TINY = 3.5
 """Sides of a zone, in spacings of its points, below which they cannot tell whether the object is blunt: a ball of a
 radius of 0.05 mm needs the finest cells to be found at all."""
-FAR_FIELD_BOUND = 0.01
-"""Largest relative change of a force by the coarse far field as it is by default; a test holds it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +39,10 @@ class Zone:
     """Largest x and y [mm]."""
     is_blunt: bool = False
     """Whether what touches it has no feature much smaller than it."""
+    feature_mm: float = math.inf
+    """Smallest feature of what touches it [mm]."""
+    edges: Edges | None = None
+    """Edges of what touches it; None where it has none."""
 
     @property
     def radius_mm(self) -> float:
@@ -70,7 +75,7 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
     axes = [np.linspace(-size / 2, size / 2, round(size / SAMPLE_MM) + 1) for size in design.footprint_mm]
     x, y = (axis.ravel() for axis in np.meshgrid(*axes))
     face = np.stack([x, y, design.rise_mm(np.stack([x, y], -1))], 1)
-    touched, feature = np.zeros(len(face), bool), np.inf
+    touched, feature, indenters = np.zeros(len(face), bool), np.inf, tuple(indenters)
     for indenter in indenters:
         feature = min(feature, indenter.shape.feature_mm)
         for level in indenter.levels_mm():
@@ -81,7 +86,11 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
     low, high = face[touched].min(0), face[touched].max(0)
     zone = Zone(low_mm=(float(low[0]), float(low[1])), high_mm=(float(high[0]), float(high[1])))
     is_tiny = bool((high - low < TINY * SAMPLE_MM).all())
-    return replace(zone, is_blunt=is_tiny or feature > BLUNT * zone.radius_mm)
+    half_x, half_y = (size / 2 for size in design.footprint_mm)
+    edges = pressed_edges(
+        indenters, pitch_mm=node_spacing_mm(design), half_face_mm=(half_x, half_y), half_width_mm=zone.radius_mm
+    )
+    return replace(zone, is_blunt=is_tiny or feature > BLUNT * zone.radius_mm, feature_mm=feature, edges=edges)
 
 
 def graded_planes(planes_mm: Array, low_mm: float, high_mm: float, growth: float, *, keep_mm: Array) -> Array:

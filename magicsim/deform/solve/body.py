@@ -48,13 +48,13 @@ class Linearisation:
     elasticity: Elasticity
     """Energy of the body; it changes with every step of a path that takes time."""
     positions: Array
-    """Of the nodes, shape (nodes, 3) [mm]."""
+    """Positions of the nodes, shape (nodes, 3) [mm]."""
     pressure: Array
     """Volumetric stress of each cell, shape (cells,) [MPa]."""
     shift: float
     """Multiple of the spring Laplacian that was added."""
     facets: Index
-    """Of the face, ascending."""
+    """Facets of the face, ascending."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -28,9 +28,11 @@ from magicsim.deform.solve.problem import Problem
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
-NEEDED_MM, NEAR_MM = 0.05, 0.8
-"""Facets with a point nearer to the object than the first may come into contact in this step, and nearer than the
-second before long [mm]."""
+NEEDED_MM, NEAR_MM = 0.05, (0.25, 0.8)
+"""Facets with a point nearer to the object than the first may come into contact in this step [mm], and nearer than two
+of the smallest cell edges, between the others, before long: fine facets are many."""
+NEAR_EDGES = 2.0
+"""How many of these edges."""
 MOST_REMAINING = 15.0
 """Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
 FAR = 0.3
@@ -117,7 +119,7 @@ class Condenser:
             missing = np.setdiff1d(problem.face.facet[found.contact.acting], self._part.facets)
             if len(missing) == 0 or found.shortened:
                 break
-            needed = np.union1d(np.union1d(needed, self._facets), near_facets(problem.face, found, NEAR_MM))
+            needed = np.union1d(np.union1d(needed, self._facets), near_facets(problem.face, found, _near_mm(problem)))
         body.took(found)
         self._residual = np.inf if first is not None else self._expected(iterate, found)
         return found.on(Rung.SHIFTED) if found.shift > 0 else found
@@ -151,7 +153,7 @@ class Condenser:
                 self._body = self._body_of(problem, last)
             return self._body
         if len(np.setdiff1d(needed, self._facets)) > 0:
-            self._facets = np.union1d(needed, near_facets(problem.face, iterate, NEAR_MM))
+            self._facets = np.union1d(needed, near_facets(problem.face, iterate, _near_mm(problem)))
         if self.store.part(problem, self._facets) is None:
             return None
         shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
@@ -176,6 +178,10 @@ class Condenser:
             return None
         self._part, condenser, stiffness = found
         return Body(problem, condenser, stiffness, shift=linearisation.shift)
+
+
+def _near_mm(problem: Problem) -> float:
+    return float(np.clip(NEAR_EDGES * problem.smallest_edge_mm, *NEAR_MM))
 
 
 def remaining_steps(before: float, residual: float, wanted: float) -> float:

@@ -30,7 +30,7 @@ class Effort:
     restarts: int = 0
     """Paths begun again from rest."""
     rungs: frozenset[Rung] = frozenset()
-    """Of the ladder, on which the load steps stand that were solved."""
+    """Rungs of the ladder, on which the load steps stand that were solved."""
     last: Iterate | None = None
     """Where the last load step ended."""
     share: float = 0.0
@@ -105,7 +105,7 @@ def report(problem: Problem, effort: Effort) -> str:
 
 
 def report_passage(problem: Problem, effort: Effort) -> str:
-    """The same where the last load step ended with the object through the face.
+    """What is said where the last load step ended with the object through the face.
 
     Args:
         problem: What was solved.

@@ -19,7 +19,7 @@ class FacePart:
     """Some facets of a face."""
 
     facets: Index
-    """Of the whole face, ascending."""
+    """Facets of the whole face, ascending."""
     points: Index
     """Contact points on them, ascending."""
     nodes: Index
@@ -48,7 +48,7 @@ class FacePart:
 
     @property
     def unknowns(self) -> Index:
-        """Of the nodes, ascending, shape (3 nodes,)."""
+        """Numbers of the nodes' unknowns, ascending, shape (3 nodes,)."""
         return np.asarray((3 * self.nodes[:, None] + np.arange(3)).ravel())
 
     def memory(self, whole: ContactMemory) -> ContactMemory:

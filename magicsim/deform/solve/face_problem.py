@@ -32,7 +32,8 @@ ITERATIONS = 60
 HALVINGS = 12
 """Most shortenings of one of them."""
 UPDATES, REPRIEVE = 24, 6
-"""Of the multipliers in a load step, cheap here, before the penalty is raised; and before it is raised again."""
+"""Updates of the multipliers in a load step, cheap here, before the penalty is raised; and before it is raised
+again."""
 MISFIT_SHARE, MISMATCH_SHARE = 0.2, 0.5
 """Misfits and friction limits are brought below these parts of their tolerances: steps are cheap here, and forces are
 then smooth in the object's motion."""

@@ -43,14 +43,14 @@ class Iterate:
     residual: float
     """Relative norm of the out-of-balance forces."""
     mismatch: float
-    """Of the friction limits, see `slip_mismatch`."""
+    """Mismatch of the friction limits, see `slip_mismatch`."""
     iteration: int = 0
     shift: float = 0.0
     """Spring Laplacian that the last matrix needed."""
     taken: float = 1.0
     """Part of the last step's direction that was taken."""
     rungs: frozenset[Rung] = frozenset()
-    """Of the ladder, on which this load step stands so far."""
+    """Rungs of the ladder, on which this load step stands so far."""
     stuck: bool = False
     """Whether no acceptable step was found."""
 

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from magicsim.deform.contact.augmented import dragged_anchors
 from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face
+from magicsim.deform.contact.touching import touching_points
 from magicsim.deform.deformation import Before, Deformation
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.pattern import block_pattern
@@ -133,7 +134,7 @@ class ContactSolver:
         if not self.can_touch(indenter):
             self._refuse_overlap(self._rest, indenter, Effort())
             return self._rest
-        buried = burial_fault(indenter)
+        buried = burial_fault(self.lattice, indenter)
         if buried is not None:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
@@ -256,7 +257,10 @@ class ContactSolver:
         forces = face.area_mm2[:, None] * traction
         friction = np.linalg.norm(contact.shear_mpa, axis=1)
         tolerance = problem.options.tolerance_mm
-        touching = contact.gap_mm <= max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm)
+        touching = touching_points(
+            self.lattice, face, contact.points_mm, contact.gap_mm,
+            gap_limit_mm=max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm),
+        )  # fmt: skip
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,

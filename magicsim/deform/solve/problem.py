@@ -143,14 +143,14 @@ class Problem:
         return replace(self, options=options)
 
     def on_table(self, memory: TableMemory | None) -> Self:
-        """The same problem with the base as an earlier load step has left it; itself where the base is bonded."""
+        """This problem with the base as an earlier load step has left it; itself where the base is bonded."""
         table = self.elasticity.table
         if table is None or memory is None:
             return self
         return replace(self, elasticity=replace(self.elasticity, table=replace(table, memory=memory)))
 
     def with_table_at(self, positions: Array) -> Self:
-        """The same problem with the limits of friction below the block brought up to date.
+        """This problem with the limits of friction below the block brought up to date.
 
         Args:
             positions: Of an equilibrium with the limits so far, shape (nodes, 3) [mm].

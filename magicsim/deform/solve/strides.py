@@ -16,7 +16,7 @@ SHORTEST, SHORTEST_BEFORE_LEAP = 1 / 32, 1 / 8
 LEAPS = (1.5, 2.0, 3.0, 4.0)
 """Longer steps that are tried in turn, in the same units."""
 GROWTH = 1.5
-"""Of a step after one that succeeded."""
+"""Growth of a step after one that succeeded."""
 NEARLY_FOLDED, FOLDED = 0.1, 0.02
 """Smallest Jacobians of a state below which patience does not lead on, and below which leaps do not either."""
 ROUNDING = 1e-9
@@ -57,7 +57,7 @@ class Strides:
 
     @property
     def rungs(self) -> frozenset[Rung]:
-        """Of the ladder, on which the next step would stand."""
+        """Rungs of the ladder, on which the next step would stand."""
         cared = {Care.ORDINARY: (), Care.CAREFUL: (Rung.CAREFUL,), Care.PATIENT: (Rung.PATIENT,)}[self.care]
         if self.is_leap:
             return frozenset((*cared, Rung.LEAP))

@@ -156,7 +156,7 @@ def fit_profile(
 
 
 def _untouched_frames(episodes: Sequence[Episode]) -> list[npt.NDArray[np.bool_]]:
-    """Of each episode, which of all scored frames are its Clear ones."""
+    """Which of all scored frames are Clear ones of each episode."""
     counts = [sum(each is not None for each in episode.classes) for episode in episodes]
     clear = np.array([each is FrameClass.CLEAR for each in scored_classes(episodes)])
     owner = np.repeat(np.arange(len(episodes)), counts)

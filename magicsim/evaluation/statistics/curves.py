@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from sklearn.metrics import average_precision_score, roc_curve
 
+from magicsim.detectors.profiles.roc import roc_curve
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.intervals import CONFIDENCE, LEAST_EPISODES
 from magicsim.evaluation.statistics.tally import class_scores
@@ -18,6 +18,8 @@ GAPS_MM = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0)
 DEPTHS_MM = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.6, 1.0, 2.0)
 """Edges of the bins of depth [mm]: up to 0.3 mm too shallow to be scored, beyond it scored."""
 ROUNDING_MM = 1e-9
+ROUNDING = 1e-6
+"""Rounding of counts of frames, which are whole."""
 NOTHING_NEAR = {FrameClass.CLEAR, FrameClass.LIGHT}
 NO_TOUCH = {FrameClass.CLEAR, FrameClass.NEAR, FrameClass.LIGHT}
 
@@ -63,18 +65,23 @@ def detection_by_depth(
 def trade_off(
     episodes: Sequence[JudgedEpisode], score: str, positives: set[FrameClass], negatives: set[FrameClass]
 ) -> Roc | None:
-    """ROC curve of all frames together; None where a side has no frames."""
+    """ROC curve of all frames together, and its average precision; None where a side has no frames.
+
+    The average precision is the sum of the precisions at all thresholds, each times the detections that it adds.
+    """
     above = np.concatenate([class_scores(each, score, positives) for each in episodes] or [np.empty(0)])
     below = np.concatenate([class_scores(each, score, negatives) for each in episodes] or [np.empty(0)])
     if not len(above) or not len(below):
         return None
-    truth = np.concatenate([np.ones(len(above), int), np.zeros(len(below), int)])
-    scores = np.concatenate([above, below])
-    false_alarms, detections, _ = roc_curve(truth, scores)
+    curve = roc_curve(np.concatenate([above, below]), np.arange(len(above) + len(below)) < len(above))
+    hits, alarms = curve.hit_rate * len(above), curve.false_alarm_rate * len(below)
+    bends = np.abs(np.diff(hits, 2)) + np.abs(np.diff(alarms, 2)) > ROUNDING
+    corners = np.concatenate([[True], bends, [True]])  # points on a straight line say nothing
+    precision = hits[1:] / (hits[1:] + alarms[1:])
     return Roc(
-        false_alarms=false_alarms.round(6).tolist(),
-        detections=detections.round(6).tolist(),
-        average_precision=float(average_precision_score(truth, scores)),
+        false_alarms=curve.false_alarm_rate[corners].round(6).tolist(),
+        detections=curve.hit_rate[corners].round(6).tolist(),
+        average_precision=float(np.diff(curve.hit_rate) @ precision),
     )
 
 

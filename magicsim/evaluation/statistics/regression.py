@@ -27,7 +27,7 @@ from magicsim.evaluation.statistics.measures import MEASURES, SCORE_MEANS, measu
 from magicsim.evaluation.statistics.tally import Tally, score_pairs, tally
 
 SIGNIFICANCE = 0.05
-"""Of all measures together, after correction."""
+"""Level of all measures together, after correction."""
 STANDARD = {
     "proximity_balanced_accuracy": 0.01,
     "contact_balanced_accuracy": 0.01,
@@ -44,7 +44,7 @@ SCORE_SHARE = 0.01
 """Smallest fall of a mean score that matters, in units of the baseline's distance: ten reruns of the built-in
 detectors under other camera noise stay below it (`benchmarks/injected_regressions.py`)."""
 OTHERS = {"proximity_balanced_accuracy": 0.02, "contact_balanced_accuracy": 0.02}
-"""The same in every other condition of light and noise."""
+"""Smallest fall of a balanced accuracy that matters in every other condition of light and noise."""
 Pair = tuple[JudgedEpisode, JudgedEpisode]
 Array = npt.NDArray[np.float64]
 

@@ -42,7 +42,7 @@ def film_take(scene: SceneConfig) -> Take:
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    sensor = Sensor(scene, untouched=shared_states())
+    sensor = Sensor.for_scene(scene, untouched=shared_states())
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     frames = list(stream_states(sensor, plan_scene(scene), untouched))
     return assembled(frames, lambda each: each.radiance, first=untouched, room=room_radiance(sensor, untouched))

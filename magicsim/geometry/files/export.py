@@ -47,7 +47,7 @@ def export_design(design: ElastomerDesign, out: Path) -> Export:
     if out.suffix not in SUFFIXES:
         msg = f"out = '{out}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         raise OutputError(msg)
-    parts = printed_parts(build_elastomer(design))
+    parts = printed_parts(build_elastomer(design.as_drawn()))
     for path in _paths(out, parts)[1:]:
         refuse_unsigned(path)
     return Export(

@@ -55,11 +55,11 @@ class ConeObject(ObjectBase):
     length_mm: Size = 5.0
     """From the base to the highest point [mm]."""
     tip_radius_mm: Annotated[float, Field(ge=0.01, le=200)] = 0.05
-    """Of the ball that touches the flank [mm]; not used with a flat end."""
+    """Radius of the ball that touches the flank [mm]; not used with a flat end."""
     flat_radius_mm: Annotated[float, Field(ge=0, le=200)] = 0.0
     """Where the flank meets the plane of the flat end [mm]; 0 for a ball."""
     edge_radius_mm: Size = 0.02
-    """Of the rims of flat end and base [mm]."""
+    """Radius of the rims of flat end and base [mm]."""
 
     def shape(self) -> Shape:
         """The solid, centred on its origin."""

@@ -21,7 +21,7 @@ class PlateObject(ObjectBase):
     size_mm: Size = 6.0
     """Side of the square plate [mm]."""
     thickness_mm: Size = 2.0
-    """Of the plate without its texture [mm]."""
+    """Thickness of the plate without its texture [mm]."""
 
     def plate(self) -> Plate:
         """The plate below the texture; edges of 0.1 mm, or of a quarter of a thinner plate."""
@@ -46,7 +46,7 @@ class DotsObject(PlateObject):
 
     kind: Literal["dots"]
     radius_mm: Size
-    """Of each hemisphere [mm]."""
+    """Radius of each hemisphere [mm]."""
     spacing_mm: Size
     """Between neighbouring centres [mm]."""
 
@@ -72,13 +72,13 @@ class LinesObject(PlateObject):
 
     kind: Literal["lines"]
     width_mm: Size
-    """Of each ridge [mm]."""
+    """Width of each ridge [mm]."""
     spacing_mm: Size
     """From ridge to ridge, the period [mm]."""
     height_mm: Size | None = None
     """Depth of the grooves [mm]; the width by default."""
     edge_radius_mm: Size | None = None
-    """Of the ridges' edges, at most half of width and height [mm]; a quarter of the smaller one by default."""
+    """Radius of the ridges' edges, at most half of width and height [mm]; a quarter of the smaller one by default."""
 
     def shape(self) -> Shape:
         """The solid, centred on its origin."""

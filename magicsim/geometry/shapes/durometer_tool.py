@@ -13,17 +13,17 @@ from magicsim.geometry.shapes.solids import SEGMENTS, around_axis, rounded
 
 Array = npt.NDArray[np.float64]
 TIP_RADIUS_MM = 0.395
-"""Of the flat end [mm]."""
+"""Radius of the flat end [mm]."""
 HALF_ANGLE_DEG = 17.5
 """Between axis and flank [degrees]."""
 SHAFT_RADIUS_MM = 0.625
-"""Of the shaft behind the cone [mm]."""
+"""Radius of the shaft behind the cone [mm]."""
 EDGE_RADIUS_MM = 0.03
-"""Of the tip's and the hole's edges [mm]; the standard calls them sharp."""
+"""Radius of the tip's and the hole's edges [mm]; the standard calls them sharp."""
 LENGTH_MM = 6.0
 """From the tip to the hidden end of the shaft [mm]."""
 FOOT_RADIUS_MM = 9.0
-"""Of the presser foot [mm]."""
+"""Radius of the presser foot [mm]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class DurometerTool:
 
     extension_mm: float
     hole_radius_mm: float | None
-    """Of the hole in the foot [mm]; None for no foot."""
+    """Radius of the hole in the foot [mm]; None for no foot."""
 
     @property
     def feature_mm(self) -> float:

@@ -15,7 +15,7 @@ SHORT_MM = 1e-12
 ARC_STEP_DEG = 11.25
 """Largest angle between neighbouring points of a small arc [degrees]."""
 FINE_STEP_DEG = 2.8125
-"""The same for arcs of at least `LARGE_MM`: 128 points on a full circle [degrees]."""
+"""Largest angle between points of arcs of at least `LARGE_MM`: 128 points on a full circle [degrees]."""
 LARGE_MM = 0.3
 
 

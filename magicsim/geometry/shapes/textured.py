@@ -71,7 +71,7 @@ class DotPlate:
     """Hemispheres in a square array on a plate, centred on the origin; exact distances inside and outside."""
 
     radius_mm: float
-    """Of each hemisphere [mm]."""
+    """Radius of each hemisphere [mm]."""
     spacing_mm: float
     """Between neighbouring centres [mm], above two radii."""
     plate: Plate
@@ -132,13 +132,13 @@ class RidgePlate:
     """Parallel ridges along y on a plate, centred on the origin; exact distances inside and outside."""
 
     width_mm: float
-    """Of each ridge [mm]."""
+    """Width of each ridge [mm]."""
     spacing_mm: float
     """Period [mm], above the width."""
     height_mm: float
-    """Of the ridges above the face, the depth of the grooves [mm]."""
+    """Height of the ridges above the face, the depth of the grooves [mm]."""
     edge_radius_mm: float
-    """Of the edges of the ridges [mm], at most half of the width."""
+    """Radius of the edges of the ridges [mm], at most half of the width."""
     plate: Plate
 
     @property

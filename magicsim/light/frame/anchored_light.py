@@ -86,7 +86,7 @@ class _Change:
 
 
 def _carried_over(fields: Sequence[tuple[Array, Array, Array]], counts: Counts | None) -> list[Array]:
-    """Of several lights: how much of each there is in all is one estimate, where it is another for each."""
+    """The careful field of each of several lights, carried over to the frame."""
     if counts is None:
         return [careful for _, _, careful in fields]
     changes = [_Change.between(*each, counts) for each in fields]

@@ -39,7 +39,7 @@ class Look:
     samples: int
     """Camera samples of each pixel that are traced on where the object mirrors."""
     seed: int
-    """Of the frame."""
+    """Seed of the frame."""
 
     def through(self, rest: Untouched, light: LightField, pixels: Numbers) -> npt.NDArray[np.float64]:
         """Radiance of some pixels by the paths of one record, shape (pixels, 3).

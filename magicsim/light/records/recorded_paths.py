@@ -33,11 +33,11 @@ FEW_SEGMENTS = 6
 AT_ONCE = 1_200_000
 """Paths that are traced together: bounds the memory."""
 MIRROR_STREAM = 0x9E3779B97F4A7C15
-"""Of the choices at a mirror."""
+"""Random stream of the choices at a mirror."""
 WEIGHT = 6
 """Place of the weight among a ray's floats."""
 MOMENTS = 4
-"""Of a response: to a cell's mean, and to its slopes along x, y and z."""
+"""Moments of a response: to a cell's mean, and to its slopes along x, y and z."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

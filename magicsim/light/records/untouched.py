@@ -40,11 +40,11 @@ class Untouched:
     fields: dict[str, LightField]
     """What each light brings."""
     particles: dict[str, int]
-    """Of each light."""
+    """Particles of each light."""
     paths: "RecordedPaths"
-    """Of the camera."""
+    """Paths of the camera."""
     light: "RecordedLight"
-    """Of the strips, that leaves the block."""
+    """Light of the strips that leaves the block."""
     held_mm3: npt.NDArray[np.float64]
     """Volume of the body in each voxel, shape (voxels, 1); 1 where the body is clear."""
     image: npt.NDArray[np.float32]
@@ -52,7 +52,7 @@ class Untouched:
 
 
 def _digest(rig: Rig) -> str | None:
-    """Of the room's image: a file may be replaced by another of that name."""
+    """Hash of the room's image: a file may be replaced by another of that name."""
     if rig.room in (None, DARK):
         return None
     from magicsim.scenes.room import room_file

@@ -71,7 +71,7 @@ class UntouchedStore:
         return sorted(found, key=lambda path: path.stat().st_mtime_ns)
 
     def size_bytes(self) -> int:
-        """Of all these files."""
+        """Size of all these files."""
         return sum(path.stat().st_size for path in self.files())
 
     def clear(self) -> int:

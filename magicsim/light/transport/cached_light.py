@@ -33,7 +33,7 @@ class Piecewise:
     slopes: Any
     """Along x, y and z in each element, mi.Float of size 9 * elements, channel after axis [1/mm]."""
     centres: Any
-    """Of the elements, mi.Float of size 3 * elements [mm]."""
+    """Centres of the elements, mi.Float of size 3 * elements [mm]."""
 
     def at(self, element: Any, point: Any, active: Any) -> Any:
         """Value at a point of an element, never negative."""
@@ -69,7 +69,7 @@ class CachedLight:
     body: VoxelField | None
     """Fluence of the body, or None where it does not scatter."""
     irradiance: Any
-    """Of the object's triangles and channels, mi.Float of size 3 * triangles."""
+    """Irradiance of the object's triangles and channels, mi.Float of size 3 * triangles."""
 
     def on_object(self, triangle: Any, active: Any) -> Any:
         """Irradiance of a triangle of the object."""

@@ -65,7 +65,7 @@ class Tracks:
 
 
 def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
-    """Of several chunks; integers, so that their order does not matter. Without the account of where the light went.
+    """Sum of several chunks, without their accounts of where the light went; integers, so that order does not matter.
 
     Raises:
         RenderError: A sum has more digits than the integers.

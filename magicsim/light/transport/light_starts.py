@@ -52,11 +52,11 @@ class LightStarts:
     count: Any
     """Number of particles, mi.UInt32 of size 1."""
     particles: int
-    """The same for Python."""
+    """Number of particles, as Python knows it."""
 
     @classmethod
     def emitted(cls, parts: Sequence[Sent]) -> Self:
-        """Of some lights.
+        """Starts of the particles of some lights.
 
         Args:
             parts: What each sends out.
@@ -77,7 +77,7 @@ class LightStarts:
 
     @classmethod
     def escaped(cls, numbers: Any, rays: Any, weights: Any, brightest: Any, *, seed: int) -> Self:
-        """Of particles that left the untouched block and meet something outside.
+        """Starts of particles that left the untouched block and meet something outside.
 
         Args:
             numbers: A number of each particle, no two alike, mi.UInt32.

@@ -51,11 +51,11 @@ class PathRecord:
     segment_room: Any
     """Segments that there is room for, mi.UInt32 of size 1."""
     escape_room: Any
-    """The same of escapes."""
+    """Escapes that there is room for, mi.UInt32 of size 1."""
     segment_count: Any
     """Segments that were met so far, also those without room, mi.UInt32 of size 1."""
     escape_count: Any
-    """The same of escapes."""
+    """Escapes that were met so far, also those without room, mi.UInt32 of size 1."""
     segments: Any
     """Number of each way that scatters, mi.UInt32."""
     elements: Any
@@ -95,7 +95,7 @@ class PathRecord:
         )
 
     def number(self, lane: Any, turn: Any, step: Any) -> Any:
-        """Of an entry: in the order of lanes, their turns, and the interactions of a path."""
+        """Number of an entry: in the order of lanes, their turns, and the interactions of a path."""
         return (lane * self.turns + turn) * STEPS + step
 
     def mark(self, lane: Any, point: Any, active: Any) -> None:

@@ -12,7 +12,7 @@ from magicsim.light.backend import dr, mi
 Numbers = npt.NDArray[np.uint32]
 
 PATTERN_SEED = 1
-"""Of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""
+"""Seed of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -28,7 +28,7 @@ class CameraStarts:
     scramble: list[Any]
     """Bits that scramble each pixel's pattern, one mi.UInt32 a dimension."""
     samples: Any
-    """Of a pixel in all, mi.UInt32 of size 1."""
+    """Samples of a pixel in all, mi.UInt32 of size 1."""
     begin: Any
     end: Any
     """Numbers of the samples that are traced, mi.UInt32 of size 1."""
@@ -37,7 +37,7 @@ class CameraStarts:
 
     @classmethod
     def of(cls, sensor: Any, *, samples: int, pixels: Numbers, pattern: int, part: range) -> Self:
-        """Of a part of the film.
+        """Starts at a part of the film.
 
         Args:
             sensor: Of the scene.
@@ -72,7 +72,7 @@ class CameraStarts:
         return mi.Ray3f(sampled[0])
 
     def weight(self) -> Any:
-        """Of each path at its start."""
+        """Weight of each path at its start."""
         return mi.Color3f(1.0)
 
     def in_body(self) -> Any:
@@ -98,7 +98,7 @@ class ObjectStarts:
 
     @classmethod
     def of(cls, numbers: Any, rays: Any, weights: Any, inside: Any) -> Self:
-        """Of rays with weights, each with a number of its own."""
+        """Starts of rays with weights, each with a number of its own."""
         begin, end = dr.opaque(mi.UInt32, 0), dr.opaque(mi.UInt32, 1)
         return cls(pixel=numbers, rays=rays, weights=weights, inside=inside, begin=begin, end=end)
 
@@ -111,7 +111,7 @@ class ObjectStarts:
         return mi.Ray3f(self.rays)
 
     def weight(self) -> Any:
-        """Of each path at its start."""
+        """Weight of each path at its start."""
         return mi.Color3f(self.weights)
 
     def in_body(self) -> Any:

@@ -16,7 +16,7 @@ from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.world.outside import Outside
 
 FLOATS = 12
-"""Of an escape: origin [mm], direction, weight, the brightest channel when it was sent out, nothing."""
+"""Floats of an escape: origin [mm], direction, weight, the brightest channel when it was sent out, nothing."""
 
 
 @dataclass(slots=True, kw_only=True)

@@ -33,9 +33,9 @@ class CellFaces:
     """Vertices of each face of each cell, `stride` floats a face [mm]."""
     stride: int
     frames: Any
-    """Of each cell, `FRAME` floats: by rows the matrix into the cell's own frame, in which it is about [-1, 1]^3; its
-    centre [mm]; for each axis how far from its two faces, in that frame, a ray must end, see `_margins`; -inf where the
-    cell is convex."""
+    """Frames of each cell, `FRAME` floats: by rows the matrix into the cell's own frame, in which it is about [-1,
+    1]^3; its centre [mm]; for each axis how far from its two faces, in that frame, a ray must end, see `_margins`; -inf
+    where the cell is convex."""
     neighbours: Any
     """Cell across each face of each cell, mi.UInt32, `NONE` where there is none that the argument holds for."""
     face_of: Any
@@ -128,14 +128,14 @@ def _triangles(topology: CellTopology) -> npt.NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Planes:
-    """Of the triangles of all faces; coordinates first, so that each is one contiguous array."""
+    """Planes of the triangles of all faces; coordinates first, so that each is one contiguous array."""
 
     points: Array
     """Vertices of each face from its cell's centre, shape (3, cells, 6, vertices of a face) [mm]."""
     normals: Array
     """Outward, of any length, shape (3, cells, 6, triangles of a face)."""
     heights: Array
-    """Of the planes along their normals, shape (cells, 6, triangles of a face)."""
+    """Heights of the planes along their normals, shape (cells, 6, triangles of a face)."""
 
     @classmethod
     def of(cls, faces: Array, parts: int) -> Self:

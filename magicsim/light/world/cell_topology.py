@@ -14,12 +14,12 @@ from magicsim.geometry.elastomer import Elastomer
 
 Indices = npt.NDArray[np.int64]
 FACES = 6
-"""Of a cell; face 2 * axis + side, where side is 1 towards +axis."""
+"""Faces of a cell; face 2 * axis + side, where side is 1 towards +axis."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CellTopology:
-    """Of every cell of a grid, because all are printed alike."""
+    """Topology of every cell of a grid, because all are printed alike."""
 
     counts: tuple[int, int, int]
     """Cells along x, y and z."""
@@ -32,11 +32,11 @@ class CellTopology:
 
     @classmethod
     def of(cls, elastomer: Elastomer) -> Self | None:
-        """Of an elastomer, or None without a grid or where its cells are meshed in another way."""
+        """Topology of an elastomer's cells, or None without a grid or where its cells are meshed in another way."""
         grid, infill = elastomer.grid, elastomer.infill
         if grid is None or infill is None:
             return None
-        infill = elastomer.printed_cells
+        infill = elastomer.boxed_cells
         size = len(infill.vertices) // grid.cell_count
         faces = infill.faces[: elastomer.triangles_per_cell].astype(np.int64)
         low, high = infill.vertices[:size].min(0), infill.vertices[:size].max(0)

@@ -30,7 +30,7 @@ class Finish:
     specular: float = 0.0
     """Share of the light that is mirrored."""
     roughness: float = 0.2
-    """Of the mirror: the root mean square slope of its facets."""
+    """Roughness of the mirror: the root mean square slope of its facets."""
 
     is_ghost: bool = False
     """Whether light passes as if nothing were there: it must leave every image as it is, which tests the estimator."""

@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridState:
-    """Of the cells as they are deformed."""
+    """What is known of the cells as they are deformed."""
 
     volumes_mm3: Array
     """Shape (cells,) [mm3]."""

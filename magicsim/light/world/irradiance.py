@@ -35,7 +35,7 @@ class IrradianceKernel:
     weights: sp.csr_matrix
     """Kernel between triangles and patches, shape (triangles, patches)."""
     areas_mm2: Array
-    """Of the triangles, shape (triangles,) [mm2]."""
+    """Areas of the triangles, shape (triangles,) [mm2]."""
 
     def irradiance(self, deposits: Array, wetted: npt.NDArray[np.bool_]) -> Array:
         """Irradiance from flux deposits, both of shape (triangles, channels).

@@ -26,7 +26,7 @@ class Room(NamedTuple):
     """What the room shines on."""
 
     centre: Any
-    """Of a sphere around it [mm]."""
+    """Centre of a sphere around it [mm]."""
     radius_mm: float
     away_mm: float
     """Distance from there at which nothing is in the way any more."""
@@ -77,7 +77,7 @@ def room_particles(environment: Any, room: Room, *, u: list[Any]) -> tuple[Any, 
 
 
 def _shares(environment: Any) -> Array:
-    """Of the particles for each cell, ring after ring from below, shape (RINGS * SECTORS,)."""
+    """Shares of the particles for each cell, ring after ring from below, shape (RINGS * SECTORS,)."""
     ring, sector = np.divmod(np.arange(RINGS * SECTORS), SECTORS)
     height, turn = 2 * (ring + 0.5) / RINGS - 1, 2 * np.pi * (sector + 0.5) / SECTORS
     sine = np.sqrt(1 - height**2)
@@ -91,7 +91,7 @@ def _shares(environment: Any) -> Array:
 
 
 def _radiance(environment: Any, way: Any) -> Any:
-    """Of what arrives along ways, mi.Color3f."""
+    """Radiance of what arrives along ways, mi.Color3f."""
     si = dr.zeros(mi.SurfaceInteraction3f, dr.width(way))
     si.wi = way
     return mi.Color3f(environment.eval(si))

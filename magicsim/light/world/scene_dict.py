@@ -53,7 +53,7 @@ class WorldContent:
 
     @property
     def object_name(self) -> str:
-        """Of the object's shape: a ghost is none that the estimator knows."""
+        """Name of the object's shape: a ghost is none that the estimator knows."""
         return GHOST if self.object_finish.is_ghost else OBJECT
 
 

@@ -28,7 +28,7 @@ class Shapes:
     """What approaches, or None."""
     triangles_per_cell: int
     faces: CellFaces | None
-    """Of the cells, for `next_hit`; None to search all triangles for every hit."""
+    """Faces of the cells, for `next_hit`; None to search all triangles for every hit."""
     outside: Any = None
     """A scene of its own that holds the object, or None where it is in the block's."""
     coating: Any = None

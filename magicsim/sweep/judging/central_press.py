@@ -4,13 +4,13 @@ The lattice is as fine as the contact is small, so that the lightest touch is as
 holds a quarter of the block where the object is its own mirror image.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.contact.face import point_spacing_mm
-from magicsim.deform.deformation import Deformation
+from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.lattice.central import QUARTERS, central_lattice, displaced_elsewhere, is_mirror_image
 from magicsim.deform.lattice.structure import FINEST_MM, Lattice
@@ -93,17 +93,10 @@ def followed_finely(design: ElastomerDesign) -> ElastomerDesign:
     return design.model_copy(update={"lattice": design.lattice.model_copy(update=update)})
 
 
-def moved(simulated: Sensor, state: FrameState, pressed: CentralPress) -> Deformation:
-    """A press in the middle, moved to where a state has its object: displacements and force alone."""
+def moved(simulated: Sensor, state: FrameState, pressed: CentralPress) -> Displacement:
+    """A press in the middle, moved to where a state has its object."""
     place = (state.x_mm, state.y_mm)
-    displacements = pressed.displacements_mm(simulated.lattice.nodes_mm, place)
-    indenter = simulated.indenter(state)
-    return replace(
-        simulated.rest,
-        displacements_mm=displacements,
-        pose=indenter.pose if indenter is not None else None,
-        force_n=pressed.force_n,
-    )
+    return Displacement(displacements_mm=pressed.displacements_mm(simulated.lattice.nodes_mm, place))
 
 
 def _spacing_mm(design: ElastomerDesign, zone: Zone, cells_across: int) -> float:

@@ -33,17 +33,17 @@ class ContactScores:
     touched: Array
     """Similarity of the lightest touches, shape (places, draws)."""
     near: Array
-    """The same in front of each place."""
+    """Similarity in front of each place, shape (places, draws)."""
     clear: Array
-    """Of untouched frames, shape (frames,)."""
+    """Similarity of untouched frames, shape (frames,)."""
     hit: Mask
     """Verdict of the touches, shape (places, draws)."""
     near_alarm: Mask
-    """Of the frames in front of each place, shape (places, draws)."""
+    """Alarms of the frames in front of each place, shape (places, draws)."""
     light_alarm: Mask
     """Under outside light, shape (places of the light, draws)."""
     clear_alarm: Mask
-    """Of untouched frames, shape (frames,)."""
+    """Alarms of untouched frames, shape (frames,)."""
 
 
 def contact_scores(film: Film, detector: FittedDetector, draws: int, *, drift: float) -> ContactScores:

@@ -84,7 +84,7 @@ def is_near(shown: Shown) -> bool:
 
 
 def fixed_detector(film: Film) -> FittedDetector:
-    """The same options for every design, so that their similarities can be compared.
+    """A detector with one set of options for every design, so that their similarities can be compared.
 
     Bright pixels are the grid from the mean grey level upwards, and the overlap is intersection over union: half of the
     pixels lie on each side of the threshold, and whatever moves or changes brightness shows.

@@ -21,7 +21,7 @@ from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.points import unit_points
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import OutputSettings, SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, timeline
+from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_exposure
 from magicsim.sweep.judging.central_press import CentralPress, followed_finely, moved, press_centrally
@@ -69,7 +69,7 @@ class Film:
     camera: Camera
     exposure: Exposure
     seed: int
-    """Of the camera's noise."""
+    """Seed of the camera's noise."""
     untouched: Shown
     approach: tuple[Shown, ...]
     """On the axis, gaps falling."""
@@ -123,7 +123,7 @@ def film_design(
 
     scene = _scene(sensor, thing, quality, seed=seed)
     # What else looks at the sensor, such as the plates, has the random numbers of the first film.
-    first = Sensor(scene, untouched=untouched)
+    first = Sensor.for_scene(scene, untouched=untouched)
     first.warm_up(plan_scene(scene))
     turns = [first, *(first.reseeded(turn) for turn in range(1, quality.renderings))]
     rests = [each.radiance(UNTOUCHED, first.rest) for each in turns]
@@ -151,9 +151,9 @@ def _film(simulated: Sensor, rest: FloatImage, shown: tuple[Shown, ...], quality
     near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches
     parts = [shown[a:b] for a, b in _runs([near, depths, touches, len(LIGHTS_MM)])]
     return Film(
-        camera=simulated.scene.rig.camera,
+        camera=simulated.rig.camera,
         exposure=sensor_exposure(simulated, rest),
-        seed=simulated.scene.seed,
+        seed=simulated.seed,
         untouched=Shown(number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest, force_n=0.0, seconds=0.0),
         approach=tuple(parts[0]),
         press=tuple(parts[1]),
@@ -167,9 +167,10 @@ def _film(simulated: Sensor, rest: FloatImage, shown: tuple[Shown, ...], quality
 def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) -> Iterator[list[Shown]]:
     """Every state by every turn: a state's meshes are moved, and its search tree is built, once for all of them."""
     first = turns[0]
-    for number, state in enumerate(timeline(first.scene), 1):
+    for number, state in enumerate(first.states, 1):
         depth = -(state.gap_mm or 0.0)
-        deformation = moved(first, state, pressed(depth)) if depth > 0 else first.rest
+        press = pressed(depth) if depth > 0 else None
+        deformation = moved(first, state, press) if press is not None else first.rest
         before = time.perf_counter()
         view = first.view(state, deformation)
         shown = []
@@ -182,7 +183,7 @@ def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) ->
                     x_mm=state.x_mm,
                     y_mm=state.y_mm,
                     radiance=radiance,
-                    force_n=float(deformation.force_n[2]),
+                    force_n=float(press.force_n[2]) if press is not None else 0.0,
                     seconds=now - before,
                 )
             )

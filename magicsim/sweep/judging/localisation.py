@@ -17,7 +17,7 @@ from magicsim.sweep.judging.measures import Measured
 Array = npt.NDArray[np.float64]
 TINY = 1e-12
 PENALTIES = (1e-4, 1e-3, 1e-2, 1e-1)
-"""Of the ridge, in units of the mean square of the features; chosen without the place that is left out."""
+"""Penalties of the ridge, in units of the mean square of the features; chosen without the place that is left out."""
 DRAWS = 2
 """Frames of each touch."""
 FIRST = 300

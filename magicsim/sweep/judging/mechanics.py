@@ -21,7 +21,7 @@ rim of the cone's tip."""
 DUROMETER_STEP_MM = 0.25
 """Load step of the cone, twice the usual one, which changes the hardness by less than the coarser lattice does [mm]."""
 DUROMETER_TOLERANCE_N = 4e-3
-"""Of the force at equilibrium [N]: 0.05 units of Shore A."""
+"""Tolerance of the force at equilibrium [N]: 0.05 units of Shore A."""
 
 
 def press_curve(depths_mm: Array, force_n: Array, *, relative_error: float) -> tuple[Measured, Measured]:

@@ -183,7 +183,7 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
 
 
 def _cost(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
-    """Of a touch on the design's own lattice, as `magicsim press` solves it, and of its rendering."""
+    """Cost of a touch on the design's own lattice, as `magicsim press` solves it, and of its rendering."""
     own = press(sensor.design, sweep.object, depth_mm=sweep.quality.touch_depth_mm)
     seconds = own.seconds + np.array([each.seconds for each in (*film.press, *film.touches)])
     low, middle, high = np.quantile(seconds, [0.25, 0.5, 0.75]).tolist()

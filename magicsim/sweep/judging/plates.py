@@ -4,7 +4,7 @@ Plate, lattice and the part that is looked at grow with the spacing, so that eve
 lines are their own mirror images about the axis: a quarter of the block is solved.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -16,8 +16,8 @@ from magicsim.detectors.frame import Frame
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import BoxObject, DotsObject, LinesObject, ObjectConfig
 from magicsim.light.records.untouched_states import UntouchedStates
-from magicsim.scenes.scene import OutputSettings, SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, timeline
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor, sensor_exposure
 from magicsim.sweep.judging.central_press import followed_finely, moved, press_centrally
 from magicsim.sweep.judging.quality import Quality
@@ -86,16 +86,18 @@ def press_plate(
         msg = f"a plate of {PLATE_PERIODS} x {spacing_mm:g} mm is larger than the face"
         raise ConfigError(msg)
     thing = plate(pattern, spacing_mm, like)
-    scene = plate_scene(sensor, thing, spacing_mm, quality, seed=seed)
+    rig, design = plate_rig(sensor, spacing_mm, quality), followed_finely(sensor.design)
     cells = CELLS_A_PERIOD if pattern is not None else CELLS_A_PERIOD / 2
     pressed = press_centrally(
         sensor.design, thing, quality.texture_depth_mm, cells_across=1, spacing_mm=spacing_mm / cells
     )
-    simulated = Sensor(scene, untouched=untouched)
-    state = timeline(scene)[0]
+    state = replace(UNTOUCHED, gap_mm=-quality.texture_depth_mm)
+    simulated = Sensor(
+        design, rig, thing, render=render_of(sensor, quality), states=[state], seed=seed, untouched=untouched
+    )
     rest = simulated.radiance(UNTOUCHED, simulated.rest)
     image = simulated.radiance(state, moved(simulated, state, pressed))
-    camera, exposure = scene.rig.camera, sensor_exposure(simulated, rest)
+    camera, exposure = rig.camera, sensor_exposure(simulated, rest)
 
     def frames(radiance: FloatImage, first: int) -> npt.NDArray[np.float64]:
         return np.stack(
@@ -103,16 +105,14 @@ def press_plate(
         ).astype(float)
 
     shown, reference = frames(image, 0), frames(rest, quality.draws).mean(0)
-    landing = pixel_landing_mm(scene.design, scene.rig)
+    landing = pixel_landing_mm(design, rig)
     inside = np.abs(landing).max(2) <= LOOKED_AT_PERIODS * spacing_mm / 2
     contrast = ((shown - reference) / reference[inside].mean(0))[:, inside]
     return PlateFrames(contrast=contrast, places_mm=landing[inside], picture=shown[0].astype(np.uint8))
 
 
-def plate_scene(
-    sensor: SweptSensor, thing: ObjectConfig, spacing_mm: float, quality: Quality, *, seed: int
-) -> SceneConfig:
-    """A scene of one pressed plate, its camera reading out what lies around the plate."""
+def plate_rig(sensor: SweptSensor, spacing_mm: float, quality: Quality) -> Rig:
+    """The rig of a sensor, its camera reading out what lies around a plate of `PLATE_PERIODS` spacings."""
     camera = camera_of(sensor, quality, scale=quality.texture_scale)
     whole = sensor.rig.model_copy(update={"camera": camera})
     near = np.abs(pixel_landing_mm(sensor.design, whole)).max(2) <= PLATE_PERIODS * spacing_mm / 2
@@ -120,18 +120,5 @@ def plate_scene(
     top, left = max(0, rows[0] - MARGIN_PX), max(0, columns[0] - MARGIN_PX)
     bottom, right = min(camera.rows, rows[-1] + 1 + MARGIN_PX), min(camera.columns, columns[-1] + 1 + MARGIN_PX)
     region = (int(left), int(top), int(right - left), int(bottom - top))
-    return SceneConfig.model_validate(
-        {
-            "schema_version": 1,
-            "design": followed_finely(sensor.design),
-            "rig": sensor.rig.model_copy(
-                update={"camera": camera.pixelwise().model_copy(update={"region_px": region})}
-            ),
-            "seed": seed,
-            "references": 0,
-            "object": thing,
-            "render": render_of(sensor, quality),
-            "output": OutputSettings(**dict.fromkeys(OutputSettings.model_fields, False)),
-            "keyframes": [{"frame": 0, "gap_mm": -quality.texture_depth_mm}],
-        }
-    )
+    looking = camera.pixelwise().model_copy(update={"region_px": region})
+    return sensor.rig.model_copy(update={"camera": looking})

@@ -29,7 +29,7 @@ class Quality(Config):
     anchor_particles: Annotated[int, Field(ge=1000, le=100_000_000)] = 200_000
     """Its light particles."""
     renderings: Annotated[int, Field(ge=1, le=20)] = 2
-    """Of every frame that image measures are taken from, each with random numbers, references and thresholds of its
+    """Renderings of every frame for image measures, each with random numbers, references and thresholds of its
     own, so that the rendering's noise is in the intervals."""
     draws: Annotated[int, Field(ge=4, le=200)] = 12
     """Frames with camera noise of their own that every state is seen in."""
@@ -52,7 +52,7 @@ class Quality(Config):
     line_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=1)] = (2.0, 1.4, 1.0)
     """Spacings of lines, falling; the finest is pressed first, and coarser ones until one is told apart [mm]."""
     dot_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=1)] = (2.0, 1.4, 1.0)
-    """The same of dots [mm]."""
+    """Spacings of dots, falling, tried in that order [mm]."""
     texture_scale: Annotated[int, Field(ge=1, le=8)] = 1
     """Pixels of their images for each pixel of the others, along columns and along rows."""
     durometer_spacing_mm: Annotated[float, Field(ge=0.1, le=1)] = 0.35

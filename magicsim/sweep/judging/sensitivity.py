@@ -32,7 +32,7 @@ class ApproachCurve:
     entropy: Array
     correlation: Array
     clear_entropy: Array
-    """Of untouched frames, shape (frames,)."""
+    """Entropy of untouched frames, shape (frames,)."""
     tau_c: float
 
     def rates(self, draws: Indices, clear: Indices) -> Array:
@@ -42,7 +42,7 @@ class ApproachCurve:
         return np.asarray(seen[:, draws].mean(1))
 
     def all_rates(self) -> Array:
-        """The same of all frames."""
+        """Rates of all frames."""
         return self.rates(np.arange(self.entropy.shape[1]), np.arange(len(self.clear_entropy)))
 
     def range_mm(self) -> float:

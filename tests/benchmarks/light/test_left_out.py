@@ -18,7 +18,7 @@ from laboratory.light.left_out import (
 )
 from PIL import Image
 
-from magicsim.deform.lattice.zone import FAR_FIELD_BOUND
+from magicsim.geometry.design import FAR_FIELD_BOUND
 
 
 def test_row_says_what_a_rule_saves_and_changes() -> None:

@@ -18,14 +18,14 @@ ANCHOR = ("render.anchor_samples=32", "render.anchor_particles=200000")
 
 
 def test_untouched_sensor_looks_the_same_with_any_seed(small_scene):
-    images = [Sensor(small_scene("rest", *ANCHOR, seed=seed)).renderer.radiance(View()) for seed in (1, 2)]
+    images = [Sensor.for_scene(small_scene("rest", *ANCHOR, seed=seed)).renderer.radiance(View()) for seed in (1, 2)]
     np.testing.assert_allclose(images[0], images[1], atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["near", "flashlight"])
 def test_anchor_changes_no_mean(small_scene, name):
     scene = small_scene(name, *ANCHOR, "render.particles=200000", "render.samples=32")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     view = sensor.view(timeline(scene)[0], sensor.rest)
     anchored, plain = sensor.renderer.radiance(view), sensor.renderer.plain_radiance(view)
     np.testing.assert_allclose(anchored.mean((0, 1)), plain.mean((0, 1)), rtol=0.02)
@@ -40,7 +40,7 @@ def test_anchor_changes_no_mean_of_a_pressed_frame(small_scene):
     found = []
     for seed in (1, 2):
         scene = small_scene("pressed", *ANCHOR, "render.particles=200000", "render.samples=32", seed=seed)
-        sensor, state = Sensor(scene), timeline(scene)[0]
+        sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
         view = sensor.view(state, sensor.deform(state, sensor.rest))
         found.append([sensor.renderer.radiance(view), sensor.renderer.plain_radiance(view, turn=10 + seed)])
     anchored, plain = np.mean(found, 0)
@@ -56,7 +56,7 @@ def test_light_of_a_squeezed_scattering_body_is_carried_over_per_volume(small_sc
         "render.particles=200000", "render.samples=32",
     )  # fmt: skip
     scene = small_scene("pressed", *ANCHOR, *hazy)
-    sensor, state = Sensor(scene), replace(timeline(scene)[0], gap_mm=-2.5)
+    sensor, state = Sensor.for_scene(scene), replace(timeline(scene)[0], gap_mm=-2.5)
     view = sensor.view(state, sensor.deform(state, sensor.rest))
     plain = np.mean([sensor.renderer.plain_radiance(view, turn=turn) for turn in (1, 2)], 0)
     np.testing.assert_allclose(sensor.renderer.radiance(view).mean(), plain.mean(), rtol=0.025)
@@ -64,7 +64,7 @@ def test_light_of_a_squeezed_scattering_body_is_carried_over_per_volume(small_sc
 
 def test_preparations_change_no_frame(small_scene):
     scene = small_scene("near", "render.anchor_samples=4", "render.anchor_particles=20000", "render.particles=2000")
-    bare, prepared = Sensor(scene), Sensor(scene)
+    bare, prepared = Sensor.for_scene(scene), Sensor.for_scene(scene)
     view = prepared.view(timeline(scene)[0], prepared.rest)
     prepared.renderer.warm_up(view)
     prepared.renderer.prepare(view)
@@ -74,7 +74,7 @@ def test_preparations_change_no_frame(small_scene):
 def test_frames_with_an_object_and_a_flashlight_add_what_each_brings(small_scene):
     # A small ball far in front of the face: it hides little of the flashlight, and adds its own light.
     scene = small_scene("near", *ANCHOR, "object.radius_mm=1")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     alone = sensor.view(timeline(scene)[0], sensor.rest)
     both = View(indenter=alone.indenter, flashlight_x_mm=0.0)
     rest, near, lamp, together = (
@@ -90,7 +90,7 @@ def test_frames_with_an_object_and_a_flashlight_add_what_each_brings(small_scene
 def test_empty_scene_stays_normal_against_references_of_another_seed(small_scene):
     profile = load_profile("calibrated")
     first, second = small_scene("rest", *ANCHOR, seed=1), small_scene("rest", *ANCHOR, seed=2)
-    untouched, other = (Sensor(scene).renderer.radiance(View()) for scene in (first, second))
+    untouched, other = (Sensor.for_scene(scene).renderer.radiance(View()) for scene in (first, second))
     camera = first.rig.camera
     exposure = meter(untouched, camera)
     frames = [expose(untouched, exposure, camera, seed=1, frame=index) for index in range(30)]
@@ -101,7 +101,7 @@ def test_empty_scene_stays_normal_against_references_of_another_seed(small_scene
 def test_ghost_changes_the_sampling_and_not_the_verdict(small_scene):
     # An object that light passes as if nothing were there: paths differ, light does not.
     scene = small_scene("near", *ANCHOR, "render.samples=6", "render.particles=80000")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     renderer = Renderer(
         sensor.elastomer,
         scene.rig,
@@ -129,11 +129,13 @@ QUICK = ("render.anchor_samples=4", "render.anchor_particles=5000", "render.part
 
 def test_sensor_with_other_random_numbers_is_that_of_a_scene_with_these(small_scene):
     scene = small_scene("pressed", *QUICK, seed=1)
-    first, state = Sensor(scene), timeline(scene)[0]
+    first, state = Sensor.for_scene(scene), timeline(scene)[0]
     second = first.reseeded(2)
     view = first.view(state, first.deform(state, first.rest))
     shown = [each.renderer.radiance(view) for each in (first, second, first)]
-    other = Sensor(small_scene("pressed", *QUICK, f"render.anchor_seed={scene.render.anchor_seed + 2}", seed=3))
+    other = Sensor.for_scene(
+        small_scene("pressed", *QUICK, f"render.anchor_seed={scene.render.anchor_seed + 2}", seed=3)
+    )
     np.testing.assert_array_equal(shown[1], other.renderer.radiance(view))
     np.testing.assert_array_equal(shown[2], shown[0])
     assert np.abs(shown[1] - shown[0]).max() > 0
@@ -144,7 +146,7 @@ def test_sensors_of_one_seed_share_what_their_frames_refer_to_and_of_another_do_
     states = UntouchedStates()
 
     def anchor(*changes: str, seed: int = 1):
-        sensor = Sensor(small_scene("near", *QUICK, *changes, seed=seed), untouched=states)
+        sensor = Sensor.for_scene(small_scene("near", *QUICK, *changes, seed=seed), untouched=states)
         return sensor.renderer.cheap()
 
     first = anchor()

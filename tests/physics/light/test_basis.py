@@ -19,7 +19,7 @@ def images(estimator: str, *overrides: str):
     from magicsim.simulation.sensor import Sensor
 
     scene = load_scene("rest", [*SMALL, f"render.estimator={estimator}", *overrides], seed=3)
-    renderer: Renderer = Sensor(scene).renderer
+    renderer: Renderer = Sensor.for_scene(scene).renderer
     return renderer.basis(View()), renderer.plain_radiance(View())
 
 
@@ -44,5 +44,5 @@ def test_a_dimmed_strip_is_a_weighted_sum() -> None:
     rig = scene.rig.model_copy(update={"strips": (dimmed, *scene.rig.strips[1:])})
     basis, _ = images("fluence")
     name = next(iter(basis))
-    rendered = Sensor(scene.model_copy(update={"rig": rig})).renderer.plain_radiance(View())
+    rendered = Sensor.for_scene(scene.model_copy(update={"rig": rig})).renderer.plain_radiance(View())
     np.testing.assert_allclose(relight(basis, {name: 0.25}), rendered, rtol=2e-3, atol=1e-5 * rendered.max())

@@ -22,7 +22,7 @@ CASES = {"coat": COAT, "film": FILM, "dots": DOTS, "below": BELOW, "ring": RING}
 
 
 def images(scene, seeds):
-    sensor, found = Sensor(scene), []
+    sensor, found = Sensor.for_scene(scene), []
     for seed in seeds:
         sensor.renderer.seed = seed
         found.append(sensor.renderer.plain_radiance(View()))
@@ -46,7 +46,7 @@ def test_fluence_agrees_with_path_tracing(case, small_scene):
 
 @pytest.mark.parametrize("case", ["coat", "film", "dots"])
 def test_emitted_light_is_absorbed_or_escapes(case, small_scene):
-    loaded = Sensor(small_scene("rest", *BLOCK, *CASES[case])).renderer.world(View()).scene
+    loaded = Sensor.for_scene(small_scene("rest", *BLOCK, *CASES[case])).renderer.world(View()).scene
     for name in ("strip0", "strip2"):
         account = loaded.integrator().balance(loaded, name, particles=60_000, seed=5)
         assert account["absorbed"] + account["escaped"] == pytest.approx(account["emitted"], rel=0.005)

@@ -16,7 +16,7 @@ def facet_points(vertices, faces):
 @pytest.mark.parametrize(("coupling", "low", "high"), [("dry", 0.015, 0.025), ("wet", -0.03, -0.003)])
 def test_skin_keeps_its_clearance_in_contact(coupling, low, high, small_scene):
     scene = small_scene("pressed", f"contact.coupling={coupling}")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest)
     view = sensor.view(state, deformation)
@@ -26,7 +26,7 @@ def test_skin_keeps_its_clearance_in_contact(coupling, low, high, small_scene):
 
 def test_cells_stay_disjoint_from_skin_and_object(small_scene):
     scene = small_scene("pressed")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
     view = sensor.view(state, sensor.deform(state, sensor.rest))
     assert view.indenter.distance(view.infill)[0].min() > 0.3
@@ -37,7 +37,7 @@ def test_contact_mask_covers_the_contact_and_nothing_else(small_scene):
     from magicsim.simulation.truth import contact_mask
 
     scene = small_scene("pressed")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     deformation = sensor.deform(timeline(scene)[0], sensor.rest)
     mask = contact_mask(deformation, pixel_landing_mm(scene.design, scene.rig))
     rows, columns = np.nonzero(mask)

@@ -28,7 +28,7 @@ def state(gap_mm, *, flashlight=False):
 
 def sensor_of(*settings, seed=1):
     press = f"keyframes=[{{frame=0,gap_mm=-0.05,x_mm={PLACE['x_mm']},y_mm={PLACE['y_mm']}}}]"
-    return Sensor(load_scene("pressed", [*SMALL, "object.radius_mm=2.5", press, *settings], seed=seed))
+    return Sensor.for_scene(load_scene("pressed", [*SMALL, "object.radius_mm=2.5", press, *settings], seed=seed))
 
 
 def seen(sensor, each):

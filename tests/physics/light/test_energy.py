@@ -21,7 +21,7 @@ def test_emitted_light_is_absorbed_or_escapes(state, overrides, small_scene):
     from magicsim.light.world.shapes import lights
 
     scene = small_scene(state, *SMALL, *overrides)
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     frame = timeline(scene)[0]
     view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
     loaded = sensor.renderer.world(view).scene

@@ -12,7 +12,7 @@ AGREEMENT = 0.01
 
 def channel_means(scene, seeds):
     """Mean radiance of each channel and its standard error over independent seeds."""
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     view = sensor.view(state, deformation)
@@ -48,7 +48,7 @@ def test_mi_render_runs_the_fluence_estimator(small_scene):
     from magicsim.scenes.view import View
 
     scene = small_scene("rest", "rig.camera.blur_px=0", seed=7)
-    renderer = Sensor(scene).renderer
+    renderer = Sensor.for_scene(scene).renderer
     expected = renderer.plain_radiance(View())
     loaded = renderer.world(View()).scene
     image = np.array(mi.render(loaded, spp=scene.render.samples, seed=7))

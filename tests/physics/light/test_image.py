@@ -8,14 +8,14 @@ from magicsim.simulation.sensor import Sensor
 
 
 def test_red_is_at_column_zero_and_blue_at_the_last(small_scene):
-    image = Sensor(small_scene("rest")).renderer.plain_radiance(View())
+    image = Sensor.for_scene(small_scene("rest")).renderer.plain_radiance(View())
     red, blue = image[..., 0].mean(0), image[..., 2].mean(0)
     assert red[:8].mean() > 3 * red[-8:].mean()
     assert blue[-8:].mean() > 3 * blue[:8].mean()
 
 
 def test_green_lights_both_ends_of_the_rows(small_scene):
-    green = Sensor(small_scene("rest")).renderer.plain_radiance(View())[..., 1].mean(1)
+    green = Sensor.for_scene(small_scene("rest")).renderer.plain_radiance(View())[..., 1].mean(1)
     middle = green[28:36].mean()
     assert green[:6].mean() > 1.5 * middle
     assert green[-6:].mean() > 1.5 * middle
@@ -23,7 +23,7 @@ def test_green_lights_both_ends_of_the_rows(small_scene):
 
 def test_object_at_plus_x_and_plus_y_appears_right_of_and_above_the_centre(small_scene):
     scene = small_scene("near", "object.radius_mm=3", "object.color=[0.9, 0.9, 0.9]")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
     moved = type(state)(gap_mm=0.2, x_mm=5.0, y_mm=8.0, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
     brighter = np.clip(
@@ -39,7 +39,7 @@ def test_object_at_plus_x_and_plus_y_appears_right_of_and_above_the_centre(small
 
 def test_sensor_without_light_is_black(small_scene):
     dark = small_scene("near", "rig.strips=[]")
-    sensor = Sensor(dark)
+    sensor = Sensor.for_scene(dark)
     image = sensor.renderer.plain_radiance(sensor.view(timeline(dark)[0], sensor.rest))
     assert image.max() == 0
 
@@ -60,7 +60,7 @@ def test_image_is_linear_in_the_lights(small_scene):
     )
     one, two = (
         sensor.renderer.plain_radiance(sensor.view(timeline(plain)[0], sensor.rest))
-        for sensor in (Sensor(plain), Sensor(bright))
+        for sensor in (Sensor.for_scene(plain), Sensor.for_scene(bright))
     )
     np.testing.assert_allclose(two, 2 * one, rtol=1e-3, atol=1e-6)
 
@@ -68,7 +68,7 @@ def test_image_is_linear_in_the_lights(small_scene):
 def test_image_of_a_mirrored_object_is_the_mirrored_image_in_green(small_scene):
     # The block and the green strips are symmetric about x = 0, so green may differ by noise only.
     scene = small_scene("near", "render.particles=300000", "render.samples=64")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
 
     def green(x_mm):
@@ -83,6 +83,6 @@ def test_image_of_a_mirrored_object_is_the_mirrored_image_in_green(small_scene):
 
 def test_block_without_scattering_shows_no_light_of_its_own(small_scene):
     clear = small_scene("rest", "design.materials.infill.sigma_s_per_mm=0")
-    scattering = Sensor(small_scene("rest")).renderer.plain_radiance(View())
-    image = Sensor(clear).renderer.plain_radiance(View())
+    scattering = Sensor.for_scene(small_scene("rest")).renderer.plain_radiance(View())
+    image = Sensor.for_scene(clear).renderer.plain_radiance(View())
     assert np.median(image) < 0.05 * np.median(scattering)

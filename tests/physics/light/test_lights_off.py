@@ -33,7 +33,7 @@ def radiance(config: SceneConfig) -> np.ndarray:
     from magicsim.scenes.timeline import timeline
     from magicsim.simulation.sensor import Sensor
 
-    sensor = Sensor(config)
+    sensor = Sensor.for_scene(config)
     return sensor.renderer.plain_radiance(sensor.view(timeline(config)[0], sensor.rest))
 
 
@@ -92,7 +92,7 @@ def test_basis_has_a_black_image_for_a_light_that_is_off():
     from magicsim.scenes.view import View
     from magicsim.simulation.sensor import Sensor
 
-    basis = Sensor(scene(strips("[5,5,5]", DARK), keyframes=("{frame=0}",))).renderer.basis(View())
+    basis = Sensor.for_scene(scene(strips("[5,5,5]", DARK), keyframes=("{frame=0}",))).renderer.basis(View())
     assert basis["strip0"].max() > 0
     assert basis["strip1"].max() == 0
 

@@ -34,7 +34,7 @@ QUICK = ("both scatter", "forward scattering", "a room with a window")
 
 def means(scene, turns):
     """Mean radiance of each channel and its standard error over independent images."""
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     view = sensor.view(timeline(scene)[0], sensor.rest)
     found = [sensor.renderer.plain_radiance(view, turn=turn).mean((0, 1), dtype=np.float64) for turn in range(turns)]
     return np.mean(found, 0), np.std(found, 0, ddof=1) / np.sqrt(turns)
@@ -76,7 +76,7 @@ def test_reduced_scattering_alone_is_darker_than_forward_scattering(small_scene)
 def test_path_refuses_a_scattering_body_under_a_lens(small_scene):
     scene = small_scene("near", "render.estimator=path", "design.materials.body.sigma_s_per_mm=0.3")
     with pytest.raises(RenderError, match=r"lens\.thickness_mm = 2 is not allowed"):
-        Sensor(scene)
+        Sensor.for_scene(scene)
 
 
 def test_clear_lens_over_a_scattering_body_scatters_nothing(small_scene):

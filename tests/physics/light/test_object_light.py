@@ -14,7 +14,7 @@ PARTICLES = 400_000
 
 def lit(scene, *, particles):
     """Irradiance by particles that land and by rays that gather, the areas of the triangles, and which are wet."""
-    sensor, state = Sensor(scene), timeline(scene)[0]
+    sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if state.gap_mm < 0 else sensor.rest
     view = sensor.view(state, deformation)
     world = sensor.renderer.world(view).scene
@@ -45,7 +45,7 @@ def test_rays_bring_as_much_light_as_particles(small_scene, name, overrides):
 
 def test_a_dark_sensor_leaves_the_object_dark(small_scene):
     scene = small_scene("near", *SMALL, "rig.strips=[]")
-    sensor = Sensor(scene)
+    sensor = Sensor.for_scene(scene)
     world = sensor.renderer.world(sensor.view(timeline(scene)[0], sensor.rest)).scene
     found = world.integrator().with_lit_object(world, world.integrator().darkness(world), particles=1000, seed=1)
     assert not found.irradiance.any()

@@ -18,8 +18,8 @@ def test_estimated_error_is_the_distance_to_a_converged_image() -> None:
     from magicsim.scenes.view import View
     from magicsim.simulation.sensor import Sensor
 
-    renderer = Sensor(load_scene("rest", SMALL, seed=3)).renderer
-    converged = Sensor(load_scene("rest", SMALL, seed=900_000)).renderer.refined(View(), 0.015)
+    renderer = Sensor.for_scene(load_scene("rest", SMALL, seed=3)).renderer
+    converged = Sensor.for_scene(load_scene("rest", SMALL, seed=900_000)).renderer.refined(View(), 0.015)
     found = renderer.refined(View(), 0.03)
     assert found.relative_error <= 0.03
     assert found.passes > 4

@@ -1,7 +1,8 @@
-"""The stated error of the force: its parts add up, and flat faces have the larger one."""
+"""The stated error of the force: its parts add up, and textures have the larger one."""
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,13 +15,15 @@ from magicsim.dataset.recipes.recipe import load_recipe
 ROUND = Path(__file__).with_name("small.toml")
 
 
-def test_parts_add_up_by_squares_and_flat_faces_are_worse() -> None:
-    found, flat = force_error(load_recipe(str(ROUND))), force_error(load_recipe("default"))
+def test_parts_add_up_by_squares_and_textures_are_worse() -> None:
+    recipe = load_recipe(str(ROUND))
+    lines = recipe.model_copy(update={"objects": (SimpleNamespace(kind="lines"),)})
+    found, textured = force_error(recipe), force_error(lines)
     for side in (0, 1):
         parts = [found[cause][side] for cause in ("lattice", "time", "moduli")]
         assert abs(found["total"][side]) == pytest.approx(sum(part**2 for part in parts) ** 0.5, abs=1e-3)
     assert all(low < 0 < high for low, high in found.values())
-    assert flat["lattice"][1] > found["lattice"][1]
+    assert textured["lattice"][1] > found["lattice"][1]
 
 
 def test_files_and_card_state_it() -> None:

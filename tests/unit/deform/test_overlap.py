@@ -51,7 +51,7 @@ def test_a_ball_too_small_for_the_lattice_gets_finer_cells() -> None:
     assert found.force_n[2] > 0
     indenter = place_object(parse_object("sphere:radius_mm=0.05"), gap_mm=-0.05)
     lattice = build_lattice(design, zone=contact_zone([indenter], design))
-    assert min(np.diff(planes).min() for planes in lattice.planes_mm[:2]) == pytest.approx(0.1)
+    assert min(np.diff(planes).min() for planes in lattice.planes_mm[:2]) == pytest.approx(0.05, rel=0.05)
 
 
 def test_a_ball_deeper_than_a_face_can_follow_is_refused_at_once() -> None:
@@ -60,6 +60,12 @@ def test_a_ball_deeper_than_a_face_can_follow_is_refused_at_once() -> None:
             load_preset(ElastomerDesign, "design", "uniform-block", SMALL), parse_object("sphere:radius_mm=0.05"),
             depth_mm=0.5,
         )  # fmt: skip
+
+
+def test_a_ball_around_which_the_face_stretches_beyond_its_nodes_is_refused_at_once() -> None:
+    design = load_preset(ElastomerDesign, "design", "mini-magictac", [])
+    with pytest.raises(ConvergenceError, match=r"pressed 0.5 mm deep .* the face stretches .* at most"):
+        press(design, parse_object("sphere:radius_mm=0.1"), depth_mm=0.5)
 
 
 def test_smooth_objects_lie_in_the_face_to_a_hundredth_of_the_node_spacing() -> None:

@@ -39,8 +39,8 @@ def test_images_of_a_sensor_with_another_constant_give_it_back(tmp_path: Path):
     assert scattering.value == pytest.approx(true, rel=0.1)
     assert found.rms < 0.5 * found.start_rms
     assert max(found.mean_rms) < 2.5
-    sensor = Sensor(load_scene(out))
-    radiance, camera = sensor.radiance(UNTOUCHED, sensor.rest), sensor.scene.rig.camera
+    sensor = Sensor.for_scene(load_scene(out))
+    radiance, camera = sensor.radiance(UNTOUCHED, sensor.rest), sensor.rig.camera
     levels = 255 * (radiance.mean((0, 1)) * meter(radiance, camera).gain)
     assert levels == pytest.approx(shown.mean.mean((0, 1)), rel=0.05)
     assert (tmp_path / "mine.png").read_bytes().startswith(b"\x89PNG")

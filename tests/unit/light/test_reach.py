@@ -13,6 +13,7 @@ from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.sensor import Sensor
 
 SMALL = [
+    "rig=digit-rgb",
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28",
     "object.radius_mm=30", "object.color=[1,1,1]",
 ]  # fmt: skip
@@ -63,12 +64,12 @@ def test_what_mirrors_hides_the_room_or_stands_before_the_light_is_never_too_far
 @pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
 def test_a_far_object_is_left_out_and_what_it_would_have_changed_is_within_the_bound():
     scene = far(2000)
-    sensor, state = Sensor(scene), timeline(scene)[0]
+    sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     rest = sensor.radiance(UNTOUCHED, sensor.rest)
     assert (sensor.radiance(state, sensor.rest) == rest).all()
 
     near = far(60)
-    sensor, state = Sensor(near), timeline(near)[0]
+    sensor, state = Sensor.for_scene(near), timeline(near)[0]
     exposure = meter(rest, near.rig.camera)
     change = np.abs(sensor.radiance(state, sensor.rest) - rest).max((0, 1))
     bound = brightest_return(60, sensor.renderer.object_finish, near.design, near.rig)

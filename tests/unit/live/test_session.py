@@ -27,8 +27,11 @@ def session(tiny_scene, lines) -> Session:
 
 def test_sensor_is_built_at_the_first_wish_and_says_what_it_does(session: Session, lines: list[str]):
     sight = session.look(session.go(replace(session.now, gap_mm=2.0)))
-    assert lines == ["building the block and its lattice", "rendering the untouched sensor",
-                     "learning the untouched sensor"]  # fmt: skip
+    assert [line for line in lines if "so far" not in line] == [
+        "building the block and its lattice",
+        "rendering the untouched sensor",
+        "learning the untouched sensor",
+    ]
     assert sight.frame is not None
     assert sight.frame.image.shape == (32, 24, 3)
     assert set(sight.verdicts) == {"calibrated", "published"}
@@ -76,7 +79,7 @@ def test_lights_and_exposure_change_the_frame(session: Session):
 
 
 def test_recording_is_an_episode_that_can_be_simulated_again(session: Session, tmp_path):
-    recording = Recording(session.live.sensor.scene, session.references, session.live.sensor.printed, session.now)
+    recording = Recording(session.live.scene, session.references, session.live.sensor.printed, session.now)
     for gap in (2.0, 1.0):
         recording.add(session.look(session.go(replace(session.now, gap_mm=gap))).frame)
     recording.write(tmp_path / "take", estimator="fluence")

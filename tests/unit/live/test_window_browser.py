@@ -3,6 +3,7 @@
 import http.server
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -69,7 +70,19 @@ def test_page_shows_frame_verdicts_force_and_rate(opened):
     assert opened.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
-def test_keys_move_and_press_the_object_and_a_refusal_is_told(small, window: LiveWindow, settled):
+def test_refused_pose_says_why_and_the_object_stays(small, window: LiveWindow, settled):
+    before = window.sight.wish
+    window.ask(replace(before, x_mm=50.0))
+    small.wait_for_selector(".refusal", state="attached")
+    assert small.locator(".refusal").inner_text().startswith("x_mm = 50 is not allowed: must be -2 to 2")
+    settled(lambda: window.wish == before)
+    small.keyboard.press("Shift+KeyL")
+    settled(lambda: window.sight.refusal is None and window.sight.wish.gap_mm == pytest.approx(before.gap_mm + 0.1))
+    small.keyboard.press("Shift+KeyP")
+    settled(lambda: window.sight.wish == before)
+
+
+def test_keys_move_and_press_the_object(small, window: LiveWindow, settled):
     start = window.sight.wish
     for key in ("Shift+ArrowRight", "Shift+ArrowUp", "Shift+KeyP", "Shift+KeyJ"):
         small.keyboard.press(key)

@@ -6,6 +6,8 @@ import pytest
 from .conftest import TINY
 
 pytestmark = pytest.mark.slow
+LARGE_ENOUGH = ["rig.camera.columns=48", "rig.camera.rows=64"]
+"""For the learner's own network of convolutions, which takes 36 pixels and more."""
 gymnasium = pytest.importorskip("gymnasium")
 learners = pytest.importorskip("stable_baselines3", reason="nox -s learner installs it")
 
@@ -14,7 +16,7 @@ learners = pytest.importorskip("stable_baselines3", reason="nox -s learner insta
 def test_64_steps_of_ppo_change_the_policy():
     from magicsim.robot.environment import GraspLift
 
-    env = GraspLift(overrides=TINY, max_steps=8, told=lambda _: None)
+    env = GraspLift(overrides=[*TINY, *LARGE_ENOUGH], max_steps=8, told=lambda _: None)
     learner = learners.PPO("MultiInputPolicy", env, n_steps=32, batch_size=16, n_epochs=1, seed=1, device="cpu")
     before = learner.policy.parameters_to_vector()
     learner.learn(64)

@@ -77,7 +77,7 @@ def test_stream_repeats_from_its_seed(live: LiveSensor):
 
     assert all((a == b).all() for a, b in zip(stream(5), stream(5), strict=True))
     assert (stream(5)[0] != stream(6)[0]).any()
-    assert (stream(None)[0] == stream(live.sensor.scene.seed)[0]).all()
+    assert (stream(None)[0] == stream(live.sensor.seed)[0]).all()
 
 
 def test_object_at_plus_x_and_plus_y_is_right_and_up_in_the_image(live: LiveSensor):

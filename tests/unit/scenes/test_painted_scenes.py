@@ -20,8 +20,8 @@ def test_coloured_markers_on_a_see_through_face_need_frames_without_anchor():
 def test_coat_hides_what_does_not_touch_and_the_flashlight():
     scene = load_scene("gelsight-type")
     for state in timeline(scene):
-        seen = as_seen(scene, state)
+        seen = as_seen(scene.design, state)
         touches = state.gap_mm is not None and state.gap_mm < 0
         assert seen == (state if touches else UNTOUCHED)
     clear = load_scene("marker-type")
-    assert [as_seen(clear, state) for state in timeline(clear)] == timeline(clear)
+    assert [as_seen(clear.design, state) for state in timeline(clear)] == timeline(clear)

@@ -10,7 +10,6 @@ from magicsim.errors import ConfigError
 from magicsim.light.backend import VARIANT, mi
 from magicsim.scenes.room import room_names, room_radiance, solid_angles
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import timeline
 from magicsim.scenes.view import View
 from magicsim.simulation.sensor import Sensor
 
@@ -40,7 +39,7 @@ def test_the_middle_is_ahead_the_upper_edge_above_and_the_right_half_on_the_righ
     picture[:10] = (20, 255, 20)  # above
     picture[24:40, 88:104] = (20, 20, 255)  # right
     Image.fromarray(picture).save(tmp_path / "room.png")
-    sensor = Sensor(load_scene("rest", [*SMALL, LIT, f"rig.room='{tmp_path / 'room.png'}'"]))
+    sensor = Sensor.for_scene(load_scene("rest", [*SMALL, LIT, f"rig.room='{tmp_path / 'room.png'}'"]))
     environment = sensor.renderer.world(View()).scene.environment()
 
     def seen(*direction):
@@ -57,8 +56,10 @@ def test_a_touch_in_a_room_is_the_same_whatever_was_seen_before():
     press = "keyframes=[{frame=0,gap_mm=-0.3}]"
     images = []
     for gaps_mm in ((), (300.0, 2.0)):
-        sensor = Sensor(load_scene("pressed", [*SMALL, *quick, LIT, "rig.room='window'", press, "object.radius_mm=2"]))
-        touch = timeline(sensor.scene)[0]
+        sensor = Sensor.for_scene(
+            load_scene("pressed", [*SMALL, *quick, LIT, "rig.room='window'", press, "object.radius_mm=2"])
+        )
+        touch = sensor.states[0]
         for gap_mm in gaps_mm:
             sensor.renderer.plain_radiance(sensor.view(replace(touch, gap_mm=gap_mm), sensor.rest))
             sensor.radiance(replace(touch, gap_mm=gap_mm), sensor.rest)
@@ -93,7 +94,7 @@ def test_a_file_that_is_no_image_is_one_line(tmp_path):
     [
         ((LIT, "rig.room='kitchen'"), "kitchen.*office"),
         ((LIT, "rig.room='nowhere.png'"), "does not exist"),
-        (("rig.room='office'",), "not allowed with ambient = 0"),
+        (("rig=digit-rgb", "rig.room='office'"), "not allowed with ambient = 0"),
     ],
 )
 def test_rooms_that_cannot_be_are_one_line(settings, message):

@@ -150,10 +150,11 @@ def test_a_lattice_coarser_than_an_objects_edges_is_told():
     stage = "lattice as fine as the object's edges"
     pressed = "keyframes=[{frame=0, gap_mm=-1.0}]"
     flat = 'object={kind="punch", radius_mm=3.0, edge_radius_mm=0.5}'
-    (reason,) = reasons(plan_scene(load_scene("rest", [flat, pressed])).left_out, stage)
+    even = "design.lattice.edge_nodes=0"
+    (reason,) = reasons(plan_scene(load_scene("rest", [flat, pressed, even])).left_out, stage)
     assert "edges of 0.5 mm on cells of up to 1 mm" in reason
     small = 'object={kind="sphere", radius_mm=0.5}'  # gets finer cells by itself
-    for fine in ([flat, pressed, "design.lattice.spacing_mm=0.5"], [pressed, small]):
+    for fine in ([flat, pressed], [flat, pressed, even, "design.lattice.spacing_mm=0.5"], [pressed, even, small]):
         assert reasons(plan_scene(load_scene("rest", fine)).left_out, stage) == []
     assert reasons(plan_scene(load_scene("rest", [flat, "keyframes=[{frame=0, gap_mm=1.0}]"])).left_out, stage) == []
 

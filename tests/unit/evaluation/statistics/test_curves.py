@@ -9,6 +9,7 @@ from magicsim.evaluation.statistics.curves import (
     threshold_at,
     trade_off,
 )
+from magicsim.evaluation.statistics.tally import class_scores
 from magicsim.frame_class import FrameClass
 
 OPTIONS = {"resamples": 50, "seed": 0}
@@ -46,3 +47,22 @@ def test_roc_runs_from_nothing_to_everything():
     assert (curve.false_alarms[-1], curve.detections[-1]) == (1, 1)
     assert 0.4 < curve.average_precision <= 1
     assert trade_off([], "approach", {FrameClass.NEAR}, NOTHING_NEAR) is None
+
+
+@pytest.mark.parametrize("digits", [1, 8])
+def test_roc_is_that_of_an_independent_implementation(digits: int):
+    metrics = pytest.importorskip("sklearn.metrics")
+    episodes = [judged(f"{number}", sharpness=0.7) for number in range(6)]
+    for each in episodes:
+        each.approach[:] = np.round(each.approach, digits)  # ties
+    curve = trade_off(episodes, "approach", {FrameClass.NEAR}, NOTHING_NEAR)
+    near, clear = (
+        np.concatenate([class_scores(each, "approach", kinds) for each in episodes])
+        for kinds in ({FrameClass.NEAR}, NOTHING_NEAR)
+    )
+    truth = np.concatenate([np.ones(len(near)), np.zeros(len(clear))])
+    scores = np.concatenate([near, clear])
+    alarms, hits, _ = metrics.roc_curve(truth, scores)
+    assert curve.false_alarms == pytest.approx(alarms.tolist(), abs=1e-6)
+    assert curve.detections == pytest.approx(hits.tolist(), abs=1e-6)
+    assert curve.average_precision == pytest.approx(metrics.average_precision_score(truth, scores))

@@ -12,19 +12,24 @@ from magicsim.light.transport.path_record import STEPS
 from magicsim.light.world.outside import Outsides
 from magicsim.light.world.shapes import lights
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import timeline
 from magicsim.scenes.view import View
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
-SMALL = ["design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28"]
+SMALL = [
+    "rig=digit-rgb",
+    "design.footprint_mm=[8,9]",
+    "rig.camera.field_mm=7",
+    "rig.camera.columns=24",
+    "rig.camera.rows=28",
+]
 SAMPLES, SEED = 5, 3
 
 
 def small(name, *overrides):
     overrides = [*overrides, "object.radius_mm=3"] if name == "near" else list(overrides)
-    sensor = Sensor(load_scene(name, [*SMALL, *overrides]))
-    return sensor.renderer, sensor.view(timeline(sensor.scene)[0], sensor.rest)
+    sensor = Sensor.for_scene(load_scene(name, [*SMALL, *overrides]))
+    return sensor.renderer, sensor.view(sensor.states[0], sensor.rest)
 
 
 def outside_of(renderer, view):
@@ -176,8 +181,8 @@ def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
 def test_light_that_misses_a_thing_leaves_all_as_it_is():
     from magicsim.light.records.untouched_passes import follow_light
 
-    sensor = Sensor(load_scene("near", [*SMALL, "object.radius_mm=3"]))
-    view = sensor.view(replace(timeline(sensor.scene)[0], gap_mm=1e5), sensor.rest)
+    sensor = Sensor.for_scene(load_scene("near", [*SMALL, "object.radius_mm=3"]))
+    view = sensor.view(replace(sensor.states[0], gap_mm=1e5), sensor.rest)
     scene = sensor.renderer.world(View()).scene
     light = recorded_light(scene, 1000)
     added = follow_light(scene, outside_of(sensor.renderer, view), light, seed=SEED)

@@ -20,7 +20,7 @@ SMALL = [
 
 
 def sensor(store):
-    return Sensor(load_scene("near", SMALL, seed=1), untouched=UntouchedStates(store))
+    return Sensor.for_scene(load_scene("near", SMALL, seed=1), untouched=UntouchedStates(store))
 
 
 def image(store):

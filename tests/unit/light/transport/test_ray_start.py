@@ -10,7 +10,13 @@ from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
-SMALL = ["design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28"]
+SMALL = [
+    "rig=digit-rgb",
+    "design.footprint_mm=[8,9]",
+    "rig.camera.field_mm=7",
+    "rig.camera.columns=24",
+    "rig.camera.rows=28",
+]
 RAYS = 200_000
 
 
@@ -18,7 +24,7 @@ RAYS = 200_000
 def hits():
     """A pressed sensor, and where rays from everywhere in it meet its surfaces."""
     scene = load_scene("pressed", SMALL)
-    sensor, frame = Sensor(scene), timeline(scene)[0]
+    sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
     loaded = sensor.renderer.world(sensor.view(frame, sensor.deform(frame, sensor.rest))).scene
     random = mi.PCG32(size=RAYS)
     x, y, z, u, v = (random.next_float32() for _ in range(5))

@@ -14,7 +14,7 @@ SMALL = [
 
 
 def integrator_and_scene(*overrides):
-    sensor = Sensor(load_scene("rest", [*SMALL, *overrides]))
+    sensor = Sensor.for_scene(load_scene("rest", [*SMALL, *overrides]))
     scene = sensor.renderer.world(View()).scene
     return sensor.elastomer, scene.integrator(), scene
 

@@ -31,7 +31,7 @@ def dented(vertices):
 
 
 def grid_and_scene(deformation, *overrides):
-    sensor = Sensor(load_scene("rest", [*SMALL, *overrides]))
+    sensor = Sensor.for_scene(load_scene("rest", [*SMALL, *overrides]))
     infill = deformation(sensor.elastomer.infill.vertices)
     scene = sensor.renderer.world(View(infill=infill)).scene
     return scene.integrator().inventory.shapes(scene), scene
@@ -93,7 +93,7 @@ def test_most_hits_in_cells_need_no_search(deformation, least):
 
 
 def test_the_state_of_the_grid_follows_its_mesh():
-    sensor = Sensor(load_scene("rest", SMALL))
+    sensor = Sensor.for_scene(load_scene("rest", SMALL))
     rest = sensor.elastomer.infill.vertices
     lowest = []
     for infill in (None, pressed_and_sheared(rest), dented(rest), None):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.sweep.designs import list_designs
-from magicsim.sweep.judging.plates import LOOKED_AT_PERIODS, PlateFrames, plate, plate_scene
+from magicsim.sweep.judging.plates import LOOKED_AT_PERIODS, PlateFrames, plate, plate_rig
 from magicsim.sweep.judging.texture import (
     Observation,
     observe,
@@ -104,8 +104,7 @@ def test_patterns_are_half_as_wide_as_their_spacing_and_look_like_the_object():
 
 def test_camera_reads_out_the_plate_and_little_more():
     sweep = small_sweep("design.footprint_mm=[12,16]", "rig.camera.field_mm=10")
-    scene = plate_scene(list_designs(sweep)[0].sensor, plate(None, 1.4), 1.4, sweep.quality, seed=1)
-    assert (scene.rig.camera.columns, scene.rig.camera.rows) == (48, 64)
-    width = scene.rig.camera.region_px[2] * 10 / 48
+    camera = plate_rig(list_designs(sweep)[0].sensor, 1.4, sweep.quality).camera
+    assert (camera.columns, camera.rows) == (48, 64)
+    width = camera.region_px[2] * 10 / 48
     assert 7.0 < width < 8.5
-    assert scene.keyframes[0].gap_mm == -sweep.quality.texture_depth_mm
