@@ -1,17 +1,20 @@
 """Everything that has to hold, each in a fresh environment: `nox`, or `nox -s docs` for one of them."""
 
+import shutil
 from pathlib import Path
 
 import nox
 
 nox.options.default_venv_backend = "venv"
+PYTHONS = ["3.11", "3.12", "3.13", "3.14"]
+PLATFORMS = ("x86_64-manylinux_2_28", "aarch64-manylinux_2_28", "aarch64-apple-darwin", "x86_64-pc-windows-msvc")
 nox.options.sessions = ["tests", "types", "detectors_only", "wheel", "docs"]
 DETECTORS_ONLY = ("numpy", "opencv-contrib-python-headless")
 
 
-@nox.session
+@nox.session(python=PYTHONS)
 def tests(session: nox.Session) -> None:
-    """The default tests; `nox -s tests -- -m slow` for the long ones."""
+    """The default tests on every Python; `nox -s tests-3.12` for one, `-- -m slow` for the long ones."""
     session.install("-e", ".[test]")
     session.run("pytest", *session.posargs)
 
@@ -60,6 +63,37 @@ def wheel(session: nox.Session) -> None:
     with session.chdir(out):
         session.run("magicsim", "doctor")
         session.run("magicsim", "plan", "demo", "--json", silent=True)
+
+
+@nox.session
+def platforms(session: nox.Session) -> None:
+    """Wheels for everything that the program needs, on every system and Python that it names."""
+    session.install("uv")
+    options = ("--only-binary", ":all:", "--quiet", "--output-file", f"{session.create_tmp()}/resolved.txt")
+    for system in PLATFORMS:
+        for version in PYTHONS:
+            chosen = ("--python-platform", system, "--python-version", version)
+            session.run("uv", "pip", "compile", "pyproject.toml", *chosen, *options)
+
+
+@nox.session(python="3.11")
+def learn(session: nox.Session) -> None:
+    """A training loop's reader, which needs PyTorch: `pip install torch` chooses the wheels, for a CPU or a GPU."""
+    session.install("-e", ".[test,learn]")
+    session.run("pytest", "tests/unit/dataset/test_frames.py", *session.posargs)
+
+
+@nox.session(python="3.12")
+def lerobot(session: nox.Session) -> None:
+    """An export to LeRobot's layout, opened by `lerobot` itself, in an environment of its own."""
+    folder = Path(session.create_tmp()).resolve()
+    shutil.rmtree(folder / "export", ignore_errors=True)
+    session.install("-e", ".[test]")
+    session.run("python", "tests/lerobot/write_export.py", str(folder / "export"))
+    session.run("python", "-m", "venv", str(folder / "reader"))
+    reader = str(folder / "reader" / "bin" / "python")
+    session.run(reader, "-m", "pip", "install", "--quiet", "lerobot[dataset]>=0.6", external=True)
+    session.run(reader, "tests/lerobot/read_export.py", str(folder / "export"), external=True)
 
 
 @nox.session

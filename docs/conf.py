@@ -13,7 +13,7 @@ release = version = magicsim.__version__
 copyright = f"2026, {author}"
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "command",
@@ -21,6 +21,11 @@ extensions = [
     "plain_docstrings",
 ]
 exclude_patterns = ["_ext"]
+
+nb_execution_mode = "auto"
+nb_execution_timeout = 600  # of one cell, on a busy machine; a page takes less than a minute on an idle one
+nb_execution_raise_on_error = True
+nb_merge_streams = True
 nitpicky = False
 default_role = "code"
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.deform.indentation.durometer import durometer
     from magicsim.deform.indentation.press import press
+    from magicsim.deform.indentation.press_curve import press_curve
     from magicsim.detectors.offline import detect_sources
     from magicsim.detectors.offline import detect_sources as detect
     from magicsim.detectors.profiles.profile_file import load_profile
@@ -62,6 +63,7 @@ __all__ = [
     "make_dataset",
     "plan_scene",
     "press",
+    "press_curve",
     "render",
     "render_still",
     "run_scene",
@@ -94,6 +96,7 @@ HOMES = {
     "make_dataset": "magicsim.dataset.generate:generate_dataset",
     "plan_scene": "magicsim.simulation.plan",
     "press": "magicsim.deform.indentation.press",
+    "press_curve": "magicsim.deform.indentation.press_curve",
     "render": "magicsim.simulation.still",
     "render_still": "magicsim.simulation.still",
     "run_scene": "magicsim.report.main_job",

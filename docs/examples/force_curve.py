@@ -3,7 +3,7 @@
 python docs/examples/force_curve.py        # a table, half a minute
 """
 
-from magicsim import press
+from magicsim import press_curve
 from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
@@ -14,7 +14,7 @@ BALL = parse_object("sphere:radius_mm=4")
 def forces_n(depths_mm: tuple[float, ...], *, spacing_mm: float) -> list[float]:
     """Normal force of a ball on the plain block at each depth [N]."""
     block = load_preset(ElastomerDesign, "design", "uniform-block", [f"lattice.spacing_mm={spacing_mm}"])
-    return [press(block, BALL, depth_mm=depth).force_n[2] for depth in depths_mm]
+    return press_curve(block, BALL, depths_mm).forces_n[:, 2].tolist()
 
 
 if __name__ == "__main__":

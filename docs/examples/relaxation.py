@@ -5,12 +5,12 @@ python docs/examples/relaxation.py         # force over time, some seconds
 
 from magicsim import press
 from magicsim.config.models import load_preset
-from magicsim.deform.indentation.timed import TimedForce
+from magicsim.deform.indentation.path_force import PathForce
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 
 
-def history(settings: list[str], *, speed_mm_s: float = 1.0, hold_s: float = 10.0) -> tuple[TimedForce, ...]:
+def history(settings: list[str], *, speed_mm_s: float = 1.0, hold_s: float = 10.0) -> tuple[PathForce, ...]:
     """Force over time of a ball pressed 0.5 mm deep and held there."""
     design = load_preset(ElastomerDesign, "design", "mini-magictac-rate", settings)
     ball = parse_object("sphere:radius_mm=4")

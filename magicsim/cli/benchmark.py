@@ -1,13 +1,20 @@
 """The command that judges detectors: `evaluate`."""
 
 import sys
+import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from magicsim.cli.app import Json, Out, Seed, Settings, app, print_result
 from magicsim.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from magicsim.evaluation.suite import SuiteConfig
+    from magicsim.evaluation.takes.footage import Footage
 
 REGRESSED = 1
 """Exit code where a measure fell significantly against the baseline."""
@@ -19,14 +26,18 @@ def evaluate(
     detector: Annotated[str | None, Parameter(help="module:Class, file.py:Class or an entry point's name.")] = None,
     baseline: Annotated[Path | None, Parameter(help="What to compare with; the shipped one by default.")] = None,
     save_baseline: Annotated[Path | None, Parameter(help="Where to keep these verdicts as a baseline.")] = None,
+    quick: Annotated[bool, Parameter(negative="", help="Three minutes at most; says what it leaves out.")] = False,
+    on: Annotated[Path | None, Parameter(help="Judge frames that exist: a run, a dataset, or a recording.")] = None,
     out: Out = Path("magicsim-evaluate"),
     cache: Annotated[Path, Parameter(help="Folder of rendered episodes.")] = Path("magicsim-takes"),
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Judge a detector on a suite of labelled episodes; exit code 1 where it is worse than the baseline.
 
-    --seed draws other camera noise of the same episodes, which needs no new rendering.
+    --seed draws other camera noise of the same episodes, which needs no new rendering. --on renders nothing at all: a
+    detector of your own is judged there in seconds.
     """
+    begun = time.perf_counter()
     from magicsim.evaluation.baseline import default_baseline, load_baseline
     from magicsim.evaluation.baseline import save_baseline as keep
     from magicsim.evaluation.detector import built_in, find_detector
@@ -36,9 +47,13 @@ def evaluate(
     if detector is not None and profile != "calibrated":
         msg = f"--profile {profile} is not allowed with --detector: a profile belongs to the built-in detectors"
         raise ConfigError(msg)
+    if quick and on is not None:
+        msg = "--quick is not allowed with --on: frames that exist need no rendering"
+        raise ConfigError(msg)
     config = load_suite(suite, settings or [], seed=seed)
     make = find_detector(detector) if detector is not None else built_in(profile)
-    file = baseline or (default_baseline(suite, profile) if detector is None else None)
+    is_whole = detector is None and not quick and on is None
+    file = baseline or (default_baseline(suite, profile) if is_whole else None)
     known = load_baseline(file) if file is not None else None
     check_target(out)
     from magicsim.cli.progress import show_progress
@@ -46,16 +61,47 @@ def evaluate(
     from magicsim.evaluation.pages.report import describe, write_results
 
     name = Path(suite).stem
+    left_out: list[str] = []
+    films: Iterable[list[Footage]] | None = None
+    if on is not None:
+        from magicsim.evaluation.takes.existing import existing_footage
+
+        config, existing = existing_footage(on, config)
+        name, films = str(on), ([film] for film in existing)
+    elif quick:
+        from magicsim.evaluation.quick import quick_films, quick_suite
+
+        config, left_out = quick_suite(config)
+        films = quick_films(config, cache, left_out, begun=begun)
+    if on is None:
+        _foretell(config, cache, is_quick=quick)
     with show_progress(f"evaluate {name}") as progress:
         found = evaluate_suite(
-            config, make, name=name, detector=detector or profile, cache=cache, baseline=known, progress=progress
-        )
+            config, make, name=name, detector=detector or profile, cache=cache, baseline=known, progress=progress,
+            films=films,
+        )  # fmt: skip
     report = write_results(found, config, out)
     if save_baseline is not None:
         keep(save_baseline, found.episodes, suite=name, detector=found.detector)
     if json:
-        print_result(found.as_dict() | {"report": str(report)}, as_json=True)
+        print_result(found.as_dict() | {"report": str(report), "left_out": left_out}, as_json=True)
     else:
-        sys.stdout.write("\n".join([*describe(found), f"report: {report}", ""]))
+        told = [f"left out: {', '.join(left_out)}"] if left_out else []
+        sys.stdout.write("\n".join([*describe(found), *told, f"report: {report}", ""]))
     if found.regressions:
         sys.exit(REGRESSED)
+
+
+def _foretell(suite: "SuiteConfig", cache: Path, *, is_quick: bool) -> None:
+    """Says on stderr how long the takes that are not kept will need."""
+    from magicsim.evaluation.quick import MOST_S, foretold_s
+    from magicsim.workers.options import usable_cores
+
+    cores = usable_cores()
+    wanted, kept, seconds = foretold_s(suite, cache, cores)
+    if wanted:
+        most = f", {MOST_S / 60:g} minutes at most" if is_quick else ""
+        sys.stderr.write(
+            f"{wanted} takes to render, about {seconds / 60:.1f} minutes on {cores} cores (rough){most}; {kept} are "
+            f"kept in {cache}\n"
+        )

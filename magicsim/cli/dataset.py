@@ -75,7 +75,7 @@ def verify(folder: Folder, *, settings: Settings = None, seed: Seed = None, json
 
 @dataset_app.command
 def export(
-    folder: Folder, *, format: Literal["lerobot", "webdataset", "hdf5", "zarr"], out: Out,
+    folder: Folder, *, format: Literal["lerobot", "webdataset", "hdf5", "mcap", "zarr"], out: Out,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Write a finished dataset in the layout of another library."""

@@ -5,6 +5,7 @@ import os
 import platform
 from dataclasses import dataclass
 
+from magicsim.cli.parts import Part, optional_parts
 from magicsim.light.records.untouched_store import default_store
 from magicsim.light.variant import (
     LLVM_PACKAGE,
@@ -38,6 +39,8 @@ class Examination:
     """What it holds [bytes]."""
     problems: list[str]
     """What is slower or missing than it could be, and how to get it."""
+    parts: list[Part]
+    """Every optional part: whether it is there, what its absence costs, how to get it."""
 
 
 def examine(*, clear_cache: bool = False) -> Examination:
@@ -57,7 +60,7 @@ def examine(*, clear_cache: bool = False) -> Examination:
         )
     fast = importlib.util.find_spec("pypardiso") is not None
     if not fast:
-        problems.append("solving is several times slower without PARDISO; `pip install pypardiso` on x86-64")
+        problems.append("solving takes ten times as long without PARDISO; `pip install pypardiso` on x86-64")
     return Examination(
         variant=os.environ.get(VARIANT_VARIABLE) or (LLVM_VARIANT if reason is None else SCALAR_VARIANT),
         can_ask_for=offered_variants(),
@@ -68,4 +71,5 @@ def examine(*, clear_cache: bool = False) -> Examination:
         cache=str(store.folder) if store is not None else None,
         cache_bytes=store.size_bytes() if store is not None else 0,
         problems=problems,
+        parts=optional_parts(),
     )

@@ -14,6 +14,7 @@ from cyclopts.exceptions import UnknownCommandError
 from magicsim.cli import (  # noqa: F401
     benchmark,
     calibrate,
+    catalogue,
     dataset,
     design,
     detect,

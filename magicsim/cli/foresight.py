@@ -19,8 +19,8 @@ def check_memory(scene: SceneConfig) -> None:
     Raises:
         ConfigError: With what it would take and what there is.
     """
-    needed, there = episode_bytes(scene), os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    if needed > there:
+    needed, there = episode_bytes(scene), memory_bytes()
+    if there is not None and needed > there:
         camera, frames = scene.rig.camera, scene.references + scene.frame_count
         msg = (
             f"{frames} frames of {camera.columns} x {camera.rows} pixels with their labels take about "
@@ -28,6 +28,13 @@ def check_memory(scene: SceneConfig) -> None:
             "output.displacements, output.contact_mask or output.depth_map"
         )
         raise ConfigError(msg)
+
+
+def memory_bytes() -> int | None:
+    """Memory of this machine [bytes]; None where the system does not tell, as Windows does not."""
+    if not hasattr(os, "sysconf"):
+        return None
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def episode_bytes(scene: SceneConfig) -> int:

@@ -1,11 +1,16 @@
 """Commands that solve contacts: `press`, `durometer`."""
 
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from magicsim.cli.app import Json, Seed, Settings, app, fields_of, print_result
 from magicsim.errors import ConfigError
+
+if TYPE_CHECKING:
+    from magicsim.geometry.design import ElastomerDesign
+    from magicsim.geometry.objects.kinds import ObjectBase
 
 
 @app.command
@@ -16,15 +21,27 @@ def press(
     twist_deg: float = 0.0, friction: float = 0.0,
     speed_mm_s: Annotated[float | None, Parameter(help="Speed, for a path that takes time.")] = None,
     hold_s: Annotated[float, Parameter(help="Time at the end of such a path.")] = 0.0,
+    curve: Annotated[Path | None, Parameter(help="FILE.csv or .png: force against depth, up to --depth-mm.")] = None,
+    points: Annotated[int, Parameter(help="Depths of the curve, evenly from 0.")] = 21,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Solve one contact: press, then shear, then twist; quasi-static unless a speed is given."""
+    """Solve one contact: press, then shear, then twist; quasi-static unless a speed is given.
+
+    With --curve the press is solved once, depth after depth, and force against depth goes to a table or a picture.
+    """
     from magicsim.config.models import load_preset
     from magicsim.geometry.design import ElastomerDesign
     from magicsim.geometry.objects.kinds import parse_object
 
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
+    if curve is not None:
+        others = {"shear_mm": shear != (0.0, 0.0), "twist_deg": twist_deg != 0, "hold_s": hold_s != 0}
+        _refuse_beside_curve(others | {"speed_mm_s": speed_mm_s is not None})
+        title = f"{object} pressed into {design}" + (f", friction {friction:g}" if friction else "")
+        values = _curve(block, thing, depth_mm, points, friction, curve, title)
+        print_result(values, as_json=json)
+        return
     from magicsim.cli.progress import show_progress
     from magicsim.deform.indentation.press import press as solve
 
@@ -58,6 +75,35 @@ def durometer(
         mounting = block.mounting.model_copy(update={"base": base})
         result = test(block, place=place, mounting=mounting, progress=progress)
     print_result(fields_of(result), as_json=json)
+
+
+def _curve(
+    block: "ElastomerDesign",
+    thing: "ObjectBase",
+    depth_mm: float,
+    points: int,
+    friction: float,
+    target: Path,
+    title: str,
+) -> dict[str, Any]:
+    from magicsim.cli.progress import show_progress
+    from magicsim.config.ranges import check_number
+    from magicsim.deform.indentation.press_curve import MAX_POINTS, press_curve
+    from magicsim.report.curve_file import check_curve_file, write_curve
+
+    check_curve_file(target)
+    check_number("points", points, 2, MAX_POINTS, whole=True)
+    depths = [depth_mm * number / (points - 1) for number in range(points)]
+    with show_progress(title) as progress:
+        found = press_curve(block, thing, depths, friction=friction, progress=progress)
+    write_curve(found, target, title=title)
+    return found.result.as_dict() | {"curve": str(target)}
+
+
+def _refuse_beside_curve(others: dict[str, bool]) -> None:
+    for name in (name for name, is_given in others.items() if is_given):
+        msg = f"{name} is not allowed with curve: a curve is a straight press without time"
+        raise ConfigError(msg)
 
 
 def _pair(name: str, text: str) -> tuple[float, float]:

@@ -20,10 +20,12 @@ def demo(
 
 @app.command
 def simulate(
-    scene: str, *, out: Annotated[Path | None, Parameter(name="--out")] = None, settings: Settings = None,
-    seed: Seed = None, threads: Threads = None, json: Json = False,
+    scene: str, *, out: Annotated[Path | None, Parameter(name="--out")] = None,
+    mcap: Annotated[bool, Parameter(negative="", help="Write episode.mcap too; sets output.mcap.")] = False,
+    settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Simulate any scene file or preset: frames, ground truth, verdicts, report."""
+    settings = [*(settings or []), *(["output.mcap=true"] if mcap else [])]
     _run(scene, out or Path(f"magicsim-{Path(scene).stem}"), settings, seed, threads, as_json=json)
 
 
@@ -32,12 +34,20 @@ def _run(
 ) -> None:
     from magicsim.cli.foresight import check_memory, long_work
     from magicsim.cli.progress import show_progress
-    from magicsim.folder import check_target
+    from magicsim.folder import MARKER, check_target
     from magicsim.scenes.scene import load_scene
 
     scene = load_scene(name, settings or [], seed=seed)
     check_target(out)
     check_memory(scene)
+    if scene.output.mcap:
+        from magicsim.report.main_job import load_mcap
+
+        load_mcap()  # what is missing is told before anything is rendered
+    if (out / MARKER).is_file():
+        sys.stderr.write(
+            f"'{out}' holds an earlier result: it stays until the new one is whole, and is then replaced\n"
+        )
     if (line := long_work(scene)) is not None:
         sys.stderr.write(f"{line}\n")
     limit_threads(threads)
@@ -50,11 +60,16 @@ def _run(
 
 @app.command
 def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
-    """Explain what a scene needs and what is left out, and why."""
+    """Explain what a scene needs and what is left out, and why; warn of what does not fit the block.
+
+    The name or file of a design stands for the demo's scene on that design.
+    """
+    from magicsim.scenes.field_check import field_warnings
     from magicsim.scenes.scene import load_scene
     from magicsim.simulation.plan import plan_scene
 
-    loaded = load_scene(scene, settings or [], seed=seed)
+    name, more = _scene_of(scene)
+    loaded = load_scene(name, [*more, *(settings or [])], seed=seed)
     if loaded.object is not None:
         loaded.object.shape()  # a missing file is an error here, not after the sensor has been rendered
     planned = plan_scene(loaded)
@@ -62,6 +77,19 @@ def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json
         {
             "kept": [fields_of(decision) for decision in planned.kept],
             "left_out": [fields_of(decision) for decision in planned.left_out],
+            "warnings": field_warnings(loaded),
         },
         as_json=json,
     )
+
+
+def _scene_of(name: str) -> tuple[str, list[str]]:
+    """A scene and settings of it: the scene of that name, or the demo on the design of that name."""
+    from magicsim.config.documents import read_toml
+    from magicsim.config.presets import find_preset, preset_names
+
+    if name not in preset_names("scene") and name in preset_names("design"):
+        return "demo", [f"design={name}"]
+    if name.endswith(".toml") and "cell_mm" in read_toml(find_preset("scene", name)):
+        return "demo", [f"design='{Path(name).expanduser().absolute().as_posix()}'"]
+    return name, []

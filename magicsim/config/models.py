@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from magicsim.config.documents import MAX_DEPTH, parse_toml, read_toml
+from magicsim.config.documents import MAX_DEPTH, parse_toml
 from magicsim.config.presets import find_preset
 from magicsim.config.problems import describe_problems
+from magicsim.config.toml_paths import read_with_paths
 from magicsim.errors import ConfigError
 from magicsim.wording import NAME_LENGTH, shortened
 
@@ -73,13 +74,15 @@ def read_whole(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
         ConfigError: A file cannot be read, or an override has the wrong form.
     """
     named = {each: [one for one in overrides if one.partition("=")[0].strip() == each] for each in NAMED}
-    data = read_toml(path)
+    data = read_with_paths(path)
     for kind, chosen in named.items():
         data = apply_overrides(data, chosen)
         name = data.get(kind)
         if isinstance(name, str):
             local = path.parent / name
-            data[kind] = read_toml(local if name.endswith(".toml") and local.is_file() else find_preset(kind, name))
+            data[kind] = read_with_paths(
+                local if name.endswith(".toml") and local.is_file() else find_preset(kind, name)
+            )
     return apply_overrides(data, [one for one in overrides if one.partition("=")[0].strip() not in NAMED])
 
 
@@ -128,7 +131,7 @@ def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> C
     """Checks plain data against a model.
 
     Raises:
-        ConfigError: One line about the first problem, and how many more there are.
+        ConfigError: One line about all problems.
     """
     try:
         return model.model_validate(data)

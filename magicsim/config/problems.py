@@ -1,4 +1,4 @@
-"""What is wrong with a configuration, in one line: the field, the value, what is allowed."""
+"""All that is wrong with a configuration, in one line: each field, its value, what is allowed."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,20 +10,35 @@ from magicsim.wording import LINE_LENGTH, shortened
 
 NUMERIC = ("int_", "float_", "greater_than", "less_than")
 """How pydantic's kinds of problems with a number begin."""
+ROOM = LINE_LENGTH - 80
+"""Longest account of all problems before the rest is told by its keys alone: the name of the file comes before it."""
+KEY_LENGTH = 24
+"""Room for each key [characters]."""
 BOUNDS = {"ge": "of at least", "gt": "above", "le": "at most", "lt": "below"}
 
 
 def describe_problems(model: type[BaseModel], error: ValidationError) -> str:
-    """The first problem, unknown keys before others, and how many more there are.
+    """All problems, unknown keys before others: in full as long as the line allows, then by their keys.
 
     Args:
         model: What was validated.
         error: What came of it.
     """
     problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
-    others = len(problems) - 1
-    more = f" (and {others} more problem{'s' if others > 1 else ''})" if others else ""
-    return _describe(model, problems[0]) + more
+    told = _describe(model, problems[0])
+    for place, problem in enumerate(problems[1:], 1):
+        longer = f"{told}; {_describe(model, problem)}"
+        if len(longer) > ROOM - KEY_LENGTH * (len(problems) - place - 1):
+            keys = (_key(model, each) for each in problems[place:])
+            return f"{told}; also wrong: {', '.join(keys)}"
+        told = longer
+    return told
+
+
+def _key(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
+    if problem["type"] == "extra_forbidden":
+        return ".".join(filter(None, (_written(model, problem["loc"][:-1]), str(problem["loc"][-1]))))
+    return _written(model, problem["loc"]) or "the whole"
 
 
 def _describe(model: type[BaseModel], problem: Mapping[str, Any]) -> str:

@@ -6,8 +6,6 @@ from magicsim.dataset.layout import Layout
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import Recipe
 
-LICENCE = "cc-by-4.0"
-
 
 def dataset_card(recipe: Recipe, columns: list[Column], versions: dict[str, str]) -> str:
     """Markdown with a YAML header that names the files of each split."""
@@ -16,8 +14,7 @@ def dataset_card(recipe: Recipe, columns: list[Column], versions: dict[str, str]
     rows = "\n".join(f"| `{column.name}` | {column.meaning} |" for column in columns)
     made_by = ", ".join(f"{name} {version}" for name, version in versions.items())
     return f"""---
-license: {LICENCE}
-tags:
+{_licence(recipe)}tags:
 - robotics
 - tactile
 - synthetic
@@ -59,6 +56,10 @@ print(frames[0]["image"], frames[0]["force_n"])
 `sensors.parquet` has the design, rig, calibration and lattice of each printed sensor; `calibration.json` is that of the
 sensor without tolerances; `manifest.json` lists every file with its SHA-256 (`magicsim dataset verify`).
 """
+
+
+def _licence(recipe: Recipe) -> str:
+    return f"license: {recipe.license}\n" if recipe.license is not None else ""
 
 
 def _history(recipe: Recipe) -> str:

@@ -23,9 +23,9 @@ def columns_of(recipe: Recipe) -> list[Column]:
         value("is_reference", "bool", "whether the sensor is untouched as a reference before the episode"),
         value("sensor", "int32", "number of the printed sensor, a row of `sensors.parquet`"),
         value("path_kind", "string", "what happens in the episode"),
-        value("frame_class", "string", "Clear, Near, Contact or Light; null between them and for references"),
+        value("frame_class", "string", "Clear, Near, Contact or Light; empty between them and for references"),
         value(
-            "gap_mm", "float64", "gap of the object to the undeformed face, negative when pressed; null without [mm]"
+            "gap_mm", "float64", "gap of the object to the undeformed face, negative when pressed; NaN without one [mm]"
         ),
         value("contact", "bool", "whether a contact force acts"),
         value("depth_mm", "float64", "indentation depth [mm]"),
@@ -33,12 +33,12 @@ def columns_of(recipe: Recipe) -> list[Column]:
         vector("torque_nmm", 3, "its torque about the origin [N mm]"),
         value("contact_area_mm2", "float64", "area that touches [mm2]"),
         *_large(recipe, size),
-        value("object_kind", "string", "kind of the object, null without"),
-        value("object_config", "string", "the object's shape, orientation and colour as JSON, null without"),
-        vector("object_color", 3, "its diffuse reflectance, linear RGB"),
+        value("object_kind", "string", "kind of the object, empty without one"),
+        value("object_config", "string", "the object's shape, orientation and colour as JSON, empty without one"),
+        vector("object_color", 3, "its diffuse reflectance, linear RGB; NaN without one"),
         value("object_specular", "float64", "share of the light that it mirrors"),
         value("object_roughness", "float64", "root mean square slope of the facets that mirror"),
-        vector("object_position_mm", 3, "origin of its frame in the sensor's frame [mm]"),
+        vector("object_position_mm", 3, "origin of its frame in the sensor's frame; NaN without one [mm]"),
         vector("object_rotation", 9, "rotation matrix from its frame to the sensor's, row by row"),
         value("twist_deg", "float64", "its turn about z on the path [degrees]"),
         value("friction", "float64", "Coulomb's coefficient between skin and object"),
@@ -48,7 +48,7 @@ def columns_of(recipe: Recipe) -> list[Column]:
             if strips
             else []
         ),
-        value("room", "string", "room that the sensor stands in: a preset, `dark`, a file, or null for even light"),
+        value("room", "string", "room that the sensor stands in: a preset, `dark`, a file, or empty for even light"),
         vector("room_radiance", 3, "its mean radiance, RGB, in the units of the strips'"),
         value("flashlight", "bool", "whether the outside light is on"),
         vector("flashlight_radiance", 3, "its radiance, RGB"),
@@ -66,7 +66,7 @@ def columns_of(recipe: Recipe) -> list[Column]:
         value("version", "string", "programs that made the row"),
         value("variant", "string", "Mitsuba variant that rendered"),
         *(
-            value(f"{DRAWN}{name}", "float64", "drawn value; null where it does not apply")
+            value(f"{DRAWN}{name}", "float64", "drawn value; NaN where it does not apply")
             for name in drawn_names(recipe)
         ),
     ]

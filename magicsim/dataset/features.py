@@ -5,6 +5,7 @@ names its extension type in the field's metadata, without which it would be read
 """
 
 import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,15 @@ class Column:
     meaning: str
     """For the dataset card, with its unit."""
     metadata: dict[str, str] | None = None
+
+    @property
+    def empty(self) -> object:
+        """What stands where there is nothing: an empty text, numbers that are none; None where neither serves."""
+        kind = self.feature["_type"]
+        if kind == "Sequence":
+            return [math.nan] * self.feature["length"]
+        dtype = self.feature.get("dtype", "")
+        return "" if dtype == "string" else math.nan if kind == "Value" and dtype.startswith("float") else None
 
     def field(self) -> pa.Field:
         """As Arrow names it."""

@@ -1,6 +1,7 @@
 """Rows of one simulated episode."""
 
 import json
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import cv2
@@ -39,14 +40,27 @@ def episode_table(
         columns: Which columns, in order.
         constants: Columns that are the same in every row, drawn values under their names.
     """
-    shared = _of_scene(scene, calibration) | constants
-    rows = [_row(frame, scene) | shared for frame in frames]
+    rows = [row | constants for row in frame_rows(frames, scene, calibration)]
     arrays = []
     for column in columns:
-        values: list[Any] = [row.get(column.name) for row in rows]
+        values: list[Any] = [row[column.name] if row.get(column.name) is not None else column.empty for row in rows]
         nested = column.feature["_type"] == "Array2D"
         arrays.append(_nested(values, column.arrow) if nested else pa.array(values, column.arrow))
     return pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
+
+
+def frame_rows(
+    frames: Iterable[SimulatedFrame], scene: SceneConfig, calibration: Calibration
+) -> Iterator[dict[str, Any]]:
+    """The columns of each frame that do not come from a recipe.
+
+    Args:
+        frames: In order.
+        scene: What was simulated.
+        calibration: Of the sensor that it was simulated on.
+    """
+    shared = _of_scene(scene, calibration)
+    return (_row(frame, scene) | shared for frame in frames)
 
 
 def drawn_columns(values: dict[str, float]) -> dict[str, float]:
@@ -78,24 +92,24 @@ def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
 def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
     truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
     pose = _pose(scene, state)
-    depth = frame.depth_map_mm
+    depth, mask = frame.labels.depth_map_mm, frame.labels.contact_mask
     return {
         "image": _png(cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)),
         "step": truth.index,
         "time_s": truth.time_s,
         "is_reference": truth.is_reference,
-        "frame_class": str(truth.frame_class) if truth.frame_class is not None else None,
+        "frame_class": str(truth.frame_class or ""),
         "gap_mm": state.gap_mm,
         "contact": truth.contact,
         "depth_mm": truth.depth_mm,
         "force_n": list(truth.force_n),
         "torque_nmm": list(truth.torque_nmm),
         "contact_area_mm2": truth.contact_area_mm2,
-        "contact_mask": _png(frame.contact_mask.astype(np.uint8) * 255) if frame.contact_mask is not None else None,
+        "contact_mask": _png(mask.astype(np.uint8) * 255) if mask is not None else None,
         "depth_map_mm": np.rint(depth / DEPTH_STEP_MM) * DEPTH_STEP_MM + 0.0 if depth is not None else None,
-        "displacements_mm": frame.displacements_mm,
-        "markers_mm": frame.markers_mm,
-        "markers_px": frame.markers_px,
+        "displacements_mm": frame.labels.displacements_mm,
+        "markers_mm": frame.labels.markers_mm,
+        "markers_px": frame.labels.markers_px,
         "object_position_mm": pose.position_mm.tolist() if pose is not None else None,
         "object_rotation": pose.rotation.ravel().tolist() if pose is not None else None,
         "twist_deg": state.twist_deg,

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -117,6 +117,7 @@ def evaluate_suite(
     cache: Path,
     baseline: Baseline | None = None,
     progress: Progress | None = None,
+    films: Iterable[list[Footage]] | None = None,
 ) -> Evaluation:
     """Judges a detector.
 
@@ -128,6 +129,7 @@ def evaluate_suite(
         cache: Folder of takes, where simulated episodes are kept.
         baseline: What to compare with.
         progress: Told after every take with the takes done and all takes.
+        films: Footage of each take instead of all of the suite's.
 
     Raises:
         MagicsimError: An episode cannot be simulated or read, the detector fails, or the baseline does not fit.
@@ -136,11 +138,11 @@ def evaluate_suite(
     total = count_takes(suite)
     episodes: list[JudgedEpisode] = []
     footage: list[Footage] = []
-    for done, films in enumerate(film_suite(suite, cache), 1):
-        footage += films
-        episodes += [judge_footage(film, make, who=detector) for film in films]
+    for done, take in enumerate(film_suite(suite, cache) if films is None else films, 1):
+        footage += take
+        episodes += [judge_footage(film, make, who=detector) for film in take]
         if progress is not None:
-            progress(done, total)
+            progress(done, max(done, total))
     conditions = [condition_of(each) for each in episodes]
     standard = [each for each, one in zip(episodes, conditions, strict=True) if one == conditions[0]]
     options: dict[str, Any] = {"resamples": suite.resamples, "seed": suite.seed}

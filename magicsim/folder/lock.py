@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -39,7 +39,8 @@ def sole_writer(target: Path) -> Iterator[None]:
         yield
     finally:
         if path.is_file() and path.stat().st_size == 0:
-            path.unlink(missing_ok=True)
+            with suppress(PermissionError):  # Windows keeps files that are open
+                path.unlink(missing_ok=True)
         lock.release()
 
 

@@ -10,12 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.errors import GeometryError
+from magicsim.geometry.cell_fit import MAX_CELL_DEVIATION, fitted, proposal
 from magicsim.geometry.design import ElastomerDesign
 
 Place = Literal["cell", "wall"]
 """The centre of a cell, or where walls cross."""
-MAX_CELL_DEVIATION = 0.15
-"""Largest relative difference between the resolved cell and the one asked for."""
 MAX_CELLS = 200_000
 """More cells than this would not fit in memory as meshes."""
 
@@ -76,19 +75,18 @@ def resolve_grid(design: ElastomerDesign) -> CellGrid | None:
         if core[axis] < asked * (1 - MAX_CELL_DEVIATION):
             msg = (
                 f"no cell fits along {name}: the core is {core[axis]:.4g} mm (size {sizes[axis]:g} - 2 x skin "
-                f"{design.skin_mm:g}), one cell and its wall need cell_mm + wall_mm = {asked:g} mm"
+                f"{design.skin_mm:g}), one cell and its wall need cell_mm + wall_mm = {asked:g} mm{proposal(design)}"
             )
             raise GeometryError(msg)
-    counts = np.maximum(1, np.round(core / asked)).astype(int)
-    pitch = core / counts
-    cell = pitch - design.wall_mm
+    counts, cell = fitted(core, design.cell_mm, design.wall_mm)
+    counts, pitch = counts.astype(int), core / counts
     deviation = cell / design.cell_mm - 1
     worst = int(np.argmax(np.abs(deviation)))
     if abs(deviation[worst]) > MAX_CELL_DEVIATION:
         msg = (
             f"cell_mm = {design.cell_mm:g} resolves to {cell[worst]:.4g} mm along {'xyz'[worst]} "
-            f"({deviation[worst]:+.0%}): at most {MAX_CELL_DEVIATION:.0%} is allowed; "
-            "change cell_mm, wall_mm or the core"
+            f"({deviation[worst]:+.0%}): at most {MAX_CELL_DEVIATION:.0%} is allowed"
+            f"{proposal(design) or '; change several of cell_mm, wall_mm and core_mm'}"
         )
         raise GeometryError(msg)
     if np.prod(counts) > MAX_CELLS:

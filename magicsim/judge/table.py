@@ -1,5 +1,6 @@
 """An episode as a Parquet table: one row a frame with its truth and every profile's verdict."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,10 @@ def frame_file(index: int) -> str:
 
 
 def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -> None:
-    """Writes truth and verdicts, one row a frame, references included."""
+    """Writes truth and verdicts, one row a frame, references included; columns are named as those of datasets.
+
+    Only labels that were not asked for are null: elsewhere a text is empty and a number NaN where there is nothing.
+    """
     skipped = len(episode.references)
     marked = episode.scene.design.markers is not None
     rows = [_row(frame) | (_marker_row(frame) if marked else {}) for frame in episode.frames]
@@ -33,7 +37,7 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
             number = frame.truth.index - skipped
             verdict = judgement.verdicts[number].as_dict() if number >= 0 else {}
             for key in (*NUMBERS, *WORDS):
-                row[f"{judgement.profile}_{key}"] = verdict.get(key)
+                row[f"{judgement.profile}_{key}"] = verdict.get(key, math.nan if key in NUMBERS else "")
     pq.write_table(pa.Table.from_pylist(rows, schema=_schema(judgements, marked=marked)), path, compression="zstd")
 
 
@@ -45,12 +49,13 @@ def write_lattice(path: Path, lattice: Lattice) -> None:
 
 def _schema(judgements: Sequence[Judgement], *, marked: bool) -> pa.Schema:
     number, vector = pa.float64(), pa.list_(pa.float64(), 3)
+    picture = pa.struct({"bytes": pa.binary(), "path": pa.string()})
     fields = [
-        ("frame", pa.int32()), ("file", pa.string()), ("time_s", number), ("is_reference", pa.bool_()),
+        ("step", pa.int32()), ("file", pa.string()), ("time_s", number), ("is_reference", pa.bool_()),
         ("frame_class", pa.string()), ("gap_mm", number), ("x_mm", number), ("y_mm", number), ("twist_deg", number),
         ("flashlight", pa.bool_()), ("contact", pa.bool_()), ("depth_mm", number), ("force_n", vector),
         ("torque_nmm", vector), ("contact_area_mm2", number), ("iterations", pa.int32()), ("min_jacobian", number),
-        ("max_penetration_mm", number), ("force_balance", number), ("contact_mask_png", pa.binary()),
+        ("max_penetration_mm", number), ("force_balance", number), ("contact_mask", picture),
         ("displacements_mm", pa.list_(pa.float32())),
     ]  # fmt: skip
     if marked:
@@ -63,14 +68,14 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool) -> pa.Schema:
 
 def _row(frame: SimulatedFrame) -> dict[str, Any]:
     truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
-    moved = frame.displacements_mm
+    moved, mask = frame.labels.displacements_mm, frame.labels.contact_mask
     return {
-        "frame": truth.index,
+        "step": truth.index,
         "file": frame_file(truth.index),
         "time_s": truth.time_s,
         "is_reference": truth.is_reference,
-        "frame_class": str(truth.frame_class) if truth.frame_class is not None else None,
-        "gap_mm": state.gap_mm,
+        "frame_class": str(truth.frame_class or ""),
+        "gap_mm": state.gap_mm if state.gap_mm is not None else math.nan,
         "x_mm": state.x_mm,
         "y_mm": state.y_mm,
         "twist_deg": state.twist_deg,
@@ -84,13 +89,13 @@ def _row(frame: SimulatedFrame) -> dict[str, Any]:
         "min_jacobian": solve.min_jacobian,
         "max_penetration_mm": solve.max_penetration_mm,
         "force_balance": solve.force_balance,
-        "contact_mask_png": _png(frame.contact_mask) if frame.contact_mask is not None else None,
+        "contact_mask": {"bytes": _png(mask), "path": None} if mask is not None else None,
         "displacements_mm": moved.ravel() if moved is not None else None,
     }
 
 
 def _marker_row(frame: SimulatedFrame) -> dict[str, Any]:
-    places, pixels = frame.markers_mm, frame.markers_px
+    places, pixels = frame.labels.markers_mm, frame.labels.markers_px
     return {
         "markers_mm": places.tolist() if places is not None else None,
         "markers_px": pixels.tolist() if pixels is not None else None,

@@ -1,16 +1,20 @@
 """The main job: simulate a scene, judge it, and leave a folder that explains itself."""
 
+import importlib
 import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import ModuleType
 
 import cv2
 import tomli_w
 
+from magicsim.camera.calibration import calibrate_camera
+from magicsim.dataset.rows import frame_rows
 from magicsim.deform.lattice.structure import Lattice
-from magicsim.errors import FrameError
+from magicsim.errors import ConfigError, FrameError
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.table import TABLE, frame_file, write_lattice, write_table
 from magicsim.judge.verdicts import PROFILES, Judgement, judge
@@ -28,6 +32,7 @@ LOGGER = logging.getLogger(__name__)
 REPORT = "report.html"
 PREVIEW = "preview.webp"
 LATTICE = "lattice.parquet"
+MCAP = "episode.mcap"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,6 +87,31 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
     return _summary(scene, out, episode, judgements, refused, sensor, seconds, time.perf_counter() - start)
 
 
+def write_mcap(path: Path, episode: Episode) -> None:
+    """Writes an episode as an MCAP file, see `magicsim.dataset.export.mcap_episode`.
+
+    Raises:
+        ConfigError: The package for it is not installed.
+    """
+    mcap = load_mcap()
+    scene, window = episode.scene, episode.scene.rig.camera.window
+    rows = frame_rows(episode.frames, scene, calibrate_camera(scene.design, scene.rig))
+    mcap.write_mcap_episode(path, rows, size=(window.columns, window.rows), about={"seed": str(scene.seed)})
+
+
+def load_mcap() -> ModuleType:
+    """The writer of MCAP files.
+
+    Raises:
+        ConfigError: The package for it is not installed.
+    """
+    try:
+        return importlib.import_module("magicsim.dataset.export.mcap_episode")
+    except ImportError as error:
+        msg = f"output.mcap = true needs the package {error.name}: pip install 'magicsim[mcap]'"
+        raise ConfigError(msg) from None
+
+
 def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
     """What every standard profile makes of an episode.
 
@@ -126,6 +156,8 @@ def write_episode(
         animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
     if scene.output.report:
         (folder / REPORT).write_text(render_report(episode, judgements, dict(facts)), encoding="utf-8")
+    if scene.output.mcap:
+        write_mcap(folder / MCAP, episode)
     (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
 
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 
 from magicsim.config.ranges import check_number
+from magicsim.deform.indentation.path_force import as_vector
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.robot.fingers import SIDES, ObjectPlace, Side, finger_motion, finger_pose, half_extents_mm, seen_by
@@ -21,7 +22,6 @@ from magicsim.robot.moment import Moment
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame, Vector
-from magicsim.simulation.truth import as_vector
 
 Array = npt.NDArray[np.float64]
 BALANCE_N = 0.01

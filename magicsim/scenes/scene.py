@@ -98,6 +98,8 @@ class OutputSettings(Config):
     """How far the contact face is pressed in, in image space, for every frame."""
     preview: bool = True
     """Animated preview."""
+    mcap: bool = False
+    """The episode as an MCAP file (extra `mcap`)."""
     report: bool = True
     """HTML report, which needs the detectors."""
 

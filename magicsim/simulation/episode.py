@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.errors import OutputError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
 from magicsim.notebook.pictures import picture_row
@@ -17,6 +18,7 @@ from magicsim.scenes.timeline import FrameState
 
 Frame = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
+ScalarT = TypeVar("ScalarT", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,22 +73,64 @@ class FrameTruth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FrameLabels:
+    """Labels of one frame that are computed only where a scene's `[output]` asks for them; None is not asked for."""
+
+    contact_mask: npt.NDArray[np.bool_] | None = None
+    """Pixels whose ray meets the contact, shape (rows, columns)."""
+    displacements_mm: npt.NDArray[np.float32] | None = None
+    """Lattice displacements, shape (nodes, 3) [mm]."""
+    depth_map_mm: npt.NDArray[np.float32] | None = None
+    """How far the contact face is pressed in at each pixel, shape (rows, columns) [mm]."""
+    markers_mm: npt.NDArray[np.float64] | None = None
+    """Centres of the markers in the sensor's frame, displaced, shape (markers, 3) [mm]; None without markers."""
+    markers_px: npt.NDArray[np.float64] | None = None
+    """Where the camera sees them, column and row, whole at pixel centres, shape (markers, 2) [px]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SimulatedFrame:
     """One frame of the stream with everything known about it."""
 
     image: Frame
     """RGB, shape (rows, columns, 3)."""
     truth: FrameTruth
-    contact_mask: npt.NDArray[np.bool_] | None
-    """Pixels whose ray meets the contact, shape (rows, columns); None where not asked for."""
-    displacements_mm: npt.NDArray[np.float32] | None
-    """Lattice displacements, shape (nodes, 3) [mm]; None where not asked for."""
-    depth_map_mm: npt.NDArray[np.float32] | None = None
-    """How far the contact face is pressed in at each pixel, shape (rows, columns) [mm]; None where not asked for."""
-    markers_mm: npt.NDArray[np.float64] | None = None
-    """Centres of the markers in the sensor's frame, displaced, shape (markers, 3) [mm]; None without markers."""
-    markers_px: npt.NDArray[np.float64] | None = None
-    """Where the camera sees them, column and row, whole at pixel centres, shape (markers, 2) [px]."""
+    labels: FrameLabels
+    """What was asked for beside them; the three properties below refuse what was not."""
+
+    @property
+    def contact_mask(self) -> npt.NDArray[np.bool_]:
+        """Pixels whose ray meets the contact, shape (rows, columns).
+
+        Raises:
+            OutputError: The scene does not ask for it.
+        """
+        return _asked_for(self.labels.contact_mask, "contact_mask", "output.contact_mask")
+
+    @property
+    def displacements_mm(self) -> npt.NDArray[np.float32]:
+        """Lattice displacements, shape (nodes, 3) [mm].
+
+        Raises:
+            OutputError: The scene does not ask for them.
+        """
+        return _asked_for(self.labels.displacements_mm, "displacements_mm", "output.displacements")
+
+    @property
+    def depth_map_mm(self) -> npt.NDArray[np.float32]:
+        """How far the contact face is pressed in at each pixel, shape (rows, columns) [mm].
+
+        Raises:
+            OutputError: The scene does not ask for it.
+        """
+        return _asked_for(self.labels.depth_map_mm, "depth_map_mm", "output.depth_map")
+
+
+def _asked_for(found: npt.NDArray[ScalarT] | None, name: str, setting: str) -> npt.NDArray[ScalarT]:
+    if found is None:
+        msg = f"{name} was not computed: set {setting} = true in the scene, or --set {setting}=true"
+        raise OutputError(msg)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

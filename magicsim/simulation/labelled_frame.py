@@ -16,7 +16,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.episode import FrameLabels, SimulatedFrame
 from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
 
 
@@ -76,12 +76,16 @@ class Shot:
         frame = SimulatedFrame(
             image=image,
             truth=frame_truth(state, deformation, index=at.index, time_s=at.time_s, is_reference=is_reference),
-            contact_mask=contact_mask(deformation, landing) if landing is not None and output.contact_mask else None,
-            displacements_mm=displacements_mm,
-            depth_map_mm=depth_map_mm(deformation, landing, self.design)
-            if landing is not None and output.depth_map
-            else None,
-            markers_mm=markers_mm,
-            markers_px=project_px(markers_mm, self.design, self.rig) if markers_mm is not None else None,
+            labels=FrameLabels(
+                contact_mask=contact_mask(deformation, landing)
+                if landing is not None and output.contact_mask
+                else None,
+                displacements_mm=displacements_mm,
+                depth_map_mm=depth_map_mm(deformation, landing, self.design)
+                if landing is not None and output.depth_map
+                else None,
+                markers_mm=markers_mm,
+                markers_px=project_px(markers_mm, self.design, self.rig) if markers_mm is not None else None,
+            ),
         )
         return frame, later

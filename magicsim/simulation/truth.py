@@ -7,10 +7,11 @@ from scipy.spatial import cKDTree
 
 from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
+from magicsim.deform.indentation.path_force import as_vector
 from magicsim.frame_class import classify_frame
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation.episode import FrameTruth, SolveFigures, Vector
+from magicsim.simulation.episode import FrameTruth, SolveFigures
 
 Array = npt.NDArray[np.float64]
 AROUND_MM = 2 * POINT_SPACING_MM
@@ -112,9 +113,3 @@ def _between(points: Array, values: Array, places: Array) -> Array:
         _, nearest = cKDTree(points).query(places[outside])
         found[outside] = values[nearest]
     return np.asarray(found)
-
-
-def as_vector(values: Array) -> Vector:
-    """Three numbers of an array, shape (3,)."""
-    x, y, z = values.tolist()
-    return (x, y, z)

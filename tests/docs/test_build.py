@@ -15,7 +15,7 @@ OUTSIDE = re.compile(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(https?:)?/
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    for package in ("sphinx", "furo", "myst_parser"):
+    for package in ("sphinx", "furo", "myst_nb"):
         pytest.importorskip(package)
     out = tmp_path_factory.mktemp("html")
     command = [sys.executable, "-m", "sphinx", "-W", "-q", str(DOCS), str(out)]

@@ -30,7 +30,7 @@ def test_public_names_are_listed_before_they_are_loaded():
         "Sensor", "calibrate", "calibrate_camera", "detect", "detect_sources", "durometer", "evaluate",
         "evaluate_suite", "export_design", "fit_constants", "generate_dataset", "judge_episode", "live_sensor",
         "load_design", "load_object", "load_profile", "load_recipe", "load_rig", "load_scene", "load_suite",
-        "load_sweep", "make_dataset", "plan_scene", "press", "render", "render_still", "run_scene",
+        "load_sweep", "make_dataset", "plan_scene", "press", "press_curve", "render", "render_still", "run_scene",
         "run_sweep", "simulate",
     }  # fmt: skip
     assert set(magicsim.__all__) == set(magicsim.HOMES)

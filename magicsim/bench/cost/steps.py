@@ -7,7 +7,6 @@ Each size runs in a process of its own, so that its peak memory is its own:
 
 import json
 import logging
-import resource
 import subprocess
 import sys
 import time
@@ -86,7 +85,7 @@ def measure_step(spacing_mm: float) -> CostRow:
         runs=len(seconds),
         seconds_per_iteration=median / iterations if median is not None else None,
         seconds_setup=setup,
-        memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        memory_mb=_peak_memory_mb(),
         outcome=outcome,
     )
 
@@ -169,3 +168,12 @@ def _unknowns(spacing_mm: float) -> int:
 
 if __name__ == "__main__":
     sys.stdout.write(json.dumps(asdict(measure_step(float(sys.argv[1])))) + "\n")
+
+
+def _peak_memory_mb() -> float:
+    """Most memory that this process has held [MB]; 0 on Windows, which has no `getrusage`."""
+    try:
+        import resource
+    except ImportError:
+        return 0.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

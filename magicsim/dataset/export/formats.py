@@ -10,7 +10,7 @@ from magicsim.dataset.export.source import Source, open_dataset
 from magicsim.errors import ConfigError, OutputError
 from magicsim.folder import new_folder
 
-Format = Literal["lerobot", "webdataset", "hdf5", "zarr"]
+Format = Literal["lerobot", "webdataset", "hdf5", "mcap", "zarr"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +61,8 @@ def _writer(layout: Format) -> Callable[[Source, Path], None]:
             from magicsim.dataset.export.webdataset import write_webdataset as writer
         elif layout == "hdf5":
             from magicsim.dataset.export.hdf5 import write_hdf5 as writer
+        elif layout == "mcap":
+            from magicsim.dataset.export.mcap import write_mcap as writer
         else:
             from magicsim.dataset.export.zarr import write_zarr as writer
     except ImportError as error:

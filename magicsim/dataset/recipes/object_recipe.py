@@ -60,7 +60,7 @@ class ObjectRecipe(Config):
     gap_mm: Number | None = None
     bend_radius_mm: Number | None = None
     path: str | None = None
-    """File of a `mesh`, relative to the current directory."""
+    """File of a `mesh`; a relative path starts beside the recipe, or in the current folder."""
     folder: str | None = None
     """Folder of a `mesh`, instead of `path`: every mesh file in it is as likely as any other."""
     scale: Number | None = None

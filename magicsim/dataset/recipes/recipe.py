@@ -149,6 +149,8 @@ class Recipe(Config):
     """How skin and object meet; the friction is drawn with each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
+    license: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.-]*$", max_length=60)] | None = None
+    """What the dataset's card names as its licence, such as `cc-by-4.0`: yours to choose, none by default."""
     timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
     """Longest time for one attempt at an episode [s]."""
 
@@ -171,8 +173,8 @@ class Recipe(Config):
         return self
 
     def config_hash(self) -> str:
-        """SHA-256 of everything that rows depend on: not of how many episodes there are or how long one may take."""
-        data = self.model_dump(mode="json", exclude={"episodes", "timeout_s"})
+        """SHA-256 of everything that rows depend on: neither of their number, nor of time or licence."""
+        data = self.model_dump(mode="json", exclude={"episodes", "license", "timeout_s"})
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 

@@ -3,31 +3,37 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.indentation.timed import TimedForce, body_branches, timed_poses
-from magicsim.deform.lattice.structure import box_lattice, build_lattice
+from magicsim.deform.indentation.path_force import PathForce, as_vector
+from magicsim.deform.indentation.symmetry import left_by_mirrors, mirror_planes
+from magicsim.deform.indentation.timed import body_branches, timed_poses
+from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.effort import Progress, part_of
 from magicsim.deform.solve.ladder import Rung, named
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
-from magicsim.geometry.indenter import place_object
+from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.kinds import ObjectBase, SphereObject
 from magicsim.notebook.figures import curve, figures_table
 
+Array = npt.NDArray[np.float64]
 MAX_TWIST_DEG = 360.0
 MAX_TOLERANCE_MM = 0.1
 MAX_FRICTION = 5.0
 MAX_SPEED_MM_S = 1e4
 MAX_HOLD_S = 1e6
+DIGITS = 12
+"""Of a depth, which is the difference of two heights [mm]."""
 MIN_POINTS = 2
 """Places of a path that make a curve."""
 
@@ -64,15 +70,12 @@ class PressResult:
     """Wall time of lattice and solve, compilation excluded [s]."""
     converged: bool
     """Always true: a solve that is not valid raises."""
-    history: tuple[TimedForce, ...] = ()
-    """Force over time, for a path that takes time."""
+    history: tuple[PathForce, ...]
+    """Every solved place of the path in order: the ends of press, shear and twist, or each step in time."""
 
     def as_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
-        values = asdict(self)
-        if not self.history:
-            del values["history"]
-        return values
+        return asdict(self) | {"history": [each.as_dict() for each in self.history]}
 
     def __str__(self) -> str:
         """One line: force, torque, area."""
@@ -121,40 +124,71 @@ def press(
         GeometryError: The design cannot be built.
         ConvergenceError: No valid equilibrium was found.
     """
-    _check("depth_mm", depth_mm, 0.0, MAX_DEPTH_SHARE * design.height_mm, "90 % of the height")
+    check_depth(depth_mm, design)
     for axis, motion, size in zip("xy", shear_mm, design.footprint_mm, strict=True):
-        _check(f"shear_mm along {axis}", motion, -size / 2, size / 2, "half the footprint")
-    _check("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
-    _check("friction", friction, 0.0, MAX_FRICTION, "rubber on most solids is below 2")
-    _check("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
+        check_number(f"shear_mm along {axis}", motion, -size / 2, size / 2, "half the footprint")
+    check_number("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
+    check_friction(friction)
+    check_number("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     _check_time(speed_mm_s, hold_s, twist_deg)
-    compile_kernels()
-    start = time.perf_counter()
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
+    stages = [stage for number, stage in enumerate(stages) if number == 0 or stage != stages[number - 1]]
     poses = [
         place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist, design=design)
-        for stage, (shear, twist) in enumerate(stages)
-        if stage == 0 or stages[stage] != stages[stage - 1]
+        for shear, twist in stages
     ]
+    steps = [(pose, math.inf) for pose in poses]
+    if speed_mm_s is not None:
+        first = place_object(object_config, gap_mm=0.0, design=design)
+        lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
+        steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
+    twists = [0.0] * len(steps) if speed_mm_s is not None else [twist for _, twist in stages]
+    return follow(design, steps, twists, friction=friction, tolerance_mm=tolerance_mm, progress=progress)
+
+
+def follow(
+    design: ElastomerDesign,
+    steps: Sequence[tuple[Indenter, float]],
+    twists_deg: Sequence[float],
+    *,
+    friction: float,
+    tolerance_mm: float,
+    progress: Progress | None,
+) -> PressResult:
+    """Solves a path of poses, each from the one before.
+
+    Args:
+        design: The block.
+        steps: Poses along the path, and the time that each step takes [s]; infinite on a quasi-static path.
+        twists_deg: Turn about z of each pose on the path [degrees].
+        friction: Coulomb's coefficient between object and face.
+        tolerance_mm: Largest penetration at any contact point [mm].
+        progress: Told after every iteration, see `Progress`.
+
+    Raises:
+        ConfigError: A path in time, and the body has no relaxation.
+        GeometryError: The design cannot be built.
+        ConvergenceError: No valid equilibrium was found.
+    """
+    compile_kernels()
+    start = time.perf_counter()
+    poses = [pose for pose, _ in steps]
+    takes_time = math.isfinite(steps[0][1])
     lattice = build_lattice(design, zone=contact_zone(poses, design))
     solver = ContactSolver(
         lattice,
         tolerance_mm=tolerance_mm,
         friction=friction,
         point_spacing_mm=point_spacing_mm(poses[0].shape),
-        branches=body_branches(design, lattice) if speed_mm_s is not None else None,
+        branches=body_branches(design, lattice) if takes_time else None,
     )
-    steps = [(pose, math.inf) for pose in poses]
-    if speed_mm_s is not None:
-        first = place_object(object_config, gap_mm=0.0, design=design)
-        lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
-        steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     states = [Deformation.rest(lattice)]
     for number, (pose, dt) in enumerate(steps):
         told = part_of(progress, number, len(steps)) if progress is not None else None
         states.append(solver.solve(pose, states[-1], dt_s=dt, progress=told))
-    result = _summarise(states[1:], time.perf_counter() - start)
-    return result if speed_mm_s is None else replace(result, history=_history(states[1:], [dt for _, dt in steps]))
+    seconds = time.perf_counter() - start
+    history = _history(states[1:], steps, twists_deg, lattice, solver.face_mm)
+    return _summarise(states[1:], history, seconds)
 
 
 @lru_cache(maxsize=1)
@@ -166,29 +200,64 @@ def compile_kernels() -> None:
     ContactSolver(lattice).solve(place_object(ball, gap_mm=-0.1))
 
 
-def _check(name: str, value: float, low: float, high: float, meaning: str) -> None:
+def check_depth(depth_mm: float, design: ElastomerDesign) -> None:
+    """Raises ConfigError where a block is too low for a depth [mm]."""
+    check_number("depth_mm", depth_mm, 0.0, MAX_DEPTH_SHARE * design.height_mm, "90 % of the height")
+
+
+def check_friction(friction: float) -> None:
+    """Raises ConfigError where a coefficient of friction is not allowed."""
+    check_number("friction", friction, 0.0, MAX_FRICTION, "rubber on most solids is below 2")
+
+
+def check_number(name: str, value: float, low: float, high: float, meaning: str) -> None:
+    """Raises ConfigError where a number is not finite or out of its range."""
     if not (math.isfinite(value) and low <= value <= high):
         msg = f"{name} = {value:g} is not allowed: must be {low:g} to {high:g} ({meaning})"
         raise ConfigError(msg)
 
 
 def _check_time(speed_mm_s: float | None, hold_s: float, twist_deg: float) -> None:
-    _check("hold_s", hold_s, 0.0, MAX_HOLD_S, "eleven days")
+    check_number("hold_s", hold_s, 0.0, MAX_HOLD_S, "eleven days")
     if speed_mm_s is None:
         if hold_s > 0:
             msg = f"hold_s = {hold_s:g} is not allowed without speed_mm_s: a quasi-static path has no time"
             raise ConfigError(msg)
         return
-    _check("speed_mm_s", speed_mm_s, 1e-6, MAX_SPEED_MM_S, "quasi-static inertia-free motion")
+    check_number("speed_mm_s", speed_mm_s, 1e-6, MAX_SPEED_MM_S, "quasi-static inertia-free motion")
     if twist_deg != 0:
         msg = f"twist_deg = {twist_deg:g} is not allowed with speed_mm_s: a timed path presses and shears"
         raise ConfigError(msg)
 
 
-def _history(states: list[Deformation], steps_s: list[float]) -> tuple[TimedForce, ...]:
-    forces = [state.force_n.tolist() for state in states]
-    times = np.cumsum(steps_s).tolist()
-    return tuple(TimedForce(time_s=at, force_n=(x, y, z)) for at, (x, y, z) in zip(times, forces, strict=True))
+def _history(
+    states: Sequence[Deformation],
+    steps: Sequence[tuple[Indenter, float]],
+    twists_deg: Sequence[float],
+    lattice: Lattice,
+    face_mm: Array,
+) -> tuple[PathForce, ...]:
+    poses = [pose for pose, _ in steps]
+    times = np.cumsum([dt for _, dt in steps]).tolist()
+    begin, reach_mm = poses[0].pose.position_mm[:2], float(np.abs(face_mm).max())
+    far, found = (True, True), []
+    for number, (state, pose) in enumerate(zip(states, poses, strict=True)):
+        here = mirror_planes(lattice, face_mm, [pose]) if any(far) else (False, False)
+        far = (far[0] and here[0], far[1] and here[1])  # what was bent on the way may stay so
+        force, torque = left_by_mirrors(state.force_n, state.torque_nmm, far, reach_mm)
+        shear_x, shear_y = (pose.pose.position_mm[:2] - begin).tolist()
+        found.append(
+            PathForce(
+                depth_mm=round(max(pose.top_mm(), 0.0), DIGITS),
+                shear_mm=(shear_x, shear_y),
+                twist_deg=twists_deg[number],
+                time_s=times[number] if math.isfinite(times[number]) else None,
+                force_n=as_vector(force),
+                torque_nmm=as_vector(torque),
+                contact_area_mm2=state.contact_area_mm2,
+            )
+        )
+    return tuple(found)
 
 
 def _force_curve(history: Sequence[object]) -> str:
@@ -198,17 +267,17 @@ def _force_curve(history: Sequence[object]) -> str:
     has_time = all(getattr(each, "time_s", None) is not None for each in history)
     name, label = ("time_s", "time [s]") if has_time else ("depth_mm", "depth [mm]")
     places = [float(getattr(each, name)) for each in history]
+    if len(set(places)) < MIN_POINTS:
+        return ""
     forces = [float(getattr(each, "force_n")[2]) for each in history]  # noqa: B009
     return curve(places, forces, x_label=label, y_label="normal force [N]")
 
 
-def _summarise(states: list[Deformation], seconds: float) -> PressResult:
+def _summarise(states: Sequence[Deformation], history: tuple[PathForce, ...], seconds: float) -> PressResult:
     state = states[-1]
-    fx, fy, fz = state.force_n.tolist()
-    tx, ty, tz = state.torque_nmm.tolist()
     return PressResult(
-        force_n=(fx, fy, fz),
-        torque_nmm=(tx, ty, tz),
+        force_n=history[-1].force_n,
+        torque_nmm=history[-1].torque_nmm,
         contact_area_mm2=state.contact_area_mm2,
         max_penetration_mm=state.max_penetration_mm,
         min_jacobian=state.min_jacobian,
@@ -221,4 +290,5 @@ def _summarise(states: list[Deformation], seconds: float) -> PressResult:
         unknowns=state.unknowns,
         seconds=seconds,
         converged=state.converged,
+        history=history,
     )

@@ -6,7 +6,7 @@ are even on the way and grow geometrically at hold, where the response slows dow
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,16 +27,6 @@ FIRST_HOLD_S = 0.01
 """Length of the first time step at hold [s]."""
 LEAST_POISSON = 0.45
 """Least instantaneous Poisson's ratio: below, the bulk modulus is too small for the instantaneous stiffness."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TimedForce:
-    """One moment of a timed path."""
-
-    time_s: float
-    """Since first contact [s]."""
-    force_n: tuple[float, float, float]
-    """Force of the object on the sensor [N]."""
 
 
 def body_branches(design: ElastomerDesign, lattice: Lattice) -> Branches:

@@ -181,6 +181,11 @@ class ContactSolver:
         )
 
     @property
+    def face_mm(self) -> Array:
+        """Contact points of the undeformed face, shape (points, 3) [mm]."""
+        return self._rest.contact_points_mm
+
+    @property
     def factorisations(self) -> int:
         """How many matrices this solver has factorised with the contact condensed."""
         return self._condenser.store.made

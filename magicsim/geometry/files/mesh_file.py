@@ -42,7 +42,7 @@ def load_mesh(path: str, *, scale: float = 1.0, feature_mm: float | None = None)
         msg = f"mesh '{path}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         raise ConfigError(msg)
     if not is_file(file):
-        msg = f"mesh '{path}' does not exist (paths are relative to the current directory)"
+        msg = f"mesh '{path}' does not exist (paths start beside the TOML file, or in the current folder)"
         raise ConfigError(msg)
     return _load(path, scale, feature_mm, file.stat().st_mtime_ns)
 

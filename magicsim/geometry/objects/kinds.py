@@ -1,5 +1,6 @@
 """Rigid objects that approach and press: all kinds that a user may write, and how their line is read."""
 
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -37,7 +38,9 @@ __all__ = [
 ]
 
 SEQUENCES = frozenset({"size_mm", "color"})
-"""Keys whose value may be several numbers, written `4x4x8` on the command line."""
+"""Keys whose value may be several numbers."""
+_BETWEEN = re.compile(r",(?![^\[]*\])")
+"""A comma that is not in brackets."""
 
 AnyObject = (
     SphereObject
@@ -75,6 +78,8 @@ OBJECT_KINDS: dict[str, type[ObjectBase]] = {
 def parse_object(text: str) -> AnyObject:
     """Reads `KIND:key=value,key=value`, such as `box:size_mm=4x4x8`, or the name of an object preset, such as `orange`.
 
+    Several numbers are written `4x4x8` or, as in TOML, `[4,4,8]`.
+
     Raises:
         ConfigError: Unknown kind, name or key, or a value that is not allowed.
     """
@@ -85,15 +90,23 @@ def parse_object(text: str) -> AnyObject:
         named = [] if separator else preset_names("object")
         raise ConfigError(unknown_choice("object kind", kind, [*OBJECT_KINDS, *named]))
     values: dict[str, Any] = {"kind": kind}
-    for setting in filter(None, settings.split(",")):
+    for setting in filter(None, _BETWEEN.split(settings)):
         key, separator, value = setting.partition("=")
         if not separator:
             msg = f"object '{text}': '{setting}' is not of the form key=value"
             raise ConfigError(msg)
         name = key.strip()
-        values[name] = value.split("x") if name in SEQUENCES and "x" in value else value
+        values[name] = _numbers(value) if name in SEQUENCES else value
     model = validate(OBJECT_KINDS[kind], values, source=f"object '{text}'")
     return TypeAdapter(ObjectConfig).validate_python(model)
+
+
+def _numbers(text: str) -> str | list[str]:
+    """Parts of `4x4x8` or `[4, 4, 8]`; what is neither stays as it is."""
+    inner = text.strip()
+    if inner.startswith("[") and inner.endswith("]"):
+        return [part.strip() for part in inner[1:-1].split(",")]
+    return text.split("x") if "x" in text else text
 
 
 def find_object(name: str | Path) -> AnyObject:

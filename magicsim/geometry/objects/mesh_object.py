@@ -15,7 +15,7 @@ class MeshObject(ObjectBase):
 
     kind: Literal["mesh"]
     path: str
-    """The file, relative to the current directory."""
+    """The file; a relative path starts beside the TOML file that it stands in, or in the current folder."""
     scale: Annotated[float, Field(ge=1e-6, le=1e6)] = 1.0
     """Millimetres per unit of the file."""
     file_colors: bool = False

@@ -3,11 +3,15 @@
 from pathlib import Path
 
 import pytest
+from dataset.fakes import FAKE, small_recipe
 from evaluation.synthetic import PROFILE, make_suite
 
+from magicsim.dataset.generate import generate_dataset
 from magicsim.detectors.profiles.profile_file import save_profile
+from magicsim.workers.options import WorkerOptions
 
 from .conftest import Shell
+from .small import settings
 
 
 @pytest.fixture
@@ -62,3 +66,49 @@ def test_evaluate_refuses_a_folder_of_other_files_before_any_work(shell: Shell, 
     (mine / "out").mkdir()
     (mine / "out" / "notes.txt").write_text("mine")
     assert "holds other files" in shell.refusal(*OPTIONS, "--out", "out")
+
+
+BLIND = (
+    "from types import SimpleNamespace\n"
+    "class Blind:\n"
+    "    def fit(self, references): self.seen = len(list(references))\n"
+    "    def step(self, frame):\n"
+    "        return SimpleNamespace(proximity='Normal', contact='Untouched', approach=0, touch=0)\n"
+)
+
+
+def test_own_detector_is_judged_on_a_run_that_exists(shell: Shell, tmp_path: Path):
+    (tmp_path / "blind.py").write_text(BLIND)
+    path = "keyframes=[{frame=0}, {frame=1, gap_mm=1.0}, {frame=2, gap_mm=-0.4}, {frame=3, gap_mm=-0.4}]"
+    off = settings("output.report=false", "output.preview=false", "output.displacements=false", path)
+    assert shell("simulate", "near", "--out", "run", *off).code == 0
+    found = shell.json("evaluate", "--on", "run", "--detector", "blind.py:Blind")
+    assert (found["suite"], found["episodes"], found["frames"]) == ("run", 1, 4)
+    assert found["confusion"]["contact"]["Contact"]["Untouched"] == 2
+    assert found["confusion"]["proximity"]["Near"] == {"Normal": 1, "Approaching": 0, "Noise": 0}
+    assert found["baseline"] is None
+    assert found["left_out"] == []
+    assert "holds no labelled frames" in shell.refusal("evaluate", "--on", str(tmp_path))
+    assert "--quick is not allowed with --on" in shell.refusal("evaluate", "--on", "run", "--quick")
+
+
+def test_own_detector_is_judged_on_a_dataset_that_exists(shell: Shell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    generate_dataset(small_recipe("episodes=3"), tmp_path / "set", options=WorkerOptions(workers=1), simulator=FAKE)
+    monkeypatch.setenv("MAGICSIM_FRAMES", str(tmp_path / "frames"))
+    (tmp_path / "blind.py").write_text(BLIND)
+    found = shell.json("evaluate", "--on", "set", "--detector", "blind.py:Blind")
+    assert found["episodes"] == 3
+    assert found["metrics"]["as-made/as-made"]["contact_balanced_accuracy"]["episodes"] >= 0
+
+
+def test_quick_evaluation_says_what_it_leaves_out_and_how_long_it_takes(shell: Shell, mine: Path):
+    done = shell(*OPTIONS, "--quick")
+    assert done.code == 0
+    assert "left out: noise high, 20 of 30 s at rest" in done.out
+    found = shell.json(*OPTIONS, "--quick")
+    whole = shell.json(*OPTIONS)
+    assert found["episodes"] < whole["episodes"]
+    assert found["standard"] == whole["standard"]
+    assert next(iter(found["metrics"])) == found["standard"]
+    assert whole["left_out"] == []
+    assert set(found) == set(whole)

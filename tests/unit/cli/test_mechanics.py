@@ -8,7 +8,7 @@ def test_press_prints_the_contract_and_pushes_upwards(shell: Shell):
     found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.5)
     assert set(found) == {
         "force_n", "torque_nmm", "contact_area_mm2", "max_penetration_mm", "min_jacobian", "force_balance",
-        "iterations", "cutbacks", "restarts", "shifted", "rungs", "unknowns", "seconds", "converged",
+        "iterations", "cutbacks", "restarts", "shifted", "rungs", "unknowns", "seconds", "converged", "history",
     }  # fmt: skip
     assert len(found["force_n"]) == len(found["torque_nmm"]) == 3
     assert found["force_n"][2] > 0.5
@@ -29,3 +29,14 @@ def test_a_ball_that_the_points_miss_is_no_contact_of_force_zero(shell: Shell):
 def test_a_ball_pressed_by_several_diameters_is_refused_with_the_size_that_is_not(shell: Shell):
     deep = ["--object", "sphere:radius_mm=0.05", "--depth-mm", 0.5]
     assert "an object of at least 0.2 mm" in shell.refusal("press", "mini-magictac", *deep)
+
+
+def test_press_writes_force_against_depth_and_still_prints_the_last_place(shell: Shell, tmp_path):
+    found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.4, "--curve", "ball.csv", "--points", 3)
+    lines = (tmp_path / "ball.csv").read_text().splitlines()
+    assert [line.split(",")[0] for line in lines] == ["depth_mm", "0.0", "0.2", "0.4"]
+    assert found["curve"] == "ball.csv"
+    assert found["force_n"] == found["history"][-1]["force_n"]
+    assert "must end in .csv or .png" in shell.refusal("press", *COARSE, *BALL, "--depth-mm", 0.4, "--curve", "ball")
+    beside = ["--curve", "ball.png", "--twist-deg", 3]
+    assert "twist_deg is not allowed with curve" in shell.refusal("press", *COARSE, *BALL, "--depth-mm", 0.4, *beside)

@@ -1,7 +1,10 @@
+import sys
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+
+from magicsim.config.presets import find_preset
 
 from .conftest import Shell
 from .small import settings
@@ -9,7 +12,8 @@ from .small import settings
 
 def test_plan_prints_decisions_with_stage_and_reason(shell: Shell):
     found = shell.json("plan", "demo")
-    assert set(found) == {"kept", "left_out"}
+    assert set(found) == {"kept", "left_out", "warnings"}
+    assert found["warnings"] == []
     for decision in [*found["kept"], *found["left_out"]]:
         assert set(decision) == {"stage", "reason"}
 
@@ -19,6 +23,25 @@ def test_plan_without_json_is_text_for_people(shell: Shell):
     assert done.code == 0
     assert "kept:\n  grid: 25 x 34 x 6 cells of 0.796 x 0.794 x 0.733 mm" in done.out
     assert "\n  mesh and BVH update: 1 of 1 frames: something moved\n" in done.out
+
+
+def test_plan_of_a_design_is_that_of_the_demo_on_it_with_warnings(shell: Shell, tmp_path: Path):
+    assert shell.json("plan", "uniform-block") == shell.json("plan", "demo", "--set", "design=uniform-block")
+    text = (find_preset("design", "mini-magictac")).read_text().replace("[24.0, 32.0]", "[8.0, 16.0]")
+    (tmp_path / "small.toml").write_text(text)
+    camera, thing, rim = shell.json("plan", "small.toml")["warnings"]
+    assert "the camera sees past the block of 8 x 16 mm" in camera
+    assert "the object is larger than the sensor: 10 x 10 mm" in thing
+    assert "presses on the rim" in rim
+
+
+def test_earlier_result_is_told_of_before_any_work(shell: Shell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    arguments = ["simulate", "rest", "--out", "out", *settings("output.report=false", "output.preview=false")]
+    assert "earlier result" not in shell(*arguments).err
+    monkeypatch.setattr("magicsim.cli.scene.limit_threads", lambda _: sys.exit(9))  # what comes right after
+    done = shell(*arguments)
+    assert done.code == 9
+    assert done.err.startswith("'out' holds an earlier result: it stays until the new one is whole")
 
 
 def test_plan_notices_a_mesh_file_that_is_not_there(shell: Shell):
@@ -71,3 +94,19 @@ def test_frames_that_no_detector_can_judge_are_kept(shell: Shell, tmp_path: Path
     columns = pq.read_schema(tmp_path / "out" / "episode.parquet").names
     assert "gap_mm" in columns
     assert "calibrated_contact" not in columns
+
+
+def test_mcap_is_written_beside_the_frames_of_a_simulation(shell: Shell, tmp_path: Path, monkeypatch):
+    pytest.importorskip("foxglove")
+    reader = pytest.importorskip("mcap.reader")
+    small = settings("output.report=false", "output.preview=false", "keyframes=[{frame=0, gap_mm=1.0}]")
+    found = shell.json("simulate", "near", "--out", "out", "--mcap", *small)
+    with (tmp_path / "out" / "episode.mcap").open("rb") as file:
+        summary = reader.make_reader(file).get_summary()
+    counts = {
+        channel.topic: summary.statistics.channel_message_counts[key] for key, channel in summary.channels.items()
+    }
+    assert counts["/tactile/image"] == counts["/tactile/truth"] == found["frames"] == 7
+    monkeypatch.setitem(sys.modules, "foxglove", None)
+    monkeypatch.delitem(sys.modules, "magicsim.dataset.export.mcap_episode")
+    assert "pip install 'magicsim[mcap]'" in shell.refusal("simulate", "near", "--out", "out", "--mcap", *small)

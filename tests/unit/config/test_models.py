@@ -10,6 +10,7 @@ from magicsim.config.models import Config, apply_overrides, load_preset, validat
 from magicsim.errors import ConfigError, MagicsimError, PresetError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.scene import load_scene
+from magicsim.wording import LINE_LENGTH
 
 
 class Ball(Config):
@@ -113,10 +114,19 @@ def test_flag_may_be_true_or_false():
     assert validate(Table, {"options": {"depth_mm": 1, "hidden": True}}, source="my.toml").options is not None
 
 
-def test_further_problems_are_counted_and_an_unknown_key_comes_first():
+def test_all_problems_are_told_and_an_unknown_key_comes_first():
     message = refused({"name": 3, "cuont": 2, "count": "many"})
     assert "unknown key 'cuont'" in message
-    assert message.endswith("(and 2 more problems)")
+    assert "; count = 'many' is not allowed" in message
+    assert "; name = 3 is not allowed" in message
+    assert message.index("cuont") < message.index("name = 3")
+
+
+def test_more_problems_than_a_line_holds_are_told_by_their_keys():
+    message = refused({"layers": [{"depth_mm": "deep"}] * 9, "cuont": 2})
+    assert len(message) <= LINE_LENGTH
+    assert "layers.0.depth_mm = 'deep' is not allowed" in message
+    assert message.endswith("layers.7.depth_mm, layers.8.depth_mm")
 
 
 def test_models_cannot_be_changed_once_checked():

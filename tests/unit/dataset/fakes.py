@@ -1,6 +1,7 @@
 """Episodes that cost nothing: importable by name, so that other processes can make them."""
 
 import json
+import math
 import os
 import signal
 import sys
@@ -20,6 +21,7 @@ from magicsim.errors import ConvergenceError
 from magicsim.workers.options import WorkerOptions
 
 FOLDER = Path(__file__).parent
+TURNED = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 SMALL = (
     "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.2", "rig.camera.columns=24", "rig.camera.rows=32",
     "rig.camera.field_mm=10",
@@ -42,7 +44,9 @@ def fake_rows(task: SampleTask) -> bytes:
             row[column.name] = _value(column, random, episode.scene.rig.camera)
         rows.append(row | task.constants | {"episode": episode.index, "step": step, "sensor": episode.sensor})
         rows[-1] |= {"contact": False, "force_n": [0.0] * 3, "force_balance": 0.0, "seed": episode.scene.seed}
-        rows[-1] |= {"path_kind": episode.path_kind, "time_s": step / 15, "gap_mm": None}
+        rows[-1] |= {"is_reference": step < episode.scene.references}
+        rows[-1] |= {"path_kind": episode.path_kind, "time_s": step / 15, "gap_mm": math.nan}
+        rows[-1] |= {"object_rotation": TURNED, "camera_rotation": TURNED}
     arrays = [pa.array([row[column.name] for row in rows], column.arrow) for column in task.columns]
     return rows_as_bytes(pa.Table.from_arrays(arrays, schema=schema_of_columns(task.columns)))
 

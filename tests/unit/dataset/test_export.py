@@ -177,3 +177,73 @@ def test_rows_keep_their_schema_where_extension_types_are_registered(whole: Path
     shard = source.manifest.shards[0]
     for table in source.episodes(shard):
         assert table.schema.field("depth_map_mm").type == pa.list_(pa.list_(pa.float32()))
+
+
+def read_mcap(path: Path) -> dict[str, list[tuple[int, object]]]:
+    """Messages by topic, with their time [ns], as the library reads and decodes them."""
+    reader = pytest.importorskip("mcap.reader")
+    protobuf = pytest.importorskip("mcap_protobuf.decoder")
+    found: dict[str, list[tuple[int, object]]] = {}
+    with path.open("rb") as file:
+        read = reader.make_reader(file, decoder_factories=[protobuf.DecoderFactory(), Json()])
+        for _, channel, message, decoded in read.iter_decoded_messages():
+            found.setdefault(channel.topic, []).append((message.log_time, decoded))
+    return found
+
+
+class Json:
+    """Decodes what `mcap` leaves to its users."""
+
+    def decoder_for(self, encoding: str, schema: object) -> object:
+        del schema
+        return json.loads if encoding == "json" else None
+
+
+def test_mcap_holds_an_episode_a_file_on_one_clock(whole: Path, tmp_path: Path, rows: dict):
+    pytest.importorskip("foxglove")
+    found = export_dataset(whole, tmp_path / "logs", "mcap")
+    assert found.files == 11
+    split, expected = next(iter(rows.items()))
+    episode = expected[0]["episode"]
+    expected = [row for row in expected if row["episode"] == episode]
+    topics = read_mcap(tmp_path / "logs" / split / f"episode-{episode:08d}.mcap")
+    images, masks, truth = (topics[f"/tactile/{name}"] for name in ("image", "contact_mask", "truth"))
+    times = [round(row["time_s"] * 1e9) for row in expected]
+    assert [at for at, _ in images] == [at for at, _ in truth] == [at for at, _ in masks] == times
+    for (at, image), (_, mask), (_, told), row in zip(images, masks, truth, expected, strict=True):
+        assert (image.format, image.frame_id) == ("png", "camera")
+        assert image.data == row["image"]["bytes"]
+        assert mask.data == row["contact_mask"]["bytes"]
+        assert image.timestamp.seconds * 10**9 + image.timestamp.nanos == at
+        assert told["force_n"] == row["force_n"]
+        assert told["gap_mm"] is None
+    # What stands still comes once a second.
+    still = topics["/tactile/calibration"]
+    assert [at for at, _ in still] == [round(second * 1e9) for second in range(int(expected[-1]["time_s"]) + 1)]
+    assert list(still[0][1].K) == expected[0]["camera_matrix"]
+    assert (still[0][1].width, still[0][1].height) == (24, 32)
+
+
+def test_mcap_transforms_are_in_metres_and_turn_as_the_rows_do(tmp_path: Path):
+    pytest.importorskip("foxglove")
+    from magicsim.dataset.export.mcap_episode import write_mcap_episode
+
+    turn = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]  # 90 degrees about z
+    row = {
+        "time_s": 0.25, "step": 1, "is_reference": False, "frame_class": "", "gap_mm": 2.0, "contact": False,
+        "depth_mm": 0.0, "force_n": [0.0] * 3, "torque_nmm": [0.0] * 3, "contact_area_mm2": 0.0, "flashlight": False,
+        "image": {"bytes": b"png"}, "contact_mask": None, "camera_matrix": [1.0] * 9, "camera_distortion": [0.0] * 5,
+        "camera_position_mm": [0.0, 0.0, 30.0], "camera_rotation": [1.0, 0, 0, 0, -1.0, 0, 0, 0, -1.0],
+        "object_position_mm": [1.0, 2.0, -7.0], "object_rotation": turn,
+    }  # fmt: skip
+    write_mcap_episode(tmp_path / "one.mcap", [row], size=(4, 3))
+    topics = read_mcap(tmp_path / "one.mcap")
+    [(at, message)] = topics["/tf"]
+    camera, thing = message.transforms
+    assert at == 250_000_000
+    assert (camera.parent_frame_id, camera.child_frame_id, thing.child_frame_id) == ("sensor", "camera", "object")
+    assert camera.translation.z == pytest.approx(0.03)
+    assert (thing.translation.x, thing.translation.y) == pytest.approx((0.001, 0.002))
+    assert (abs(camera.rotation.x), camera.rotation.w) == pytest.approx((1.0, 0.0), abs=1e-12)
+    assert (thing.rotation.z, thing.rotation.w) == pytest.approx((0.5**0.5, 0.5**0.5))
+    assert "/tactile/contact_mask" not in topics

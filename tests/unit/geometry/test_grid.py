@@ -1,4 +1,5 @@
 import math
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -129,3 +130,27 @@ def test_lattice_without_a_grid_has_a_spacing_of_one_millimetre_by_default():
 @pytest.mark.parametrize(("length_mm", "count"), [(0.4, 1), (1.0, 1), (1.049, 1), (1.06, 2), (2.04, 2), (2.06, 3)])
 def test_interval_is_split_only_when_it_exceeds_the_spacing_by_five_percent(length_mm: float, count: int):
     assert split_count(length_mm, 1.0) == count
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"cell_mm": 2.9, "core_mm": 1.0},
+        {"cell_mm": 2.5, "core_mm": 4.0, "wall_mm": 0.3},
+        {"cell_mm": 0.8, "core_mm": 1.4, "wall_mm": 0.2},
+    ],
+)
+def test_a_design_that_does_not_fit_is_answered_with_values_that_do(changes: dict[str, float]):
+    design = load_preset(ElastomerDesign, "design", "mini-magictac").model_copy(update=changes)
+    with pytest.raises(GeometryError) as refusal:
+        resolve_grid(design)
+    proposed = dict(re.findall(r"(\w+_mm) = ([\d.]+)", str(refusal.value).partition("what fits: ")[2]))
+    assert proposed
+    for name, value in proposed.items():
+        assert resolve_grid(design.model_copy(update={name: float(value)})) is not None
+        nearer = [
+            float(value) + step * 0.02 for step in (1, -1) if step * (changes.get(name, 0.1) - float(value)) > 0.03
+        ]
+        for closer in nearer:  # no value closer to the one asked for fits
+            with pytest.raises(GeometryError):
+                resolve_grid(design.model_copy(update={name: closer}))

@@ -4,14 +4,14 @@ import cv2
 import numpy as np
 import pytest
 
-from magicsim.errors import ConfigError, FrameError
+from magicsim.errors import ConfigError, FrameError, OutputError
 from magicsim.frame_class import FrameClass
 from magicsim.judge.recorded import read_episode
 from magicsim.judge.table import TABLE, frame_file, write_table
 from magicsim.report.main_job import write_frames
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.simulation.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures
+from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures
 
 CLASSES = (None, None, FrameClass.CLEAR, None, FrameClass.LIGHT)
 
@@ -24,8 +24,7 @@ def frame(index: int) -> SimulatedFrame:
             force_n=(0.0, 0.0, 0.0), torque_nmm=(0.0, 0.0, 0.0), contact_area_mm2=0.0, frame_class=CLASSES[index],
             solve=SolveFigures(iterations=0, min_jacobian=1.0, max_penetration_mm=0.0, force_balance=0.0),
         ),
-        contact_mask=None,
-        displacements_mm=None,
+        labels=FrameLabels(),
     )  # fmt: skip
 
 
@@ -70,3 +69,13 @@ def test_recording_with_true_states_gives_the_classes_of_the_scoring(tmp_path: P
     assert list(found.classes) == [FrameClass.CLEAR, FrameClass.NEAR, FrameClass.CONTACT, FrameClass.LIGHT]
     np.testing.assert_array_equal(found.references[0], images[0])
     np.testing.assert_array_equal(found.frames[2], images[3])
+
+
+def test_label_that_was_not_asked_for_says_what_to_set(episode):
+    frame = episode.frames[0]
+    with pytest.raises(OutputError, match=r"depth_map_mm was not computed: set output\.depth_map = true"):
+        _ = frame.depth_map_mm
+    with pytest.raises(OutputError, match=r"set output\.displacements = true"):
+        _ = frame.displacements_mm
+    with pytest.raises(OutputError, match=r"set output\.contact_mask = true"):
+        _ = frame.contact_mask

@@ -1,3 +1,4 @@
+import math
 from pathlib import Path
 
 import cv2
@@ -16,7 +17,7 @@ from magicsim.judge.table import frame_file, write_lattice, write_table
 from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.simulation.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures
+from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures
 
 PRESSED = FrameState(gap_mm=-1.2, x_mm=0.5, y_mm=-0.25, twist_deg=10.0, flashlight=False, light_x_mm=0.0)
 MASK = np.zeros((16, 12), bool)
@@ -41,8 +42,7 @@ def frame(index: int, state: FrameState, *, mask: np.ndarray | None, moved: np.n
             frame_class=None if index < 2 else FrameClass.CONTACT if pressed else FrameClass.CLEAR,
             solve=SolveFigures(iterations=9, min_jacobian=0.8, max_penetration_mm=1e-3, force_balance=1e-9),
         ),
-        contact_mask=mask,
-        displacements_mm=moved,
+        labels=FrameLabels(contact_mask=mask, displacements_mm=moved),
     )
 
 
@@ -73,10 +73,10 @@ def written(path: Path, episode: Episode, *judgements: Judgement) -> pa.Table:
 
 def test_there_is_one_row_a_frame_references_included(tmp_path: Path, episode: Episode):
     table = written(tmp_path, episode)
-    assert table["frame"].to_pylist() == [0, 1, 2, 3]
+    assert table["step"].to_pylist() == [0, 1, 2, 3]
     assert table["is_reference"].to_pylist() == [True, True, False, False]
     assert table["file"].to_pylist()[3] == frame_file(3) == "frames/00003.png"
-    assert table["frame_class"].to_pylist() == [None, None, "Clear", "Contact"]
+    assert table["frame_class"].to_pylist() == ["", "", "Clear", "Contact"]
 
 
 def test_truth_comes_back_with_its_units_in_the_column_names(tmp_path: Path, episode: Episode):
@@ -92,14 +92,14 @@ def test_truth_comes_back_with_its_units_in_the_column_names(tmp_path: Path, epi
     assert row["contact"] is True
 
 
-def test_absent_object_is_null_and_not_a_number(tmp_path: Path, episode: Episode):
+def test_absent_object_has_a_gap_that_is_no_number(tmp_path: Path, episode: Episode):
     row = written(tmp_path, episode).to_pylist()[2]
-    assert row["gap_mm"] is None
+    assert math.isnan(row["gap_mm"])
     assert row["contact"] is False
 
 
 def test_contact_mask_decodes_from_its_png(tmp_path: Path, episode: Episode):
-    png = written(tmp_path, episode)["contact_mask_png"][3].as_py()
+    png = written(tmp_path, episode)["contact_mask"][3].as_py()["bytes"]
     assert np.array_equal(cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED), MASK * np.uint8(255))
 
 
@@ -111,7 +111,7 @@ def test_displacements_come_back_exactly_in_the_order_of_the_nodes(tmp_path: Pat
 def test_outputs_not_asked_for_are_null_in_the_same_columns(tmp_path: Path, episode: Episode):
     bare = Episode(scene=episode.scene, frames=(frame(0, UNTOUCHED, mask=None, moved=None),))
     row = written(tmp_path, bare).to_pylist()[0]
-    assert row["contact_mask_png"] is None
+    assert row["contact_mask"] is None
     assert row["displacements_mm"] is None
 
 
@@ -123,7 +123,8 @@ def test_schema_does_not_depend_on_the_content(tmp_path: Path, episode: Episode)
 def test_verdicts_of_every_profile_stand_beside_the_truth(tmp_path: Path, episode: Episode, judgement: Judgement):
     rows = written(tmp_path, episode, judgement).to_pylist()
     for key in (*NUMBERS, *WORDS):
-        assert rows[0][f"published_{key}"] is None
+        empty = rows[0][f"published_{key}"]
+        assert math.isnan(empty) if key in NUMBERS else empty == ""
         assert rows[3][f"published_{key}"] == judgement.verdicts[1].as_dict()[key]
     assert rows[3]["published_contact"] == "Touched"
 

@@ -12,7 +12,7 @@ from magicsim.frame_class import FrameClass, classify_frame
 from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.simulation.episode import Episode, FrameTruth, SimulatedFrame, SolveFigures
+from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures
 
 DESIGN = {
     "schema_version": 1,
@@ -118,8 +118,7 @@ def _frame(
                 force_balance=3e-8 if solved else 0.0,
             ),
         ),
-        contact_mask=None,
-        displacements_mm=None,
+        labels=FrameLabels(),
     )
 
 

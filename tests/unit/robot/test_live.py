@@ -30,7 +30,7 @@ def test_frames_are_those_of_the_simulated_scene(settings: list[str]):
         )
         assert (ours.contact_mask == theirs.contact_mask).all()
         assert (ours.displacements_mm == theirs.displacements_mm).all()
-        assert (ours.depth_map_mm is None) == (theirs.depth_map_mm is None) == (not settings)
+        assert (ours.labels.depth_map_mm is None) == (theirs.labels.depth_map_mm is None) == (not settings)
         if settings:
             assert (ours.depth_map_mm == theirs.depth_map_mm).all()
             assert ours.image.shape == (20, 12, 3)

@@ -36,6 +36,8 @@ MINIMAL = {
         ("punch:radius_mm=3,edge_radius_mm=0.5", EntrySide(RoundedCylinder(3.0, 10.0, "z", 0.5), UP, 0.05, 0.5)),
         ("punch:radius_mm=0.12", EntrySide(RoundedCylinder(0.12, 10.0, "z", 0.1), UP, 0.03, 0.24)),
         ("box:size_mm=4x5x8", EntrySide(RoundedBox((4.0, 5.0, 8.0), 0.1), UP, 0.05, 0.5)),
+        ("box:size_mm=[4, 5,8],edge_radius_mm=0.1", EntrySide(RoundedBox((4.0, 5.0, 8.0), 0.1), UP, 0.05, 0.5)),
+        ("box:size_mm=[4,5,8]", EntrySide(RoundedBox((4.0, 5.0, 8.0), 0.1), UP, 0.05, 0.5)),
         ("box:size_mm=4", EntrySide(RoundedBox((4.0, 4.0, 4.0), 0.1), UP, 0.05, 0.5)),
         ("domed_cylinder:radius_mm=2,length_mm=8", EntrySide(domed_cylinder(2.0, 8.0, 0.1), UP, 0.5, 0.5)),
         (

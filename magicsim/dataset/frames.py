@@ -1,0 +1,211 @@
+"""The frames of a finished dataset by number: decoded images, masks and labels, for training loops.
+
+Parquet is read by row groups, and a shuffled epoch would decode a hundred rows for each one. So the wanted columns are
+copied once into an Arrow file, which is mapped into memory: any row is then there without reading another.
+"""
+
+import hashlib
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from magicsim.dataset.export.source import BYTES, MATRIX, Source, open_dataset
+from magicsim.dataset.features import Column
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.folder import result_file
+
+Array = npt.NDArray[Any]
+LABELS = (
+    "image", "contact_mask", "force_n", "torque_nmm", "depth_mm", "gap_mm", "contact", "contact_area_mm2",
+    "is_reference", "frame_class", "episode", "step", "sensor", "object_kind",
+)  # fmt: skip
+"""Columns that are there unless others are asked for."""
+GROUPS = {"episode": "episode", "unit": "sensor", "object": "object_kind"}
+"""What may not be in two splits, and the column that tells."""
+KEPT = "MAGICSIM_FRAMES"
+"""Environment variable that names the folder of the copies."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameTable:
+    """Some rows of a dataset; row numbers begin at 0."""
+
+    columns: tuple[Column, ...]
+    rows: npt.NDArray[np.int64]
+    """Numbers of its rows in the whole dataset, ascending."""
+    split_of: npt.NDArray[np.str_]
+    """Split that each row of the whole dataset is stored in."""
+    path: Path
+    """The mapped copy."""
+    _open: dict[str, pa.Table] = field(default_factory=dict, repr=False, compare=False)
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(self.rows)
+
+    def __getitem__(self, number: int) -> dict[str, Any]:
+        """One row: images as uint8, (rows, columns, 3) RGB, masks as bool, vectors and matrices as arrays, else plain.
+
+        Raises:
+            IndexError: There is no such row.
+        """
+        row = int(self.rows[number])
+        return {column.name: _value(column, self._table[column.name][row]) for column in self.columns}
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        """All rows in order."""
+        return (self[number] for number in range(len(self)))
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        """What another process needs: it maps the copy itself."""
+        return (self.columns, self.rows, self.split_of, self.path)
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        """Takes what `__getstate__` gave."""
+        for name, value in zip(("columns", "rows", "split_of", "path"), state, strict=True):
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "_open", {})
+
+    def column(self, name: str) -> Array:
+        """A column of plain values or vectors as one array, a row each.
+
+        Raises:
+            ConfigError: No such column, or one of images or matrices.
+        """
+        column = next((each for each in self.columns if each.name == name), None)
+        plain = [each.name for each in self.columns if each.feature["_type"] not in {BYTES, MATRIX}]
+        if column is None or name not in plain:
+            raise ConfigError(unknown_choice("plain column", name, plain))
+        return self._plain(name)
+
+    def where(self, chosen: Sequence[bool] | npt.NDArray[np.bool_]) -> "FrameTable":
+        """The rows for which an entry of `chosen`, one a row, is true."""
+        return replace(self, rows=self.rows[np.asarray(chosen, bool)], _open=self._open)
+
+    def split(self, name: str) -> "FrameTable":
+        """The rows of a split as it is stored.
+
+        Raises:
+            ConfigError: There is no such split.
+        """
+        stored = self.split_of[self.rows]
+        if name not in stored:
+            raise ConfigError(unknown_choice("split", name, sorted(set(stored.tolist()))))
+        return self.where(stored == name)
+
+    def split_by(
+        self, group: Literal["episode", "unit", "object"], shares: Mapping[str, float], *, seed: int = 0
+    ) -> dict[str, "FrameTable"]:
+        """Splits of which no two share an episode, a printed unit, or a kind of object.
+
+        Args:
+            group: What is never in two of them; without an object counts as a kind.
+            shares: Weight of each split, by its name.
+            seed: Of the order in which groups are dealt.
+
+        Raises:
+            ConfigError: An unknown group, a weight that is none, or fewer groups than splits.
+        """
+        if group not in GROUPS:
+            raise ConfigError(unknown_choice("group", group, GROUPS))
+        weights = np.array(list(shares.values()), float)
+        if not len(weights) or not (weights > 0).all():
+            msg = f"shares = {dict(shares)} is not allowed: must be weights above 0"
+            raise ConfigError(msg)
+        values = self._plain(GROUPS[group])
+        names, member = np.unique(values, return_inverse=True)
+        if len(names) < len(weights):
+            msg = f"there are {len(names)} groups by {group} for {len(weights)} splits; name fewer, or another group"
+            raise ConfigError(msg)
+        place = np.empty(len(names), int)
+        place[np.random.default_rng(seed).permutation(len(names))] = np.arange(len(names))
+        ends = np.cumsum(weights) / weights.sum() * len(names)
+        least = np.arange(1, len(weights) + 1)  # each split has a group, however small its share
+        ends = np.minimum(np.maximum(np.rint(ends), least), len(names) - least[::-1] + 1)
+        part = np.searchsorted(ends, place, side="right")[member]
+        return {name: self.where(part == number) for number, name in enumerate(shares)}
+
+    def _plain(self, name: str) -> Array:
+        return np.array(self._table[name].take(pa.array(self.rows)).to_pylist())
+
+    @property
+    def _table(self) -> pa.Table:
+        if "table" not in self._open:
+            self._open["table"] = pa.ipc.open_file(pa.memory_map(str(self.path))).read_all()
+        return self._open["table"]
+
+
+def open_frames(folder: Path | str, columns: Sequence[str] | None = None, *, keep: Path | None = None) -> FrameTable:
+    """The frames of a finished dataset.
+
+    Args:
+        folder: What `magicsim dataset --out` wrote.
+        columns: Which of its columns; `LABELS`, as far as there are, by default.
+        keep: Folder of the copy that is mapped; `MAGICSIM_FRAMES`, or `~/.cache/magicsim/frames`, by default.
+
+    Raises:
+        OutputError: There is no finished dataset, or the copy cannot be written.
+        ConfigError: There is no such column.
+    """
+    source = open_dataset(Path(folder))
+    known = {each.name: each for each in source.columns}
+    for name in columns or ():
+        if name not in known:
+            raise ConfigError(unknown_choice("column", name, known))
+    names = list(dict.fromkeys([*(columns or LABELS), *GROUPS.values()]))
+    wanted = tuple(known[name] for name in names if name in known)
+    counts = [(split, source.rows(split)) for split in source.splits]
+    return FrameTable(
+        columns=tuple(each for each in wanted if columns is None or each.name in columns),
+        rows=np.arange(sum(count for _, count in counts)),
+        split_of=np.concatenate([np.full(count, split) for split, count in counts]),
+        path=_copied(source, wanted, keep or _default_folder()),
+    )
+
+
+def _default_folder() -> Path:
+    return Path(os.environ.get(KEPT) or "~/.cache/magicsim/frames").expanduser()
+
+
+def _copied(source: Source, columns: Sequence[Column], keep: Path) -> Path:
+    """The Arrow file with some columns of a dataset, made where it is not there yet."""
+    hashes = "".join(f"{entry.file}{entry.sha256}" for split in source.splits for entry in source.shards(split))
+    names = ",".join(column.name for column in columns)
+    path = keep / f"{hashlib.sha256(f'{hashes}{names}'.encode()).hexdigest()[:32]}.arrow"
+    if path.is_file():
+        return path
+    schema = pa.schema([pa.field(each.name, each.arrow) for each in columns])
+    with result_file(path) as partial, pa.OSFile(str(partial), "wb") as sink, pa.ipc.new_file(sink, schema) as writer:
+        for split in source.splits:
+            for shard in source.shards(split):
+                for table in source.episodes(shard):
+                    writer.write_table(table.select([column.name for column in columns]).cast(schema))
+    return path
+
+
+def _value(column: Column, value: pa.Scalar) -> Any:  # noqa: ANN401 - as the column has them
+    kind = column.feature["_type"]
+    if kind == BYTES:
+        return _pixels(value["bytes"])
+    if kind == MATRIX:
+        inner = value.values
+        return np.asarray(inner.flatten().to_numpy(zero_copy_only=False)).reshape(len(inner), -1)
+    if kind == "Sequence":
+        found = value.as_py()
+        return np.array(found if found is not None else column.empty)
+    found = value.as_py()
+    return column.empty if found is None else found
+
+
+def _pixels(png: pa.Scalar) -> Array:
+    """Pixels of a PNG: (rows, columns, 3) RGB of a frame, (rows, columns) of a mask, true where it touches."""
+    found = cv2.imdecode(np.frombuffer(png.as_buffer(), np.uint8), cv2.IMREAD_UNCHANGED)
+    assert found is not None
+    return found > 0 if found.ndim == 2 else cv2.cvtColor(found, cv2.COLOR_BGR2RGB)  # noqa: PLR2004

@@ -1,0 +1,107 @@
+"""What a scene shows or presses beside its block: allowed, and seldom meant.
+
+A camera that sees past the block shows its side faces and the strips along them. An object larger than the contact face
+reaches over it, and where it presses on the rim, contact beside the face is left out.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.camera.viewing import focal_px, landing_mm
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects.rigid_object import ObjectBase
+from magicsim.scenes.scene import Keyframe, SceneConfig
+
+Array = npt.NDArray[np.float64]
+RIM_POINTS = 64
+"""Points along each edge of the contact face at which an object is looked for."""
+AXES = ("x", "y")
+
+
+def field_warnings(scene: SceneConfig) -> list[str]:
+    """A line for each thing that does not fit the block; none where all does.
+
+    Args:
+        scene: What is planned.
+
+    Raises:
+        ConfigError: The object's file is missing.
+    """
+    return [*_view(scene), *_object(scene)]
+
+
+def _view(scene: SceneConfig) -> list[str]:
+    reach = _reach_mm(scene)
+    past = reach - np.array(scene.design.footprint_mm) / 2
+    if past.max() <= 0:
+        return []
+    camera, fits = scene.rig.camera, float((np.array(scene.design.footprint_mm) / 2 / reach).min())
+    ways = " and ".join(
+        f"{over:.2g} mm past the edge along {axis}" for axis, over in zip(AXES, past, strict=True) if over > 0
+    )
+    size = " x ".join(f"{each:g}" for each in scene.design.footprint_mm)
+    width = np.floor(camera.field_mm * fits * 10) / 10
+    return [
+        f"the camera sees past the block of {size} mm: {ways}; rig.camera.field_mm = {width:g} (now "
+        f"{camera.field_mm:g}) stays inside"
+    ]
+
+
+def _reach_mm(scene: SceneConfig) -> Array:
+    """Farthest that the corner pixels read out look along x and y, distortion left out, shape (2,) [mm]."""
+    camera, window = scene.rig.camera, scene.rig.camera.window
+    middle = np.array([camera.columns - 1, camera.rows - 1]) / 2 + camera.principal_offset_px
+    low = np.array([window.column, window.row])
+    corners = np.stack([low, low + np.array([window.columns - 1, window.rows - 1])])
+    slopes = (corners - middle) / focal_px(scene.design, scene.rig)
+    # Rays in the planes x = 0 and y = 0, which refract the least and land the farthest.
+    straight = landing_mm(slopes * np.eye(2)[:, None], scene.design, scene.rig)
+    return np.asarray(np.abs(np.diagonal(straight, axis1=0, axis2=2)).max(0))
+
+
+def _object(scene: SceneConfig) -> list[str]:
+    thing = scene.object
+    places = [
+        (each.frame, _posed(thing, each)) for each in scene.keyframes if thing is not None and each.gap_mm is not None
+    ]
+    if not places:
+        return []
+    face = np.array(scene.design.footprint_mm)
+    extents = np.array([_extent_mm(places[0][1], axis) for axis in (0, 1)])
+    found = []
+    if (extents > face).any():
+        sizes = [" x ".join(f"{each:.3g}" for each in size) for size in (extents, face)]
+        found.append(
+            f"the object is larger than the sensor: {sizes[0]} mm before a contact face of {sizes[1]} mm; only what "
+            "lies before the face is felt"
+        )
+    rim = _rim_mm(face)
+    over = [frame for frame, pose in places if _presses(pose, rim)]
+    if over:
+        found.append(
+            f"the object presses on the rim of the contact face from keyframe {over[0]} on: what presses beside the "
+            "face is left out, so forces are too small there"
+        )
+    return found
+
+
+def _posed(thing: ObjectBase, at: Keyframe) -> Indenter:
+    return place_object(thing, gap_mm=at.gap_mm or 0.0, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
+
+
+def _extent_mm(indenter: Indenter, axis: int) -> float:
+    direction = indenter.pose.rotation[axis]
+    return indenter.shape.support_mm(direction) + indenter.shape.support_mm(-direction)
+
+
+def _rim_mm(face_mm: Array) -> Array:
+    """Points on the edges of the undeformed contact face, shape (4 RIM_POINTS, 3) [mm]."""
+    along = np.linspace(-0.5, 0.5, RIM_POINTS)
+    half = np.full(RIM_POINTS, 0.5)
+    x = np.concatenate([along, along, half, -half])
+    y = np.concatenate([half, -half, along, along])
+    return np.stack([x * face_mm[0], y * face_mm[1], np.zeros(4 * RIM_POINTS)], -1)
+
+
+def _presses(indenter: Indenter, points_mm: Array) -> bool:
+    return bool((indenter.distance(points_mm)[0] < 0).any())

@@ -1,0 +1,35 @@
+import pytest
+
+from magicsim.config.catalogue import LONG, PLURALS, entries, first_sentence
+from magicsim.config.presets import FOLDERS, preset_names
+from magicsim.errors import PresetError
+
+
+@pytest.mark.parametrize("plural", PLURALS)
+def test_every_preset_says_what_it_is(plural: str):
+    found = entries(plural)
+    assert [each.name for each in found] == preset_names(PLURALS[plural])
+    assert all(10 < len(each.description) <= LONG for each in found)
+
+
+def test_every_kind_can_be_listed():
+    assert set(PLURALS.values()) == set(FOLDERS)
+
+
+def test_a_kind_that_does_not_exist_is_refused():
+    with pytest.raises(PresetError, match=r"unknown kind of preset 'design'.*designs"):
+        entries("design")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("# A ball of 3.5 mm. It rolls.\nkind = 'sphere'\n", "A ball of 3.5 mm"),
+        ("# A ball that\n# rolls\n\n# no more\n", "A ball that rolls"),
+        ("kind = 'sphere'\n", ""),
+        ("# " + "word " * 40, ("word " * 21).strip() + " ..."),
+    ],
+)
+def test_description_is_the_first_sentence(tmp_path, text: str, sentence: str):
+    (tmp_path / "mine.toml").write_text(text)
+    assert first_sentence(tmp_path / "mine.toml") == sentence
