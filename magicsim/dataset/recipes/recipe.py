@@ -149,7 +149,7 @@ class Recipe(Config):
     """How skin and object meet; the friction is drawn with each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
-    license: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.-]*$", max_length=60)] | None = None
+    license: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.-]{0,59}$")] | None = None
     """What the dataset's card names as its licence, such as `cc-by-4.0`: yours to choose, none by default."""
     timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
     """Longest time for one attempt at an episode [s]."""

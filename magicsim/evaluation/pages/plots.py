@@ -57,7 +57,8 @@ def plot_roc(curves: Mapping[str, Roc | None], *, name: str) -> str:
         panel.set_ylim(0.0, 1.03)
         panel.set_xlabel("share of false alarms")
         panel.set_title("share detected", pad=4.0)
-        panel.legend(loc="lower right")
+        if panel.get_legend_handles_labels()[0]:
+            panel.legend(loc="lower right")
         return to_svg(figure, name=name, label="Trade-off between detections and false alarms")
 
 

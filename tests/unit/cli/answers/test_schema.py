@@ -3,7 +3,7 @@ from typing import Any
 
 import pytest
 
-from magicsim.cli.schema import schema_of
+from magicsim.cli.answers.schema import schema_of
 from magicsim.config.documents import read_toml
 from magicsim.config.presets import FOLDERS, find_preset, preset_names
 
@@ -14,7 +14,7 @@ TYPES = {
 }  # fmt: skip
 KEYWORDS = {
     "$defs", "$ref", "$schema", "additionalProperties", "anyOf", "const", "default", "description", "discriminator",
-    "enum", "exclusiveMaximum", "exclusiveMinimum", "items", "maxItems", "maximum", "minItems", "minimum",
+    "enum", "exclusiveMaximum", "exclusiveMinimum", "items", "maxItems", "maxLength", "maximum", "minItems", "minimum",
     "multipleOf", "not", "oneOf", "pattern", "prefixItems", "properties", "required", "title", "type",
 }  # fmt: skip
 """What the schemas may use: JSON Schema draft 2020-12, and OpenAPI's `discriminator`, which validators ignore."""

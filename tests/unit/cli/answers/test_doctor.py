@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.cli import doctor
-from magicsim.cli.doctor import examine
+from magicsim.cli.answers import doctor
+from magicsim.cli.answers.doctor import examine
 from magicsim.cli.parts import EXTRAS, optional_parts
 from magicsim.light.variant import LLVM_VARIABLE, LLVM_VARIANT, SCALAR_VARIANT, find_llvm, probe_llvm
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 def pretend(monkeypatch: pytest.MonkeyPatch, library: Path | None, reason: str | None) -> None:
@@ -66,7 +66,7 @@ def test_file_that_is_not_a_library_fails_the_probe_with_a_reason(tmp_path: Path
 
 def test_every_extra_that_a_job_needs_is_a_part_with_its_cost(monkeypatch: pytest.MonkeyPatch):
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert project["optional-dependencies"].keys() - EXTRAS == {"test", "dev", "docs", "reference"}
+    assert project["optional-dependencies"].keys() - EXTRAS == {"test", "dev", "docs", "browser", "reference"}
     assert project["optional-dependencies"].keys() >= EXTRAS
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "foxglove" else object())
     missing = [part for part in optional_parts() if not part.installed]
