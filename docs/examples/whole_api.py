@@ -19,6 +19,12 @@ def press(settings: list[str]) -> float:
     return pressed.force_n[2]
 
 
+def press_deeper_and_deeper(settings: list[str]) -> list[float]:
+    """Force at half a millimetre and at one, the path solved once [N]."""
+    block, ball = magicsim.load_design(BLOCK, settings), magicsim.load_object(BALL)
+    return [point[2] for point in magicsim.press_curve(block, ball, [0.5, 1.0]).force_n]
+
+
 def harden(settings: list[str]) -> float:
     """Shore A hardness of the block."""
     return magicsim.durometer(magicsim.load_design(BLOCK, settings)).shore_a
@@ -83,7 +89,14 @@ def compare_and_collect(out: Path, recipe: list[str], sweep: list[str], suite: l
 def main(out: Path) -> None:
     """Everything at full size, except for what takes hours."""
     out.mkdir(parents=True, exist_ok=True)
-    print(press([]), harden([]), print_and_calibrate(out, []), simulate_and_judge(out, []), render_and_film([]))
+    print(
+        press([]),
+        press_deeper_and_deeper([]),
+        harden([]),
+        print_and_calibrate(out, []),
+        simulate_and_judge(out, []),
+        render_and_film([]),
+    )
     print(detect_and_fit(out, []), fit_a_sensor(out, []), compare_and_collect(out, [], [], []))
 
 

@@ -60,7 +60,7 @@ def test_print_volume(tmp_path):
 
 
 def test_dim_a_light():
-    before, after = load(EXAMPLES / "dim_a_light.py").images(SMALL_RENDERING)
+    before, after = load(EXAMPLES / "dim_a_light.py").images([*SMALL_RENDERING, "rig.room='dark'"])
     assert after[..., 0] == pytest.approx(before[..., 0] / 2, rel=1e-5)  # the first strip alone is red
     assert after[..., 1] == pytest.approx(before[..., 1], rel=1e-5)
     assert (after[..., 2] == 0).all()
@@ -183,6 +183,8 @@ def test_every_public_name_is_used_in_the_example():
 
 def test_whole_api_presses_prints_and_calibrates(whole_api, tmp_path):
     assert whole_api.press([*SMALL_BLOCK, "lattice.spacing_mm=2"]) > 0.5
+    half, whole = whole_api.press_deeper_and_deeper([*SMALL_BLOCK, "lattice.spacing_mm=2"])
+    assert 0 < half < whole
     volume, scale = whole_api.print_and_calibrate(tmp_path, SMALL_BLOCK)
     assert 0 < volume < 12 * 12 * 6.6
     assert 0.01 < scale < 1

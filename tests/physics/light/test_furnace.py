@@ -30,6 +30,17 @@ def test_an_uneven_print_keeps_its_light():
     check("default, rest", *SMALL, "design.unevenness.wall_sd_mm=0.015", "design.unevenness.wave_sd_mm=0.05")
 
 
+@pytest.mark.parametrize(
+    "coat",
+    [
+        'design.coat={kind="opaque",color=[1.0,1.0,1.0]}',
+        'design.coat={kind="half_mirror",reflectance=0.5,transmittance=0.5}',
+    ],
+)
+def test_a_face_without_losses_keeps_its_light(coat):
+    check("default, rest", *SMALL, coat)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_extreme_sensor_keeps_its_light(case):
