@@ -22,7 +22,7 @@ def press(settings: list[str]) -> float:
 def press_deeper_and_deeper(settings: list[str]) -> list[float]:
     """Force at half a millimetre and at one, the path solved once [N]."""
     block, ball = magicsim.load_design(BLOCK, settings), magicsim.load_object(BALL)
-    return [point[2] for point in magicsim.press_curve(block, ball, [0.5, 1.0]).force_n]
+    return [point[2] for point in magicsim.press_curve(block, ball, [0.5, 1.0]).forces_n]
 
 
 def harden(settings: list[str]) -> float:
