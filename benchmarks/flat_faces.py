@@ -4,7 +4,7 @@
 
 Each object is pressed into the default design by 0.6 and on by 0.05 mm: as it ships, without planes at the object's
 edges (`lattice.edge_nodes=0`), and as the reference on a quarter of the block with nodes half as far apart
-everywhere and three times closer at the edges. Processor seconds of both steps are beside them; only their ratios say
+everywhere and at the edges. Processor seconds of both steps are beside them; only their ratios say
 anything.
 """
 
@@ -33,7 +33,7 @@ OBJECTS = {
     "plug": "box:size_mm=12x4.5x12,edge_radius_mm=0.3",
 }
 DEPTHS_MM = (0.6, 0.65)
-FINE_MM, FINE_SCALE = 0.45, 1 / 3
+FINE_MM, FINE_SCALE = 0.45, 0.5
 """Spacing of the reference, and its spacing across edges in units of that of the default."""
 
 

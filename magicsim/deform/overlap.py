@@ -17,7 +17,7 @@ from magicsim.deform.contact.face import MAX_POINTS, ContactFace, axis_weights
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.indenter import Indenter
-from magicsim.geometry.shapes.solids import Shape
+from magicsim.geometry.shapes.solids import TINY, Shape
 
 Array = npt.NDArray[np.float64]
 UNSEEN_MM = 0.05
@@ -39,6 +39,10 @@ the deepest that was solved) and on one of 0.1 mm. Up to its diameter any ball m
 SAMPLE_MM = 0.05
 """Spacing of the face's samples near the object [mm]: a face that bends with a radius of a tenth of a millimetre is
 met to 0.003 mm."""
+SIDE_SAMPLE_MM, MOST_SIDE_SAMPLES = 0.1, 300
+"""Distance of the points along the sides of triangles [mm], and their largest number along one."""
+FLAT_COSINE = 0.995
+"""Between the normals on both sides of a side from which nothing stands out there: they turn by 0.1."""
 MOST_SAMPLES = 200
 """Along each axis: below an object as wide as the block samples are farther apart, as its contact points are."""
 
@@ -169,8 +173,24 @@ def points_inside(lattice: Lattice, displacements_mm: Array, indenter: Indenter)
 
 @lru_cache(maxsize=8)
 def surface_points(shape: Shape) -> Array:
-    """Points of a solid's surface, its corners and tips among them, in its own frame, shape (points, 3) [mm]."""
-    return shape.mesh().vertices
+    """Points of a solid's surface, its corners, tips and edges among them, in its own frame, shape (points, 3) [mm].
+
+    Vertices of its triangles, and points along those of their sides across which the surface turns.
+    """
+    mesh = shape.mesh()
+    corners = mesh.vertices[mesh.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), TINY)[:, None]
+    sides = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
+    order = np.lexsort((sides.max(1), sides.min(1)))[: len(sides) // 2 * 2]
+    one, other = order[::2] % len(normal), order[1::2] % len(normal)
+    start, end = mesh.vertices[sides[order[::2]]].transpose(1, 0, 2)
+    length = np.linalg.norm(end - start, axis=1)
+    chosen = (np.einsum("si,si->s", normal[one], normal[other]) < FLAT_COSINE) & (length > 2 * SIDE_SAMPLE_MM)
+    parts = np.minimum(np.ceil(length[chosen] / SIDE_SAMPLE_MM).astype(int), MOST_SIDE_SAMPLES)
+    which = np.repeat(np.arange(len(parts)), parts - 1)
+    share = (np.arange(len(which)) - np.repeat(np.cumsum(parts - 1) - (parts - 1), parts - 1) + 1) / parts[which]
+    return np.concatenate([mesh.vertices, start[chosen][which] + share[:, None] * (end - start)[chosen][which]])
 
 
 # Trees that outlive the interpreter are reported as leaks by libigl's binding

@@ -44,17 +44,15 @@ def settle(
         Corrected positions, shape (points, 3) [mm].
     """
     settled = np.array(points_mm, dtype=np.float64)
-    distance, normal = indenter.distance(settled)
     touch = max(TOUCHING_GAP_MM, clearance_mm)
-    near = np.flatnonzero(distance < touch + BAND_MM)
+    low = indenter.within_reach(settled, touch + BAND_MM)
+    distance, normal = indenter.distance(settled[low])
+    is_near = distance < touch + BAND_MM
+    near, now, along = low[is_near], distance[is_near], normal[is_near]
     if len(near) == 0:
         return settled
-    target = np.where(
-        is_face[near],
-        face_distance(distance[near], clearance_mm, touch),
-        interior_distance(distance[near], clearance_mm),
-    )
-    moved, now, along = settled[near], distance[near], normal[near]
+    target = np.where(is_face[near], face_distance(now, clearance_mm, touch), interior_distance(now, clearance_mm))
+    moved = settled[near]
     for _ in range(ITERATIONS):
         moved = moved + (target - now)[:, None] * along
         now, along = indenter.distance(moved)

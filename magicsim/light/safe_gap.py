@@ -41,10 +41,14 @@ def check_skin(infill: Array, indenter: Indenter, clearance_mm: float) -> None:
     Raises:
         RenderError: With the thinnest skin and its place.
     """
-    skin = indenter.distance(infill)[0] - max(clearance_mm, 0.0)
+    clearance = max(clearance_mm, 0.0)
+    low = indenter.within_reach(infill, clearance + SAFE_GAP_MM)
+    if len(low) == 0:
+        return
+    skin = indenter.distance(infill[low])[0] - clearance
     thinnest = int(skin.argmin())
     if skin[thinnest] < SAFE_GAP_MM:
-        raise RenderError(_message("skin", float(skin[thinnest]), infill[thinnest], "skin_mm"))
+        raise RenderError(_message("skin", float(skin[thinnest]), infill[low[thinnest]], "skin_mm"))
 
 
 def _message(part: str, thickness: float, place: Array, field: str) -> str:

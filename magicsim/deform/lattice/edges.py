@@ -36,6 +36,8 @@ FACING, UPRIGHT = 0.2, 0.98
 FINEST_EDGE_MM, FINE_SHARE = 0.1, 0.05
 """Planes are never closer than this across an edge [mm], nor than this part of the half width of what touches: the
 force of a flat face is off by about a third of the spacing at its edge over its half width."""
+DEEP_SHARE = 0.08
+"""Nor than this part of the depth of the press: finer cells beside a sharp edge fold where it is pressed deep."""
 SPREAD = 0.6
 """Increase of the spacing per distance from the edge."""
 DEPTH_SHARE = 3.0
@@ -117,7 +119,9 @@ def pressed_edges(
     reaches &= np.any([_has_room(places, outward, reaches, ROOM_SHARE * pitch_mm) for places, outward in poses], axis=0)
     if not reaches.any():
         return None
-    radius = np.maximum(ridge.radius_mm[reaches], max(FINEST_EDGE_MM, FINE_SHARE * half_width_mm))
+    depth = max(indenter.top_mm() for indenter in touching)
+    least = max(FINEST_EDGE_MM, FINE_SHARE * half_width_mm, DEEP_SHARE * depth)
+    radius = np.maximum(ridge.radius_mm[reaches], least)
     ways = list(pairwise(poses)) or [(poses[0], poses[0])]
     low = [np.minimum(first[0], last[0])[reaches, :2] for first, last in ways]
     high = [np.maximum(first[0], last[0])[reaches, :2] for first, last in ways]

@@ -17,6 +17,8 @@ from magicsim.detectors.scoring.episode import Episode, measure_brightening, mea
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
 
+ALIKE_DECIMALS = 2
+"""Accuracies that are equal to so many decimals are alike: a frame or two of a few episodes; margins then decide."""
 REST_MARGIN_SD = 4.0
 """Standard deviations between a fitted threshold and an untouched sensor, at least."""
 WIDTHS_TO_END = 3.0
@@ -100,8 +102,8 @@ def fit_profile(
     """Choose options and thresholds that maximise the mean of both balanced accuracies on labelled episodes.
 
     The proximity thresholds come first, with a penalty for Contact frames called Noise; then the contact
-    threshold, given what is Noise. Ties go to the candidate whose weaker margin is larger, then to the one
-    whose stronger margin is, then to the first. The same input gives the same result.
+    threshold, given what is Noise. Ties, to a hundredth, go to the candidate whose weaker margin is larger, then to the
+    one whose stronger margin is, then to the first. The same input gives the same result.
 
     Args:
         base: Everything that is not fitted: numbers of references, largest widths of the probabilities.
@@ -173,6 +175,7 @@ def _best(scores: Sequence[CandidateScore]) -> CandidateScore:
 
 
 def _rank(each: CandidateScore) -> tuple[float, ...]:
-    """What candidates are compared by: accuracy, weaker margin, stronger margin."""
-    margins = sorted((each.proximity_margin, each.contact_margin or 0.0))
-    return tuple(round(value, COMPARED_DECIMALS) for value in (each.accuracy or 0.0, *margins))
+    """What candidates are compared by: accuracy to a hundredth, then weaker margin, stronger margin, accuracy."""
+    margins, accuracy = sorted((each.proximity_margin, each.contact_margin or 0.0)), each.accuracy or 0.0
+    finer = [round(value, COMPARED_DECIMALS) for value in (*margins, accuracy)]
+    return (round(accuracy, ALIKE_DECIMALS), *finer)

@@ -81,7 +81,7 @@ def fit_proximity(
     labels = np.array(classes, dtype=object)
     clear, near, contact, light = (labels == each for each in FrameClass)
     judged_e = clear | near | light
-    cuts_e, gaps_e = _allowed(*candidate_cuts(entropy[judged_e], _ENTROPY_ENDS), least=least_tau_e)
+    cuts_e, gaps_e = _allowed(*candidate_cuts(entropy[judged_e], _ENTROPY_ENDS), _ENTROPY_ENDS, least=least_tau_e)
     margins_e = gaps_e / within_spread(entropy, [clear, near | light])
     fits: list[tuple[tuple[float, ...], ProximityFit]] = []
     for tau_e, margin_e in zip(cuts_e, margins_e, strict=True):
@@ -122,7 +122,7 @@ def fit_contact(
     """
     labels = np.array(classes, dtype=object)
     touched = labels == FrameClass.CONTACT
-    cuts, gaps = _allowed(*candidate_cuts(similarity[~noise], _SIMILARITY_ENDS), most=most_tau_g)
+    cuts, gaps = _allowed(*candidate_cuts(similarity[~noise], _SIMILARITY_ENDS), _SIMILARITY_ENDS, most=most_tau_g)
     margins = gaps / within_spread(similarity, [touched & ~noise, ~touched & ~noise])
     hits = share_below(similarity[touched & ~noise], cuts, int(touched.sum()))
     false_alarms = share_below(similarity[~touched & ~noise], cuts, int((~touched).sum()))
@@ -138,13 +138,13 @@ def candidate_cuts(values: Features, ends: tuple[float, float]) -> tuple[Feature
 
 
 def _allowed(
-    cuts: Features, gaps: Features, *, least: float = -np.inf, most: float = np.inf
+    cuts: Features, gaps: Features, ends: tuple[float, float], *, least: float = -np.inf, most: float = np.inf
 ) -> tuple[Features, Features]:
-    """Cuts between two limits, and the limit itself where none is."""
+    """Cuts between two limits; where none is, the limit itself, or the end of the range if that lies before it."""
     inside = (cuts >= least) & (cuts <= most)
     if inside.any():
         return cuts[inside], gaps[inside]
-    return np.array([least if np.isfinite(least) else most]), np.zeros(1)
+    return np.clip([least if np.isfinite(least) else most], *ends), np.zeros(1)
 
 
 def within_spread(values: Features, groups: Sequence[npt.NDArray[np.bool_]]) -> float:

@@ -13,7 +13,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.press import press
 from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
-from magicsim.deform.overlap import UNSEEN_MM, overlap_fault, points_inside, smallest_radius_mm
+from magicsim.deform.overlap import UNSEEN_MM, overlap_fault, points_inside, smallest_radius_mm, surface_points
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
@@ -123,3 +123,14 @@ def test_axis_weights_are_those_of_the_face() -> None:
     expected = face_weights(lattice, np.stack([x, y], axis=1)) @ values
     found = np.einsum("qj,qi,jic->qc", along_y, along_x, face)
     np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_edges_of_a_mesh_are_looked_at_between_its_vertices(tmp_path: Path) -> None:
+    path = tmp_path / "plate.stl"
+    trimesh.creation.box((4.0, 3.0, 1.0)).export(path)
+    points = surface_points(parse_object(f"mesh:path={path}").shape())
+    side = points[(np.abs(points[:, 1] - 1.5) < 1e-9) & (np.abs(points[:, 2] - 0.5) < 1e-9)]
+    assert np.diff(np.sort(side[:, 0])).max() < 0.11
+    assert len(surface_points(parse_object("sphere:radius_mm=2").shape())) == len(
+        parse_object("sphere:radius_mm=2").shape().mesh().vertices
+    )

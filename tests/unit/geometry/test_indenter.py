@@ -3,10 +3,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from magicsim.config.presets import preset_names
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object
 
 OBJECTS = ["sphere:radius_mm=4", "box:size_mm=3x4x8", "cylinder:radius_mm=2,length_mm=12", "punch:radius_mm=3"]
+TEXTURED = [
+    "dots:radius_mm=0.5,spacing_mm=2,size_mm=8x8,thickness_mm=2",
+    "lines:width_mm=0.5,spacing_mm=1.5,height_mm=0.5,size_mm=8x8,thickness_mm=2",
+    "cone:half_angle_deg=30,length_mm=6,tip_radius_mm=0.2",
+]
 ANGLE = st.integers(-180, 180)
 
 
@@ -40,3 +46,14 @@ def test_distance_and_normal_are_in_the_frame_of_the_sensor():
     distance, normal = placed.distance(np.array([[5.0, 0.0, 0.0], [0.0, 5.0, -2.5], [8.0, 0.0, -2.5]]))
     assert distance == pytest.approx([0.5, 3.0, 2.0])
     assert normal == pytest.approx(np.array([[0, 0, 1], [0, 1, 0], [1, 0, 0]]), abs=1e-12)
+
+
+@pytest.mark.parametrize("text", [*OBJECTS, *TEXTURED, *preset_names("object")])
+def test_points_out_of_reach_are_farther_away_than_that(text: str):
+    placed = place_object(parse_object(text), gap_mm=-0.6, x_mm=0.5, twist_deg=20.0)
+    points = np.random.default_rng(2).uniform((-6, -6, -1.5), (6, 6, 3), (4000, 3))
+    distance = placed.distance(points)[0]
+    for reach in (0.01, 0.2, 1.0):
+        low = placed.within_reach(points, reach)
+        assert 0 < len(low) < len(points)
+        assert np.delete(distance, low).min() >= reach - 1e-6

@@ -6,6 +6,7 @@ from magicsim.detectors.profiles.thresholds import (
     candidate_cuts,
     fit_contact,
     fit_proximity,
+    rest_limit,
     share_below,
     share_from,
     within_spread,
@@ -80,3 +81,24 @@ def test_value_at_a_cut_is_not_below_it():
     values, cuts = np.array([1.0, 2.0, 2.0, 3.0]), np.array([2.0, 2.5])
     assert share_below(values, cuts, 4).tolist() == [0.25, 0.75]
     assert share_from(values, cuts, 4).tolist() == [0.75, 0.25]
+
+
+def test_thresholds_keep_their_distance_from_the_noisiest_sensor_at_rest():
+    quiet, noisy = np.array([0.30, 0.31, 0.29, 0.30]), np.array([0.5, 0.6, 0.4, 0.5])
+    values = np.concatenate([quiet, noisy, [0.62, 2.0, 2.1]])
+    first, second = np.arange(11) < 4, (np.arange(11) >= 4) & (np.arange(11) < 8)
+    limit = rest_limit(values, [first, second], 4.0)
+    assert limit == pytest.approx(0.5 + 4 * np.std(noisy, ddof=1))
+    assert rest_limit(values, [np.arange(11) == 0], 4.0) == -np.inf
+    classes = [FrameClass.CLEAR] * 8 + [FrameClass.NEAR, FrameClass.CONTACT, FrameClass.LIGHT]
+    correlation = np.array([0.0] * 10 + [0.9])
+    assert fit_proximity(values, correlation, classes).tau_e < limit
+    assert fit_proximity(values, correlation, classes, least_tau_e=limit).tau_e >= limit
+
+
+@pytest.mark.parametrize(("most", "expected"), [(0.2, 0.2), (-3.0, 0.0)])
+def test_a_limit_before_all_candidates_is_the_threshold(most, expected):
+    similarity = np.array([0.99, 0.98, 0.5, 0.4])
+    classes = [FrameClass.CLEAR, FrameClass.CLEAR, FrameClass.CONTACT, FrameClass.CONTACT]
+    fit = fit_contact(similarity, np.zeros(4, bool), classes, most_tau_g=most)
+    assert fit.tau_g == pytest.approx(expected, abs=1e-9)
