@@ -27,7 +27,7 @@ class BrightnessWatch:
 
     def see_exposure(self, exposure: Exposure) -> None:
         """Warns where exposure had to make up for nearly all of the light being lost."""
-        brightest = max((max(strip.radiance) for strip in self.rig.strips), default=0.0)
+        brightest = max((max(radiance) for radiance in self.rig.lamps), default=0.0)
         if brightest * float(np.max(exposure.gain)) > FAINT_SIGNAL:
             self._tell("next to no light reaches the camera, and frames show the noise of the rendering: " + _GEL)
 
@@ -50,7 +50,7 @@ class BrightnessWatch:
 
     def _why_black(self) -> str:
         if not any(self.rig.lit):
-            return "no strip of rig.strips shines, and the room is dark (rig.ambient, rig.room)"
+            return "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark (rig.ambient, rig.room)"
         return f"no light reaches the camera: {_GEL}"
 
     def _tell(self, message: str, *, key: str = "") -> None:

@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter
 from magicsim.camera.effects.dust import transmittance
 from magicsim.camera.effects.spread import spread_light
 from magicsim.camera.settings import Diffraction, Glare
-from magicsim.camera.viewing import focal_px, landing_mm
+from magicsim.camera.viewing import face_landing_mm, focal_px, landing_mm
 from magicsim.camera.window import Window
 from magicsim.errors import RenderError
 from magicsim.geometry.design import ElastomerDesign
@@ -132,6 +132,8 @@ def pixel_landing_mm(design: ElastomerDesign, rig: Rig, *, z_mm: float = 0.0) ->
         x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
     """
     slopes = rig.camera.window.of(pixel_slopes(rig.camera, focal_px(design, rig)))
+    if z_mm == 0:
+        return face_landing_mm(slopes, design, rig)
     return landing_mm(slopes, design, rig, z_mm=z_mm)
 
 

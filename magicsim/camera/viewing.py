@@ -7,6 +7,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 
 Array = npt.NDArray[np.float64]
+LANDING_STEPS = 12
 MAX_FOV_DEG = 170.0
 """Widest field of view of a pinhole: beyond it a pixel's solid angle falls to nothing towards the edges."""
 
@@ -44,7 +45,7 @@ def focal_px(design: ElastomerDesign, rig: Rig) -> float:
     return float(rig.camera.columns / 2 / np.tan(np.radians(horizontal_fov_deg(design, rig) / 2)))
 
 
-def landing_mm(slopes: Array, design: ElastomerDesign, rig: Rig, *, z_mm: float = 0.0) -> Array:
+def landing_mm(slopes: Array, design: ElastomerDesign, rig: Rig, *, z_mm: float | Array = 0.0) -> Array:
     """Where rays from the pinhole meet a plane of the undeformed block.
 
     Args:
@@ -60,8 +61,24 @@ def landing_mm(slopes: Array, design: ElastomerDesign, rig: Rig, *, z_mm: float 
     return np.stack([x, y], -1)
 
 
+def face_landing_mm(slopes: Array, design: ElastomerDesign, rig: Rig) -> Array:
+    """Where rays from the pinhole meet the undeformed contact face, curved or not; arguments as above.
+
+    Fixed point of the height at which a ray lands: rays are steep and faces are not, so that each step gains a digit.
+
+    Returns:
+        x and y in the sensor's frame, shape (..., 2) [mm].
+    """
+    found = landing_mm(slopes, design, rig)
+    if design.face is None:
+        return found
+    for _ in range(LANDING_STEPS):
+        found = landing_mm(slopes, design, rig, z_mm=design.rise_mm(found))
+    return found
+
+
 def _landing(
-    x_slope: Array, y_slope: Array, design: ElastomerDesign, rig: Rig, z_mm: float = 0.0
+    x_slope: Array, y_slope: Array, design: ElastomerDesign, rig: Rig, z_mm: float | Array = 0.0
 ) -> tuple[Array, Array]:
     depth = design.height_mm + rig.lens.thickness_mm - z_mm
     squared = x_slope**2 + y_slope**2

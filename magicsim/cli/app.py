@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter
 
 import magicsim
-from magicsim.cli.lines import lines_of
+from magicsim.cli.output.lines import lines_of
 from magicsim.errors import ConfigError
 
 app = App(

@@ -56,7 +56,7 @@ def evaluate(
     file = baseline or (default_baseline(suite, profile) if is_whole else None)
     known = load_baseline(file) if file is not None else None
     check_target(out)
-    from magicsim.cli.progress import show_progress
+    from magicsim.cli.output.progress import show_progress
     from magicsim.evaluation.evaluate import evaluate_suite
     from magicsim.evaluation.pages.report import describe, write_results
 

@@ -50,7 +50,7 @@ def dataset(
         _preview(config, out, preview, options, as_json=json)
         return
     check_folder(out, resume=resume)
-    from magicsim.cli.progress import show_progress
+    from magicsim.cli.output.progress import show_progress
     from magicsim.dataset.generate import generate_dataset
 
     with show_progress(f"{recipe}: {config.episodes} episodes") as progress:

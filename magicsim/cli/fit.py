@@ -29,7 +29,7 @@ def fit(
     fitted too. --starts is the number of searches, from the scene's own constants and from other places; --evaluations
     bounds the points that each one tries beside those of its derivatives.
     """
-    from magicsim.cli.progress import show_progress
+    from magicsim.cli.output.progress import show_progress
     from magicsim.detectors.sources.video import quiet_opencv
     from magicsim.fit.fitting import DEFAULT_FREE, fit_constants
     from magicsim.fit.observation import read_observation

@@ -28,7 +28,7 @@ def render(
     choices += [f"render.particles={particles}"] if particles is not None else []
     config = load_scene(scene, [*(settings or []), *choices], seed=seed)
     limit_threads(threads)
-    from magicsim.cli.progress import show_progress
+    from magicsim.cli.output.progress import show_progress
     from magicsim.simulation.still import render_still, with_care
 
     if relative_error is None:

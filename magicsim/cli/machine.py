@@ -37,7 +37,7 @@ def doctor(
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Say what this machine can do, how to get the rest, and what is kept on disk."""
-    from magicsim.cli.doctor import examine
+    from magicsim.cli.answers.doctor import examine
 
     del settings, seed
     print_result(fields_of(examine(clear_cache=clear_cache)), as_json=json)
@@ -50,7 +50,7 @@ def schema(
     seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Print the JSON Schema of a kind of configuration file."""
-    from magicsim.cli.schema import schema_of
+    from magicsim.cli.answers.schema import schema_of
 
     del settings, seed
     print_object(schema_of(kind), on_one_line=json)

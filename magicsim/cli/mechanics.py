@@ -42,7 +42,7 @@ def press(
         values = _curve(block, thing, depth_mm, points, friction, curve, title)
         print_result(values, as_json=json)
         return
-    from magicsim.cli.progress import show_progress
+    from magicsim.cli.output.progress import show_progress
     from magicsim.deform.indentation.press import press as solve
 
     with show_progress(f"{design}: press") as progress:
@@ -68,7 +68,7 @@ def durometer(
 
     del seed  # nothing here is random; the option exists on every command
     block = load_preset(ElastomerDesign, "design", design, settings or [])
-    from magicsim.cli.progress import show_progress
+    from magicsim.cli.output.progress import show_progress
     from magicsim.deform.indentation.durometer import durometer as test
 
     with show_progress(f"{design}: cone") as progress:
@@ -86,7 +86,7 @@ def _curve(
     target: Path,
     title: str,
 ) -> dict[str, Any]:
-    from magicsim.cli.progress import show_progress
+    from magicsim.cli.output.progress import show_progress
     from magicsim.config.ranges import check_number
     from magicsim.deform.indentation.press_curve import MAX_POINTS, press_curve
     from magicsim.report.curve_file import check_curve_file, write_curve

@@ -32,8 +32,8 @@ def simulate(
 def _run(
     name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
 ) -> None:
-    from magicsim.cli.foresight import check_memory, long_work
-    from magicsim.cli.progress import show_progress
+    from magicsim.cli.answers.foresight import check_memory, long_work
+    from magicsim.cli.output.progress import show_progress
     from magicsim.folder import MARKER, check_target
     from magicsim.scenes.scene import load_scene
 

@@ -82,4 +82,11 @@ def _large(recipe: Recipe, size: tuple[int, int]) -> list[Column]:
         large.append(
             array("displacements_mm", (None, 3), "of each lattice node, in the order of `sensors.parquet` [mm]")
         )
+    if recipe.design.markers is not None:
+        large += [
+            array(
+                "markers_mm", (None, 3), "centre of each marker, displaced, in the sensor's frame [mm]", dtype="float64"
+            ),
+            array("markers_px", (None, 2), "column and row at which the camera sees each marker [px]", dtype="float64"),
+        ]
     return large

@@ -108,6 +108,8 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         "contact_mask": _png(mask.astype(np.uint8) * 255) if mask is not None else None,
         "depth_map_mm": np.rint(depth / DEPTH_STEP_MM) * DEPTH_STEP_MM + 0.0 if depth is not None else None,
         "displacements_mm": frame.labels.displacements_mm,
+        "markers_mm": frame.labels.markers_mm,
+        "markers_px": frame.labels.markers_px,
         "object_position_mm": pose.position_mm.tolist() if pose is not None else None,
         "object_rotation": pose.rotation.ravel().tolist() if pose is not None else None,
         "twist_deg": state.twist_deg,
@@ -124,7 +126,12 @@ def _pose(scene: SceneConfig, state: FrameState) -> Pose | None:
     if scene.object is None or state.gap_mm is None:
         return None
     placed = place_object(
-        scene.object, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg
+        scene.object,
+        gap_mm=state.gap_mm,
+        x_mm=state.x_mm,
+        y_mm=state.y_mm,
+        twist_deg=state.twist_deg,
+        design=scene.design,
     )
     return placed.pose
 
@@ -133,7 +140,7 @@ def _png(pixels: npt.NDArray[Any]) -> dict[str, Any]:
     return {"bytes": cv2.imencode(".png", pixels)[1].tobytes(), "path": None}
 
 
-def _nested(values: list[npt.NDArray[np.float32]], arrow: pa.DataType) -> pa.Array:
+def _nested(values: list[npt.NDArray[Any]], arrow: pa.DataType) -> pa.Array:
     """Matrices as lists of lists, without a Python object for each number."""
     flat = pa.array(np.concatenate([each.ravel() for each in values]), arrow.value_type.value_type)
     widths = np.concatenate([np.full(len(each), each.shape[1]) for each in values])

@@ -56,6 +56,13 @@ CONSTANTS: Mapping[str, Constant] = {
     "body_scattering": Constant(path="design.materials.body.sigma_s_per_mm", low=0.0, high=0.1),
     "body_absorption": Constant(path="design.materials.body.absorption_per_mm", low=0.002, high=0.02, scale="log"),
     "infill_absorption": Constant(path="design.materials.infill.absorption_per_mm", low=0.001, high=0.01, scale="log"),
+    "gel_scattering": Constant(path="design.materials.body.sigma_s_per_mm", low=0.1, high=5.0, scale="log"),
+    "gel_absorption": Constant(path="design.materials.body.absorption_per_mm", low=1e-4, high=0.1, scale="log"),
+    "gel_poisson": Constant(path="design.materials.body.poisson_ratio", low=0.45, high=0.4995),
+    "coat_reflectance": Constant(path="design.coat.color.*", low=0.0, high=0.5),
+    "press_gap": Constant(path="keyframes.*.gap_mm", low=-2.4, high=-0.6),
+    "ring_radius": Constant(path="rig.ring.radius_mm", low=12.0, high=30.0),
+    "ring_gap": Constant(path="rig.ring.gap_mm", low=1.0, high=25.0),
     "wall": Constant(path="design.wall_mm", low=0.1, high=0.2),
     "strip_margin": Constant(path="rig.strips.*.margin_mm", low=0.2, high=2.0),
     "strip_reflectance": Constant(path="rig.strips.*.reflectance", low=0.0, high=0.8),
@@ -126,6 +133,9 @@ def _put(data: Any, parts: list[str], value: object, path: str) -> None:  # noqa
                 _put(each, parts[place + 1 :], value, path)
             return
         data = data.get(part) if isinstance(data, dict) else None
+    if isinstance(data, list) and parts[-1] == EVERY:
+        data[:] = [value] * len(data)
+        return
     if not isinstance(data, dict):
         msg = f"the scene has no {path}"
         raise ConfigError(msg)

@@ -114,9 +114,10 @@ def fit_constants(
         msg = "observations of the untouched sensor are missing; they must come first"
         raise ConfigError(msg)
     if not any(scene.rig.lit):
-        msg = "rig.strips do not shine, and the room is dark (rig.ambient, rig.room): there is nothing to fit"
+        msg = "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark: there is nothing to fit"
         raise ConfigError(msg)
-    states, equilibria = observed_states(scene, observations), Equilibria()
+    observed_states(scene, observations)
+    equilibria = Equilibria()
     rendered: dict[tuple[float, ...], list[tuple[Basis, Basis]]] = {}
     optical = [place for place, name in enumerate(constants) if name not in CAMERA_ALONE]
 
@@ -127,6 +128,7 @@ def fit_constants(
         values, key = values_at(point), tuple(point[optical].tolist())
         if key not in rendered:
             rendered.clear()
+            states = observed_states(with_values(scene, values), observations)
             rendered[key] = render_bases(scene, values, states, equilibria)
         return compare(rendered[key], observations, with_values(scene, values).rig.camera, blocks=blocks)
 
@@ -136,6 +138,7 @@ def fit_constants(
     best = comparison(found.point)
     values = values_at(found.point)
     camera = with_values(scene, values).rig.camera
+    states = observed_states(with_values(scene, values), observations)
     again = [
         compare(render_bases(scene, values, states, equilibria, pair=pair), observations, camera, blocks=blocks)
         for pair in range(1, PAIRS)

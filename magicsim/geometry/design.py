@@ -4,10 +4,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from magicsim.config.models import Config, load_preset
+from magicsim.geometry.coat import Coat, OpaqueCoat
+from magicsim.geometry.face_shape import Face, HeightMap, flattened, lifted
+from magicsim.geometry.markers import Markers
 
+Array = npt.NDArray[np.float64]
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
 """From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""
 HEIGHT_MM = (1.0, 25.0)
@@ -171,6 +177,12 @@ class ElastomerDesign(Config):
     materials: Materials
     mounting: Mounting = Mounting()
     lattice: LatticeOptions = LatticeOptions()
+    face: Face | None = None
+    """Shape of the contact face; flat by default. Heights of skin and core then hold at the crown."""
+    coat: Coat | None = None
+    """What covers the contact face; bare by default."""
+    markers: Markers | None = None
+    """What is printed on or below it; nothing by default."""
     unevenness: Unevenness = Unevenness()
 
     @property
@@ -182,6 +194,35 @@ class ElastomerDesign(Config):
     def has_grid(self) -> bool:
         """Whether cells are printed inside."""
         return self.cell_mm > 0
+
+    def lifted(self, points_mm: Array) -> Array:
+        """Points of the box where the block has them, shape (..., 3) [mm]; the same array for a flat face."""
+        return lifted(points_mm, self.face, self.height_mm)
+
+    def flattened(self, points_mm: Array) -> Array:
+        """Points of the block where its box has them, shape (..., 3) [mm]; the inverse of `lifted`."""
+        return flattened(points_mm, self.face, self.height_mm)
+
+    def rise_mm(self, places_mm: Array) -> Array:
+        """Height of the contact face over z = 0 at places x, y of shape (..., 2) [mm]; 0 for a flat face."""
+        return self.face.rise_mm(places_mm) if self.face is not None else np.zeros(places_mm.shape[:-1])
+
+    @property
+    def is_opaque(self) -> bool:
+        """Whether nothing outside is seen through the contact face."""
+        return isinstance(self.coat, OpaqueCoat)
+
+    @property
+    def face_is_special(self) -> bool:
+        """Whether the contact face is anything but bare."""
+        return self.coat is not None or (self.markers is not None and self.markers.depth_mm == 0)
+
+    @property
+    def scatters(self) -> bool:
+        """Whether body or infill scatter light."""
+        infill = self.materials.infill
+        in_cells = self.has_grid and infill is not None and infill.sigma_s_per_mm > 0
+        return self.materials.body.sigma_s_per_mm > 0 or in_cells
 
     def as_drawn(self) -> Self:
         """The design without what its print does to it."""
@@ -197,6 +238,14 @@ class ElastomerDesign(Config):
         if not low <= self.height_mm <= high:
             msg = f"height 2 * skin_mm + core_mm = {self.height_mm:g} mm is not allowed: must be {low:g} to {high:g} mm"
             raise ValueError(msg)
+        problem = self.face.problem(self.height_mm) if self.face is not None else None
+        if problem is None and isinstance(self.face, HeightMap) and self.face.footprint_mm != self.footprint_mm:
+            problem = f"face.footprint_mm = {list(self.face.footprint_mm)} is not allowed: must be the block's own"
+        if problem is not None:
+            raise ValueError(problem)
+        problem = self.markers.problem(self.footprint_mm, self.height_mm) if self.markers is not None else None
+        if problem is not None:
+            raise ValueError(problem)
         if not self.has_grid:
             return self
         if not CELL_MM[0] <= self.cell_mm <= CELL_MM[1]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import manifold3d
 import numpy as np
+import numpy.typing as npt
 
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
@@ -15,6 +16,11 @@ FACE_EDGE_MM = 0.5
 """Length to which the edges of the block are split [mm]: fine enough to bend around a fingertip-sized object.
 Diagonals of the triangles inside a face are up to twice as long."""
 VOLUME_TOLERANCE = 1e-6
+ON_FACE_MM, LIFTED_MM = 1e-9, 1e-6
+"""Height over the contact face up to which vertices count as on it; with a curved face rounding is larger [mm]."""
+CURVED_TOLERANCE = 5e-3
+"""Of a block with a curved face, whose triangles cut its corners."""
+VOLUME_STEPS = 2000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +35,26 @@ class Elastomer:
     """All infill cells, disjoint, x-fastest; cell of a triangle is `triangle // triangles_per_cell`."""
     triangles_per_cell: int
 
+    @property
+    def boxed_cells(self) -> SurfaceMesh:
+        """The infill as its box has it.
+
+        Raises:
+            GeometryError: There is no grid.
+        """
+        if self.infill is None:
+            msg = "cell_mm = 0: a block without a grid has no cells"
+            raise GeometryError(msg)
+        if self.design.face is None:
+            return self.infill
+        return SurfaceMesh(vertices=self.design.flattened(self.infill.vertices), faces=self.infill.faces)
+
+    @property
+    def is_face(self) -> npt.NDArray[np.bool_]:
+        """Body vertices on the contact face, shape (body vertices,)."""
+        slack = ON_FACE_MM if self.design.face is None else LIFTED_MM
+        return np.asarray(self.design.flattened(self.body.vertices)[:, 2] < slack)
+
 
 def build_elastomer(design: ElastomerDesign) -> Elastomer:
     """Builds the meshes of a design and checks them against the closed form.
@@ -39,11 +65,17 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
     grid = resolve_grid(design)
     body = _block(design)
     _check("body", body, float(np.prod([*design.footprint_mm, design.height_mm])))
+    body = _lifted(body, design)
     if grid is None:
+        if design.face is not None:
+            _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
         return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
     infill = _cells(grid, subdivision(design, grid))
     _check("infill", infill, grid.infill_volume_mm3)
     infill = replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness))
+    infill = _lifted(infill, design)
+    if design.face is not None:
+        _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
     return Elastomer(
         design=design,
         grid=grid,
@@ -58,6 +90,17 @@ def _block(design: ElastomerDesign) -> SurfaceMesh:
     block = manifold3d.Manifold.cube((width, length, design.height_mm))
     edge = min(FACE_EDGE_MM, design.skin_mm)
     return from_manifold(block.translate((-width / 2, -length / 2, 0)).refine_to_length(max(edge, 0.25)))
+
+
+def _lifted(mesh: SurfaceMesh, design: ElastomerDesign) -> SurfaceMesh:
+    return mesh if design.face is None else SurfaceMesh(vertices=design.lifted(mesh.vertices), faces=mesh.faces)
+
+
+def block_volume_mm3(design: ElastomerDesign) -> float:
+    """Volume of a block, its cells included: the integral of its height by midpoints [mm3]."""
+    x, y = (size * ((np.arange(VOLUME_STEPS) + 0.5) / VOLUME_STEPS - 0.5) for size in design.footprint_mm)
+    rise = np.mean([design.rise_mm(np.stack([x, np.full(VOLUME_STEPS, each)], -1)).mean() for each in y[::10]])
+    return float(np.prod(design.footprint_mm) * (design.height_mm - rise))
 
 
 def subdivision(design: ElastomerDesign, grid: CellGrid) -> int:
@@ -77,12 +120,12 @@ def _cells(grid: CellGrid, parts: int) -> SurfaceMesh:
     return SurfaceMesh(vertices=vertices, faces=(first[:, None, None] + cell.faces).reshape(-1, 3))
 
 
-def _check(name: str, mesh: SurfaceMesh, volume_mm3: float) -> None:
+def _check(name: str, mesh: SurfaceMesh, volume_mm3: float, tolerance: float = VOLUME_TOLERANCE) -> None:
     if not mesh.is_watertight():
         msg = f"the {name} mesh is not watertight"
         raise GeometryError(msg)
     error = mesh.volume_mm3() / volume_mm3 - 1
-    if abs(error) > VOLUME_TOLERANCE:
+    if abs(error) > tolerance:
         found = f"{mesh.volume_mm3():.6g} mm3, {error:+.2g} off the closed form {volume_mm3:.6g} mm3"
         msg = f"the {name} mesh has volume {found}"
         raise GeometryError(msg)

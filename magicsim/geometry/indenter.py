@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.first_touch import first_touch_mm
 from magicsim.geometry.objects.kinds import ObjectBase
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.solids import Shape
@@ -59,16 +61,24 @@ class Indenter:
 
 
 def place_object(
-    config: ObjectBase, *, gap_mm: float, x_mm: float = 0.0, y_mm: float = 0.0, twist_deg: float = 0.0
+    config: ObjectBase,
+    *,
+    gap_mm: float,
+    x_mm: float = 0.0,
+    y_mm: float = 0.0,
+    twist_deg: float = 0.0,
+    design: ElastomerDesign | None = None,
 ) -> Indenter:
     """Puts an object under the contact face.
 
     Args:
         config: Kind, size and orientation.
-        gap_mm: Distance of its highest point from the undeformed contact face [mm]; negative when pressed.
+        gap_mm: Distance of its highest point from the undeformed contact face [mm]; negative when pressed. Below a
+            curved face, its travel along z until it first touches.
         x_mm: Its origin along x [mm].
         y_mm: Its origin along y [mm].
         twist_deg: Rotation about the sensor's z axis, added to its own yaw [degrees].
+        design: The block, where its face may be curved.
     """
     shape: Shape = config.shape()
     turned = Pose.from_degrees(
@@ -78,4 +88,7 @@ def place_object(
         yaw=config.yaw_deg + twist_deg,
     )
     z_mm = -gap_mm - shape.support_mm(turned.rotation[2])
+    if design is not None and design.face is not None:
+        level = Pose(position_mm=np.array([x_mm, y_mm, z_mm + gap_mm]), rotation=turned.rotation)
+        z_mm += first_touch_mm(shape, level, design.face, design.footprint_mm)
     return Indenter(shape=shape, pose=Pose(position_mm=np.array([x_mm, y_mm, z_mm]), rotation=turned.rotation))

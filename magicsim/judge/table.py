@@ -30,14 +30,15 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
     Only labels that were not asked for are null: elsewhere a text is empty and a number NaN where there is nothing.
     """
     skipped = len(episode.references)
-    rows = [_row(frame) for frame in episode.frames]
+    marked = episode.scene.design.markers is not None
+    rows = [_row(frame) | (_marker_row(frame) if marked else {}) for frame in episode.frames]
     for judgement in judgements:
         for row, frame in zip(rows, episode.frames, strict=True):
             number = frame.truth.index - skipped
             verdict = judgement.verdicts[number].as_dict() if number >= 0 else {}
             for key in (*NUMBERS, *WORDS):
                 row[f"{judgement.profile}_{key}"] = verdict.get(key, math.nan if key in NUMBERS else "")
-    pq.write_table(pa.Table.from_pylist(rows, schema=_schema(judgements)), path, compression="zstd")
+    pq.write_table(pa.Table.from_pylist(rows, schema=_schema(judgements, marked=marked)), path, compression="zstd")
 
 
 def write_lattice(path: Path, lattice: Lattice) -> None:
@@ -46,7 +47,7 @@ def write_lattice(path: Path, lattice: Lattice) -> None:
     pq.write_table(pa.table(columns), path, compression="zstd")
 
 
-def _schema(judgements: Sequence[Judgement]) -> pa.Schema:
+def _schema(judgements: Sequence[Judgement], *, marked: bool) -> pa.Schema:
     number, vector = pa.float64(), pa.list_(pa.float64(), 3)
     picture = pa.struct({"bytes": pa.binary(), "path": pa.string()})
     fields = [
@@ -57,6 +58,8 @@ def _schema(judgements: Sequence[Judgement]) -> pa.Schema:
         ("max_penetration_mm", number), ("force_balance", number), ("contact_mask", picture),
         ("displacements_mm", pa.list_(pa.float32())),
     ]  # fmt: skip
+    if marked:
+        fields += [(name, pa.list_(pa.list_(number))) for name in ("markers_mm", "markers_px")]
     for judgement in judgements:
         fields += [(f"{judgement.profile}_{key}", number) for key in NUMBERS]
         fields += [(f"{judgement.profile}_{key}", pa.string()) for key in WORDS]
@@ -88,6 +91,14 @@ def _row(frame: SimulatedFrame) -> dict[str, Any]:
         "force_balance": solve.force_balance,
         "contact_mask": {"bytes": _png(mask), "path": None} if mask is not None else None,
         "displacements_mm": moved.ravel() if moved is not None else None,
+    }
+
+
+def _marker_row(frame: SimulatedFrame) -> dict[str, Any]:
+    places, pixels = frame.labels.markers_mm, frame.labels.markers_px
+    return {
+        "markers_mm": places.tolist() if places is not None else None,
+        "markers_px": pixels.tolist() if pixels is not None else None,
     }
 
 

@@ -53,7 +53,7 @@ def brightest_return(gap_mm: float, finish: Finish, design: ElastomerDesign, rig
     if distance <= radius:
         return np.full(3, np.inf)
     solid_angle = 2 * np.pi * (1 - np.sqrt(1 - (radius / distance) ** 2))
-    brightest = np.max([rig.flashlight.radiance, *(strip.radiance for strip in rig.strips)], axis=0)
+    brightest = np.max([rig.flashlight.radiance, *rig.lamps], axis=0)
     reflectance = np.ones(3) if finish.vertex_colors else np.array(finish.color)
     return np.asarray(reflectance / np.pi * solid_angle * brightest)
 

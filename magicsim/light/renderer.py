@@ -64,9 +64,9 @@ class Renderer(PlainRenderer):
             untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
         """
         super().__init__(elastomer, rig, settings, seed=seed, object_mesh=object_mesh, object_finish=object_finish)
-        self.leaves_out_unmoved = True
+        self.leaves_out_unmoved = not elastomer.design.is_opaque
         """Whether light and camera paths that meet nothing that moved are those of the untouched sensor; otherwise all
-        are traced anew, for comparison."""
+        are traced anew: for comparison, and where shadows of a dent fall on a coat that has not moved."""
         self.leaves_out_far = True
         """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
         self._whole_film = film(elastomer.design, rig, Window.whole(rig.camera.columns, rig.camera.rows))

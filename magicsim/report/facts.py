@@ -41,6 +41,10 @@ def describe_rig(rig: Rig) -> str:
         if rig.strips
         else "no LED strips"
     )
+    if rig.leds:
+        sides += f"; {len(rig.leds)} single LEDs"
+    if rig.ring is not None:
+        sides += f"; a ring of {rig.ring.leds} LEDs" if rig.ring.leds else "; an even ring"
     return f"{sides}; {rig.camera.columns} \u00d7 {rig.camera.rows} px"
 
 

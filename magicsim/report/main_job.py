@@ -23,6 +23,7 @@ from magicsim.report.animation.preview import animate
 from magicsim.report.page import render_report
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.episode import Episode
+from magicsim.simulation.marker_truth import MARKERS, MarkerTracks, write_markers
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with
@@ -147,6 +148,9 @@ def write_episode(
     write_table(folder / TABLE, episode, judgements)
     if scene.output.displacements:
         write_lattice(folder / LATTICE, printed)
+    tracks = MarkerTracks.of(scene.design, printed)
+    if tracks is not None:
+        write_markers(folder / MARKERS, tracks, scene.design, scene.rig)
     if scene.output.preview:
         verdicts = judgements[0].verdicts if judgements else ()
         animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)

@@ -15,10 +15,10 @@ from magicsim.report.images import data_uri
 from magicsim.report.mistakes import Mistake, list_mistakes
 from magicsim.report.palette import CLASS_COLORS
 from magicsim.report.plots import plot_features, plot_force_depth, plot_forces
-from magicsim.report.rest_table import RestRow, rest_rows
-from magicsim.report.score_table import ScoreTable, contact_table, proximity_table
-from magicsim.report.solve_table import solve_rows
 from magicsim.report.story import tell_phases
+from magicsim.report.tables.rest_table import RestRow, rest_rows
+from magicsim.report.tables.score_table import ScoreTable, contact_table, proximity_table
+from magicsim.report.tables.solve_table import solve_rows
 from magicsim.report.templates import page_template
 from magicsim.report.text import span
 from magicsim.simulation.episode import Episode, SimulatedFrame

@@ -52,6 +52,7 @@ class Darkroom:
                 self.sensor.printed_displacements_mm(moment.deformation) if self._output.displacements else None
             ),
             is_reference=False,
+            markers_mm=self.sensor.markers_mm(moment.deformation),
         )
         return frame
 

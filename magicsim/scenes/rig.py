@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from magicsim.camera.settings import (
     H264,
@@ -21,24 +21,10 @@ from magicsim.camera.settings import (
 from magicsim.camera.window import Window
 from magicsim.config.models import Config, load_preset
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
+from magicsim.scenes.lamps import BRIGHTEST, FAINTEST, FARTHEST_MM, Led, LedRing, PlaceMm, Rgb
 
-FARTHEST_MM = 2000.0
-"""Half of a room's width [mm]: what is further away matters to no frame."""
-PlaceMm = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM)]
-FAINTEST, BRIGHTEST = 1e-6, 1000.0
-"""Radiances that light particles still carry without losing digits, beside 0."""
+__all__ = ["BRIGHTEST", "FAINTEST", "FARTHEST_MM", "Camera", "Flashlight", "LedStrip", "Lens", "PlaceMm", "Rgb", "Rig"]
 
-
-def _not_faint(radiance: float) -> float:
-    if 0 < radiance < FAINTEST:
-        msg = f"{radiance:g} is not allowed: must be 0 (off) or a number of at least {FAINTEST:g}"
-        raise ValueError(msg)
-    return radiance
-
-
-Radiance = Annotated[float, Field(ge=0, le=BRIGHTEST), AfterValidator(_not_faint)]
-"""In units that only compare lights with each other: exposure makes up for all of them. 0 is a light that is off."""
-Rgb = tuple[Radiance, Radiance, Radiance]
 Share = Annotated[float, Field(ge=-10, le=10)]
 Row = tuple[Share, Share, Share]
 Coefficient = Annotated[float, Field(ge=-1, le=1)]
@@ -87,6 +73,7 @@ class Flashlight(Config):
     """Centre along y [mm]."""
 
 
+MOST_LIGHTS = 32
 WHOLE_IMAGE = {"live": None, "vibration_px": 0.0, "glare": None, "diffraction": None, "compression": None}
 """What cannot be had of a part of the image, and its value without."""
 
@@ -232,7 +219,11 @@ class Rig(Config):
 
     schema_version: Literal[1]
     strips: Annotated[tuple[LedStrip, ...], Field(max_length=32)]
-    """None is a dark sensor; 32 have random numbers of their own."""
+    """None is a dark sensor; 32 lights have random numbers of their own."""
+    leds: Annotated[tuple[Led, ...], Field(max_length=32)] = ()
+    """Single LEDs in the air around the block; none by default."""
+    ring: LedRing | None = None
+    """Ring of light behind the lens plate; none by default."""
     lens: Lens = Lens()
     flashlight: Flashlight = Flashlight()
     ambient: Rgb = (0.0, 0.0, 0.0)
@@ -241,6 +232,25 @@ class Rig(Config):
     """Where that light comes from: `office`, `window`, `bench`, or an equirectangular image (PNG or JPEG, sRGB), whose
     middle is what the sensor looks at; none is even light, and `dark` turns the room off, whatever `ambient` is."""
     camera: Camera = Camera()
+
+    @property
+    def lamps(self) -> tuple[tuple[float, float, float], ...]:
+        """Radiances of the sensor's own lights: strips, single LEDs, ring."""
+        ring = (self.ring.radiance,) if self.ring is not None else ()
+        return (*(strip.radiance for strip in self.strips), *(led.radiance for led in self.leds), *ring)
+
+    @model_validator(mode="after")
+    def _check_lights(self) -> Self:
+        if len(self.lamps) > MOST_LIGHTS:
+            msg = f"{len(self.lamps)} strips, leds and ring are not allowed: must be at most {MOST_LIGHTS} together"
+            raise ValueError(msg)
+        if self.ring is not None and self.ring.gap_mm >= self.camera.distance_mm:
+            msg = (
+                f"ring.gap_mm = {self.ring.gap_mm:g} is not allowed: must be below camera.distance_mm = "
+                f"{self.camera.distance_mm:g}, so that the ring is in front of the pinhole"
+            )
+            raise ValueError(msg)
+        return self
 
     @model_validator(mode="after")
     def _check_room(self) -> Self:
@@ -261,9 +271,7 @@ class Rig(Config):
     @property
     def lit(self) -> tuple[bool, bool, bool]:
         """Whether any light of the untouched sensor shines in red, green and blue."""
-        red, green, blue = (
-            any(each) for each in zip(self.room_light, *(strip.radiance for strip in self.strips), strict=True)
-        )
+        red, green, blue = (any(each) for each in zip(self.room_light, *self.lamps, strict=True))
         return red, green, blue
 
 

@@ -10,7 +10,9 @@ from pydantic import Field, model_validator
 from magicsim.camera.shutter import readout_fits, readout_problem
 from magicsim.camera.viewing import check_view
 from magicsim.config.models import Config, load_preset
+from magicsim.geometry.coat import OpaqueCoat
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
+from magicsim.geometry.markers import DotMarkers, PictureMarkers
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.scenes.rig import PlaceMm, Rig
@@ -148,6 +150,21 @@ class SceneConfig(Config):
         return self
 
     @model_validator(mode="after")
+    def _check_colors(self) -> Self:
+        design, anchored = self.design, self.render.estimator == "fluence" and self.render.anchor_samples > 0
+        if not anchored or (design.is_opaque and not design.scatters):
+            return self
+        painted = {"coat": design.coat if isinstance(design.coat, OpaqueCoat) else None, "markers": design.markers}
+        for name, what in painted.items():
+            if isinstance(what, PictureMarkers) and not what.is_grey:
+                msg = f"design.markers.file = '{what.file}' is not allowed: {_GREY}"
+                raise ValueError(msg)
+            if isinstance(what, OpaqueCoat | DotMarkers) and len(set(what.color)) > 1:
+                msg = f"design.{name}.color = {list(what.color)} is not allowed: {_GREY}"
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
     def _check_mounting(self) -> Self:
         if self.design.mounting.base != "bonded":
             msg = (
@@ -155,6 +172,15 @@ class SceneConfig(Config):
                 "block in contact with its lens; `press` and `durometer` take both"
             )
             raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_leds(self) -> Self:
+        top = self.design.height_mm + self.rig.lens.thickness_mm
+        for number, led in enumerate(self.rig.leds):
+            problem = led.problem(number, self.design.footprint_mm, top)
+            if problem is not None:
+                raise ValueError(problem)
         return self
 
     @model_validator(mode="after")
@@ -174,6 +200,12 @@ class SceneConfig(Config):
     def frame_count(self) -> int:
         """Number of scored frames."""
         return self.keyframes[-1].frame + 1
+
+
+_GREY = (
+    "must be grey where the sensor sees through its face or scatters, because recorded paths know no colours; "
+    "render.anchor_samples = 0 takes any"
+)
 
 
 def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SceneConfig:

@@ -18,6 +18,8 @@ class View:
     """Deformed body vertices, shape (vertices, 3) [mm]; None at rest."""
     infill: Array | None = None
     """Deformed infill vertices, shape (vertices, 3) [mm]; None at rest."""
+    markers: Array | None = None
+    """Displaced vertices of markers below the face, shape (vertices, 3) [mm]; None at rest."""
     indenter: Indenter | None = None
     """The object where it is, or None."""
     flashlight_x_mm: float | None = None

@@ -82,6 +82,10 @@ class FrameLabels:
     """Lattice displacements, shape (nodes, 3) [mm]."""
     depth_map_mm: npt.NDArray[np.float32] | None = None
     """How far the contact face is pressed in at each pixel, shape (rows, columns) [mm]."""
+    markers_mm: npt.NDArray[np.float64] | None = None
+    """Centres of the markers in the sensor's frame, displaced, shape (markers, 3) [mm]; None without markers."""
+    markers_px: npt.NDArray[np.float64] | None = None
+    """Where the camera sees them, column and row, whole at pixel centres, shape (markers, 2) [px]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

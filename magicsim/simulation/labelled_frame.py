@@ -9,6 +9,7 @@ import numpy.typing as npt
 from magicsim.camera.brightness import BrightnessWatch
 from magicsim.camera.exposure import FloatImage
 from magicsim.camera.film import pixel_landing_mm
+from magicsim.camera.projection import project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
 from magicsim.geometry.design import ElastomerDesign
@@ -23,6 +24,10 @@ from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
 class Shot:
     """Everything that turns a radiance into a labelled frame of one sensor."""
 
+    design: ElastomerDesign
+    """The block."""
+    rig: Rig
+    """What surrounds it."""
     output: OutputSettings
     """What a frame holds beside its image."""
     camera: CameraStream
@@ -39,7 +44,7 @@ class Shot:
         watch = BrightnessWatch(rig=rig)
         watch.see_exposure(camera.exposure)
         landing = pixel_landing_mm(design, rig) if needed else None
-        return cls(output=output, camera=camera, landing_mm=landing, watch=watch)
+        return cls(design=design, rig=rig, output=output, camera=camera, landing_mm=landing, watch=watch)
 
     def take(
         self,
@@ -51,6 +56,7 @@ class Shot:
         *,
         displacements_mm: npt.NDArray[np.float32] | None,
         is_reference: bool,
+        markers_mm: npt.NDArray[np.float64] | None = None,
     ) -> tuple[SimulatedFrame, CameraMemory]:
         """One frame, and what the camera's next one inherits.
 
@@ -62,6 +68,7 @@ class Shot:
             at: Which frame of which stream; each has noise of its own.
             displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
             is_reference: Whether the frame makes the references.
+            markers_mm: Centres of the markers, shape (markers, 3) [mm], where there are any.
         """
         output, landing = self.output, self.landing_mm
         image, later = self.camera.take(radiance, memory, at)
@@ -74,7 +81,11 @@ class Shot:
                 if landing is not None and output.contact_mask
                 else None,
                 displacements_mm=displacements_mm,
-                depth_map_mm=depth_map_mm(deformation, landing) if landing is not None and output.depth_map else None,
+                depth_map_mm=depth_map_mm(deformation, landing, self.design)
+                if landing is not None and output.depth_map
+                else None,
+                markers_mm=markers_mm,
+                markers_px=project_px(markers_mm, self.design, self.rig) if markers_mm is not None else None,
             ),
         )
         return frame, later

@@ -13,6 +13,7 @@ from magicsim.deform.settle import settle
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.indenter import Indenter
 from magicsim.light.safe_gap import check_skin
+from magicsim.light.world.marker_disks import marker_disks
 from magicsim.scenes.scene import ContactSettings
 from magicsim.simulation.unmoved import still
 
@@ -32,6 +33,8 @@ class Meshes:
     infill: CellCorrectors | None
     is_face: npt.NDArray[np.bool_]
     """Body vertices on the contact face, shape (body vertices,)."""
+    markers: FollowMap | None
+    """Markers below the face."""
     face_edges: npt.NDArray[np.int32]
     """Edges of the contact face's triangles, where they cut deepest into a convex object, shape (edges, 2)."""
 
@@ -39,13 +42,15 @@ class Meshes:
 def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
     """Hangs the meshes of an elastomer on its lattice."""
     body = elastomer.body.vertices
-    is_face = body[:, 2] < 1e-9  # noqa: PLR2004
+    is_face = elastomer.is_face
+    disks_below = marker_disks(elastomer.design)
     triangles = elastomer.body.faces[is_face[elastomer.body.faces].all(1)]
     return Meshes(
         body=follow_map(lattice, body),
         face=FollowMap(points_mm=body[is_face], weights=face_weights(lattice, body[is_face, :2])),
         infill=_attach_infill(elastomer, lattice),
         is_face=is_face,
+        markers=follow_map(lattice, disks_below.vertices) if disks_below is not None else None,
         face_edges=triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
     )
 

@@ -8,9 +8,9 @@ too far to be seen, is left to the renderer (`magicsim.light.reach`).
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from magicsim.geometry.design import FAR_FIELD_BOUND, LatticeOptions
+from magicsim.geometry.design import FAR_FIELD_BOUND, ElastomerDesign, LatticeOptions
 from magicsim.geometry.grid import node_spacing_mm, resolve_grid
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
@@ -63,12 +63,13 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         touching = can_touch(state)
         relaxing = touching and scene.contact.rate_dependent
         before = frames[-1] if touching and frames and states[index - 1] == state else None
-        earlier = seen.get(state) if not touching else None
+        look = as_seen(scene.design, state) if leave_out else state
+        earlier = seen.get(look) if not touching else None
         if before is not None and leave_out and not relaxing:  # paths in contact have a history
             earlier = before.same_as if before.same_as is not None else index - 1
         frames.append(FramePlan(state=state, solve=touching and earlier is None, same_as=earlier))
         if leave_out and earlier is None and not touching:
-            seen[state] = index
+            seen[look] = index
     kept, left_out = _explain(scene, frames)
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
     return ScenePlan(scene=scene, frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
@@ -79,6 +80,18 @@ def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
     untouched = round(100 * scene.render.anchor_samples / scene.render.samples) + 200
     references = [untouched if number == 0 else 1 for number in range(scene.references)]
     return references + [1 + 100 * (frame.same_as is None) + 80 * frame.solve for frame in plan.frames]
+
+
+def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
+    """The state without what a coat hides: flashlight, and an object that does not touch.
+
+    Args:
+        design: The block.
+        state: Where everything is.
+    """
+    if not design.is_opaque:
+        return state
+    return replace(state, flashlight=False, light_x_mm=0.0) if can_touch(state) else UNTOUCHED
 
 
 def can_touch(state: FrameState) -> bool:
@@ -130,14 +143,13 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
         "something moved",
         "nothing moved since an earlier frame that is reused",
     )
-    lightened = sum(frame.same_as is None and (_scatters(scene) or frame.state.has_object) for frame in frames)
+    lightened = sum(frame.same_as is None and _changes_light(scene, frame) for frame in frames)
     why_not = "same pose and light as an earlier frame"
     decide("light pass", lightened, "the light changes", why_not if lightened == rendered else "nothing scatters")
+    left_out += _behind_coat(scene)
     decide("camera pass", rendered, "the image changes", "same pose and light as an earlier frame")
-    objects = sum(frame.state.has_object for frame in frames)
-    decide("object in the optical scene", objects, "the object is there", "no object")
-    lit = sum(frame.state.flashlight for frame in frames)
-    decide("flashlight in the optical scene", lit, "the light is on", "the light is off")
+    for name, there in _outside(scene, frames).items():
+        decide(f"{name} in the optical scene", there, *SEEN[name])
     references = f"{scene.references} frames: one untouched state, each frame with noise of its own"
     if scene.references:
         kept.append(Decision(stage="reference frames", reason=references))
@@ -146,6 +158,32 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
         reason = "asked for" if asked else "not asked for (output settings)"
         (kept if asked else left_out).append(Decision(stage=f"output {name}", reason=reason))
     return kept, left_out
+
+
+SEEN = {"object": ("the object is there", "no object"), "flashlight": ("the light is on", "the light is off")}
+"""Why something outside is in the optical scene, and why it is not."""
+
+
+def _outside(scene: SceneConfig, frames: list[FramePlan]) -> dict[str, int]:
+    """Frames with something outside that can be seen, by what it is."""
+    if scene.design.is_opaque:
+        return {}
+    return {
+        "object": sum(frame.state.has_object for frame in frames),
+        "flashlight": sum(frame.state.flashlight for frame in frames),
+    }
+
+
+def _behind_coat(scene: SceneConfig) -> list[Decision]:
+    if not scene.design.is_opaque:
+        return []
+    reason = "design.coat is opaque: what is outside is not seen, only what it does to the face"
+    return [Decision(stage="object, flashlight and room in the optical scene", reason=reason)]
+
+
+def _changes_light(scene: SceneConfig, frame: FramePlan) -> bool:
+    """Whether particles have to be traced for a frame that is rendered."""
+    return scene.design.scatters or (frame.state.has_object and not scene.design.is_opaque)
 
 
 def _why_no_solve(frame: FramePlan) -> str:
@@ -165,11 +203,6 @@ def _rough_edges(scene: SceneConfig) -> list[Decision]:
         "them, area, mask and picture of the contact are rough; design.lattice.edge_nodes and spacing_mm refine"
     )
     return [Decision(stage="lattice as fine as the object's edges", reason=reason)]
-
-
-def _scatters(scene: SceneConfig) -> bool:
-    body, infill = scene.design.materials.body, scene.design.materials.infill
-    return body.sigma_s_per_mm > 0 or (scene.design.has_grid and infill is not None and infill.sigma_s_per_mm > 0)
 
 
 def _force_bound(lattice: LatticeOptions) -> str:

@@ -32,8 +32,9 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.scenes.view import View
+from magicsim.simulation.marker_truth import MarkerTracks
 from magicsim.simulation.meshes import attach_meshes, deformed_vertices
-from magicsim.simulation.plan import ScenePlan, can_touch
+from magicsim.simulation.plan import ScenePlan, as_seen, can_touch
 
 STEP_S = 1 / 15
 """Time between states of a sensor that has no frame rate [s]."""
@@ -87,6 +88,7 @@ class Sensor:
         self.lattice: Lattice = build_lattice(design, zone=self._zone())
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
+        self.markers = MarkerTracks.of(design, self.lattice)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = self._build_renderer(untouched)
         self._solver: ContactSolver | None = None
@@ -182,6 +184,7 @@ class Sensor:
             x_mm=state.x_mm,
             y_mm=state.y_mm,
             twist_deg=state.twist_deg,
+            design=self.design,
         )
 
     def deform(self, state: FrameState, previous: Deformation) -> Deformation:
@@ -213,12 +216,17 @@ class Sensor:
         moved = self._printed_nodes.displaced(deformation.displacements_mm) - self.printed.nodes_mm
         return moved.astype(np.float32)
 
+    def markers_mm(self, deformation: Deformation | Displacement) -> npt.NDArray[np.float64] | None:
+        """Centres of the markers, shape (markers, 3) [mm]; None where the design has none."""
+        return self.markers.displaced_mm(deformation.displacements_mm) if self.markers is not None else None
+
     def view(self, state: FrameState, deformation: Deformation | Displacement) -> View:
         """Meshes, object and light of a state as the renderer wants them.
 
         Raises:
             RenderError: A wall or the skin is too thin to be rendered.
         """
+        state = as_seen(self.design, state)
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
         if deformation.is_rest or indenter is None:
@@ -227,8 +235,12 @@ class Sensor:
             self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm
         )
         if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
-            check_walls(infill, self.elastomer.infill, self.elastomer.grid)
-        return View(body=body, infill=infill, indenter=indenter, flashlight_x_mm=light)
+            check_walls(infill, self.elastomer.boxed_cells, self.elastomer.grid)
+        shown = None if self.design.is_opaque else indenter
+        markers = None
+        if self.meshes.markers is not None:
+            markers = self.meshes.markers.displaced(deformation.displacements_mm)
+        return View(body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light)
 
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
@@ -272,7 +284,7 @@ def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
     rig = sensor.rig
     if max(rig.room_light) == 0 or (rig.camera.flicker is None and rig.camera.led_drift is None):
         return None
-    if not any(max(strip.radiance) for strip in rig.strips):
+    if not any(max(radiance) for radiance in rig.lamps):
         return untouched
     dark = sensor.with_rig(rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)}))
     return np.asarray(np.maximum(untouched - dark.renderer.radiance(View()), 0), np.float32)

@@ -114,6 +114,7 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             at,
             displacements_mm=sensor.printed_displacements_mm(each.deformation) if scene.output.displacements else None,
             is_reference=each.is_reference,
+            markers_mm=sensor.markers_mm(each.deformation),
         )
         yield frame
 

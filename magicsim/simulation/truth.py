@@ -9,6 +9,7 @@ from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
 from magicsim.deform.indentation.path_force import as_vector
 from magicsim.frame_class import classify_frame
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import FrameTruth, SolveFigures
 
@@ -75,7 +76,9 @@ def contact_mask(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.
     return mask
 
 
-def depth_map_mm(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.float32]:
+def depth_map_mm(
+    deformation: Deformation, landing_mm: Array, design: ElastomerDesign | None = None
+) -> npt.NDArray[np.float32]:
     """How far the contact face is pressed in where each pixel's ray meets it; below zero where it bulges out.
 
     Linear between the deformed contact points; rays are those of the undeformed sensor, as for the contact mask.
@@ -83,6 +86,7 @@ def depth_map_mm(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.
     Args:
         deformation: Equilibrium of the lattice.
         landing_mm: Where each pixel looks on the contact face, shape (rows, columns, 2) [mm].
+        design: The block, where its face may be curved: depths are along z from the undeformed face.
 
     Returns:
         Shape (rows, columns) [mm].
@@ -90,7 +94,8 @@ def depth_map_mm(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.
     if deformation.is_rest:
         return np.zeros(landing_mm.shape[:2], np.float32)
     points = deformation.contact_points_mm
-    depth = _between(points[:, :2], points[:, 2], landing_mm.reshape(-1, 2))
+    pressed = points[:, 2] - (design.rise_mm(points[:, :2]) if design is not None else 0.0)
+    depth = _between(points[:, :2], pressed, landing_mm.reshape(-1, 2))
     return depth.reshape(landing_mm.shape[:2]).astype(np.float32)
 
 

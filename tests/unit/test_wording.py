@@ -4,7 +4,7 @@ import pickle
 import pytest
 
 from magicsim.cli.entry import _OneLine
-from magicsim.cli.lines import lines_of
+from magicsim.cli.output.lines import lines_of
 from magicsim.errors import ConfigError, ConvergenceError, unknown_choice
 from magicsim.wording import LINE_LENGTH, one_line, shortened, visible
 

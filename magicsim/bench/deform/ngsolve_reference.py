@@ -192,7 +192,7 @@ def _copy(vector: Any) -> Any:  # noqa: ANN401
 
 def _zone_mm(problem: SphereOnBlock) -> float:
     """Extent of the fine elements across the contact [mm]."""
-    return float(ZONE * (problem.radius_mm * problem.depths_mm[-1]) ** 0.5)
+    return float(ZONE * (problem.effective_radius_mm * problem.depths_mm[-1]) ** 0.5)
 
 
 def _quarter(problem: SphereOnBlock, elements: int, order: int) -> Quarter:
@@ -234,10 +234,11 @@ def _mesh(problem: SphereOnBlock, elements: int) -> Any:  # noqa: ANN401
     ]
 
     def place(*unit: float) -> tuple[float, ...]:
-        return tuple(
+        box = [
             float(np.interp(value * (len(axis) - 1), np.arange(len(axis)), axis))
             for value, axis in zip(unit, planes, strict=True)
-        )
+        ]
+        return tuple(problem.design.lifted(np.array(box)).tolist())
 
     nx, ny, nz = (len(axis) - 1 for axis in planes)
     return MakeStructured3DMesh(hexes=True, nx=nx, ny=ny, nz=nz, mapping=place)

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.face_shape import Dome
 
 Array = npt.NDArray[np.float64]
 SAMPLE_SPACING_MM = 0.5
@@ -36,6 +37,14 @@ class SphereOnBlock:
         return self.design.footprint_mm[0] / 2, self.design.footprint_mm[1] / 2
 
     @property
+    def effective_radius_mm(self) -> float:
+        """Radius of the ball that touches a flat face as this one touches a dome, by its less curved axis [mm]."""
+        face = self.design.face
+        radii = (face.radius_x_mm, face.radius_y_mm) if isinstance(face, Dome) else ()
+        flattest = max((radius or np.inf for radius in radii), default=np.inf)
+        return float(1 / (1 / self.radius_mm + 1 / flattest))
+
+    @property
     def shear_modulus_mpa(self) -> float:
         """The block's mu [MPa]."""
         return self.design.materials.body.shear_modulus_mpa
@@ -58,7 +67,9 @@ class SphereOnBlock:
 
     @property
     def sample_points_mm(self) -> Array:
-        """Sample points at rest, x fastest, shape (points, 3) [mm]."""
+        """Sample points at rest, x fastest, shape (points, 3) [mm]; none on a curved face, whose meshes are faceted."""
+        if self.design.face is not None:
+            return np.zeros((0, 3))
         y, x = np.meshgrid(*self.sample_axes_mm[::-1], indexing="ij")
         return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1)
 

@@ -13,7 +13,7 @@ contact would not settle; there each plane gets the slope of the chord between i
 with the same weights, so force and torque of the points are those of the nodes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba as nb
 import numpy as np
@@ -89,13 +89,22 @@ def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM
     facets = len(along_x.first) * len(along_y.first)
     facet = (along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]).ravel()
     order = np.argsort(facet, kind="stable")
-    return ContactFace(
+    face = ContactFace(
         patches=(rows + columns).reshape(facets, -1).astype(np.int64),
         facet=facet[order],
         shape=_product(along_y.shape, along_x.shape)[order],
         slopes=np.stack([_product(along_y.shape, along_x.slope), _product(along_y.slope, along_x.shape)], -1)[order],
         area_mm2=np.outer(along_y.width_mm, along_x.width_mm).ravel()[order],
     )
+    return face if lattice.face is None else _tilted(face, lattice)
+
+
+def _tilted(face: ContactFace, lattice: Lattice) -> ContactFace:
+    """The points of a curved face with their own rest areas; one of both slopes is per length along the face."""
+    area = face.current_area_mm2(lattice.nodes_mm)
+    slopes = face.slopes.copy()
+    slopes[..., 0] *= (face.area_mm2 / area)[:, None]
+    return replace(face, area_mm2=area, slopes=slopes)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

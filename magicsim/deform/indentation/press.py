@@ -134,12 +134,12 @@ def press(
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
     stages = [stage for number, stage in enumerate(stages) if number == 0 or stage != stages[number - 1]]
     poses = [
-        place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist)
+        place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist, design=design)
         for shear, twist in stages
     ]
     steps = [(pose, math.inf) for pose in poses]
     if speed_mm_s is not None:
-        first = place_object(object_config, gap_mm=0.0)
+        first = place_object(object_config, gap_mm=0.0, design=design)
         lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
         steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     twists = [0.0] * len(steps) if speed_mm_s is not None else [twist for _, twist in stages]

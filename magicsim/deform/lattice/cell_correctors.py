@@ -133,11 +133,11 @@ def cell_correctors(
         infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
     )
     corner = grid.centres_mm() - grid.pitch_mm / 2
-    first = points_mm[: len(points_mm) // grid.cell_count]
+    first = design.flattened(points_mm[: len(points_mm) // grid.cell_count])
     chi = fluctuation(fields, _unit_cell(first - corner[0], grid, fields.half_wall)) * grid.pitch_mm[:, None]
     return CellCorrectors(
         follow=follow_map(lattice, points_mm),
-        gradient=_mean_gradient(lattice, corner, grid.pitch_mm),
+        gradient=_mean_gradient(lattice, corner, grid.pitch_mm, design),
         fluctuation_mm=chi.reshape(-1, 18),
     )
 
@@ -155,7 +155,7 @@ def _unit_cell(points_mm: Array, grid: CellGrid, half_wall: float) -> Array:
     )
 
 
-def _mean_gradient(lattice: Lattice, corner_mm: Array, pitch_mm: Array) -> sp.csr_matrix:
+def _mean_gradient(lattice: Lattice, corner_mm: Array, pitch_mm: Array, design: ElastomerDesign) -> sp.csr_matrix:
     """Mean displacement gradient of boxes from nodal displacements, shape (3 boxes, nodes) [1/mm].
 
     The mean over a box of a trilinear field's gradient is its gradient in the middle.
@@ -163,4 +163,8 @@ def _mean_gradient(lattice: Lattice, corner_mm: Array, pitch_mm: Array) -> sp.cs
     crossings = (corner_mm[:, None] + CORNERS * pitch_mm).reshape(-1, 3)
     centre = shape_gradients(np.full((1, 3), 0.5))[0] / pitch_mm  # (8, 3)
     local = sp.kron(sp.identity(len(corner_mm)), centre.T)
+    if design.face is not None:
+        placed = design.lifted(crossings)
+        turned = np.asarray(local @ placed).reshape(-1, 3, 3)  # of each cell, its map's derivatives by the box's axes
+        local, crossings = sp.block_diag(np.linalg.inv(turned)) @ local, placed
     return sp.csr_matrix(local @ follow_map(lattice, crossings).weights)

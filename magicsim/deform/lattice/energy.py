@@ -81,7 +81,14 @@ class Elasticity:
         inverse, weights = gauss_geometry(corners)
         springs = spring_matrices(lattice.sizes_mm, lattice.shear_modulus_mpa)
         bent = ~_have_spring_weights(corners, lattice.sizes_mm)
-        springs[bent] = network_matrices(inverse[bent], weights[bent], lattice.shear_modulus_mpa[bent])
+        network = network_matrices(inverse[bent], weights[bent], lattice.shear_modulus_mpa[bent])
+        if lattice.face is not None:
+            boxes = lattice.sizes_mm[bent][:, None] * CORNERS
+            stubby = _have_spring_weights(boxes, lattice.sizes_mm[bent])
+            network[stubby] += bending_springs(
+                boxes[stubby], corners[bent][stubby], springs[bent][stubby], lattice.shear_modulus_mpa[bent][stubby]
+            )
+        springs[bent] = network
         volumes = weights.sum(1)
         return cls(
             lattice=lattice,
@@ -148,6 +155,26 @@ class Elasticity:
         if self.table is not None:
             self.table.add_stiffness(positions, pattern.indptr, values)
         return values
+
+
+def bending_springs(boxes_mm: Array, corners_mm: Array, springs: Array, modulus_mpa: Array) -> Array:
+    """What the springs of boxes add to their network where the boxes are mapped to other cells.
+
+    Springs and network of a box differ only in how they hold motions that are not affine. That difference is taken
+    along, less its part that an affine motion of the mapped cell would feel: rest stays free of stress, the patch test
+    holds, and a cell that is a box again has its springs.
+
+    Args:
+        boxes_mm: Corners of the boxes, shape (cells, 8, 3) [mm].
+        corners_mm: Corners of the mapped cells, of the same shape [mm].
+        springs: Laplacians of the boxes' springs, shape (cells, 8, 8) [N/mm].
+        modulus_mpa: Shear modulus, shape (cells,) [MPa].
+    """
+    difference = springs - network_matrices(*gauss_geometry(boxes_mm), modulus_mpa)
+    centred = corners_mm - corners_mm.mean(1, keepdims=True)
+    affine, _ = np.linalg.qr(np.concatenate([np.ones((len(corners_mm), 8, 1)), centred], 2))
+    rest = np.eye(8) - affine @ affine.transpose(0, 2, 1)
+    return np.asarray(rest @ difference @ rest)
 
 
 def _have_spring_weights(corners_mm: Array, sizes_mm: Array) -> npt.NDArray[np.bool_]:

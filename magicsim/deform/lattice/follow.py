@@ -33,9 +33,9 @@ def follow_map(lattice: Lattice, points_mm: Array) -> FollowMap:
         lattice: The block at rest.
         points_mm: Rest positions, shape (points, 3) [mm]; a point outside the block moves with the nearest point in it.
     """
-    index, local = [], []
+    index, local, boxed = [], [], lattice.flattened(points_mm)
     for axis, planes in enumerate(lattice.planes_mm):
-        coordinate = points_mm[:, axis]
+        coordinate = boxed[:, axis]
         cell = np.clip(np.searchsorted(planes, coordinate, side="right") - 1, 0, len(planes) - 2)
         index.append(cell)
         local.append(np.clip((coordinate - planes[cell]) / np.diff(planes)[cell], 0, 1))

@@ -15,6 +15,7 @@ from magicsim.deform.lattice.hexahedron import CORNERS
 from magicsim.deform.lattice.zone import Zone, graded_planes
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.face_shape import Dome, HeightMap, flattened
 from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, resolve_grid
 
 Array = npt.NDArray[np.float64]
@@ -71,6 +72,12 @@ class Lattice:
     """Whether the planes of smallest x and y are planes of symmetry: the lattice is a quarter of the block."""
     table: TableTop | None = None
     """What the base lies on; None where it is bonded."""
+    face: Dome | HeightMap | None = None
+    """Shape of the contact face; planes and sizes then are those of the box that is mapped. None is flat."""
+
+    def flattened(self, points_mm: Array) -> Array:
+        """Points of the block where the box of its planes has them, shape (..., 3) [mm]."""
+        return flattened(points_mm, self.face, self.height_mm)
 
     @property
     def height_mm(self) -> float:
@@ -164,20 +171,28 @@ def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -
         weight = WEIGHT_N_PER_MM3 * design.height_mm
         lattice = replace(lattice, table=TableTop(friction=design.mounting.friction, weight_mpa=weight))
     if grid is None or infill is None:
-        return lattice
+        return curved(lattice, design)
     core = effective_stiffness(
         body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
         infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
         infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
     )
     is_core = _inside_core(lattice, grid)
-    return replace(
+    grained = replace(
         lattice,
         shear_modulus_mpa=np.where(is_core, core.shear_modulus_mpa, lattice.shear_modulus_mpa),
         wall_modulus_mpa=np.where(is_core, core.wall_modulus_mpa, 0.0),
         lame_mpa=np.where(is_core, core.lame_mpa, lattice.lame_mpa),
         is_core=is_core,
     )
+    return curved(grained, design)
+
+
+def curved(lattice: Lattice, design: ElastomerDesign) -> Lattice:
+    """A box lattice mapped to a block with a curved face, free of stress there; itself for a flat one."""
+    if design.face is None:
+        return lattice
+    return replace(lattice, nodes_mm=np.ascontiguousarray(design.lifted(lattice.nodes_mm)), face=design.face)
 
 
 def jittered(lattice: Lattice, *, share: float, seed: int) -> Lattice:

@@ -74,7 +74,7 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
     """
     axes = [np.linspace(-size / 2, size / 2, round(size / SAMPLE_MM) + 1) for size in design.footprint_mm]
     x, y = (axis.ravel() for axis in np.meshgrid(*axes))
-    face = np.stack([x, y, np.zeros_like(x)], 1)
+    face = np.stack([x, y, design.rise_mm(np.stack([x, y], -1))], 1)
     touched, feature, indenters = np.zeros(len(face), bool), np.inf, tuple(indenters)
     for indenter in indenters:
         feature = min(feature, indenter.shape.feature_mm)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.markers import PictureMarkers
 from magicsim.light.transport.light_field import LightField
 from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import RenderSettings
@@ -63,8 +64,9 @@ def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -
     """Everything that the untouched state depends on."""
     data = [
         design.model_dump(mode="json"),
-        rig.model_dump(mode="json", include={"strips", "lens", "ambient", "room"}),
+        rig.model_dump(mode="json", include={"strips", "leds", "ring", "lens", "ambient", "room"}),
         _digest(rig),
+        design.markers.digest() if isinstance(design.markers, PictureMarkers) else None,
         rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
         settings.model_dump(mode="json", include=OPTICAL_SETTINGS),
     ]

@@ -14,6 +14,7 @@ from typing import Any
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.cached_light import CachedLight
+from magicsim.light.transport.coating import ASKED, after_lens, meet_face, send_on
 from magicsim.light.transport.path_record import Gathered, PathRecord
 from magicsim.light.transport.path_starts import PathStarts
 from magicsim.light.transport.ray_start import leave
@@ -79,6 +80,7 @@ def gather_radiance(
     environment = scene.environment()
     collisions, waiting_collisions = mi.UInt32(0), mi.UInt32(0)
     at = Whereabouts.unknown()
+    coating, asked, waiting_asked = shapes.coating, mi.UInt32(0), mi.UInt32(0)
     while active:
         if dr.hint(fresh, mode="symbolic"):
             stream = starts.stream(index)
@@ -87,6 +89,7 @@ def gather_radiance(
             weight, in_body, depth = starts.weight(), starts.in_body(), mi.UInt32(starts.depth)
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
+            asked = mi.UInt32(0)
         si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         if shapes.outside is not None:
@@ -145,11 +148,14 @@ def gather_radiance(
 
         reflectance, reflected, refracted, scale = fresnel(si, segment, constants)
         first_hit = depth == 0
-        leaving = segment.on_body & ~segment.entering & (reflectance < 1) & ~scatter
+        face = meet_face(coating, si, segment, reflectance, sampler, active)
+        reflectance, interface = face.reflectance, segment.on_body & ~face.painted
+        weight *= face.kept
+        leaving = interface & ~segment.entering & (reflectance < 1) & ~scatter
         split = leaving & ~waiting
         reflect = ~first_hit & ~split & (sampler.next_float32(active) < reflectance)
         known = first_hit | split
-        dielectric = (segment.on_body | segment.on_infill) & ~scatter
+        dielectric = (interface | segment.on_infill) & ~scatter
         local = dr.select(reflect, reflected, refracted)
         branch = dr.select(known, 1 - reflectance, 1) * dr.select(reflect, 1, scale)
         keep_reflected = dr.minimum(dr.max(weight) * reflectance / ROULETTE_WEIGHT, 1)
@@ -157,6 +163,7 @@ def gather_radiance(
         waiting_weight[set_aside] = weight * reflectance * dr.rcp(dr.maximum(keep_reflected, 1e-9))
         waiting_ray[set_aside] = leave(si, si.to_world(reflected))
         waiting_collisions[set_aside] = collisions
+        waiting_asked[set_aside] = after_lens(coating, si, asked, interface & ~segment.entering)
         waiting |= set_aside
         weight[dielectric] *= branch
 
@@ -169,10 +176,16 @@ def gather_radiance(
         local = dr.select(on_object, mirrored, local)
         opaque = active & segment.opaque & ~on_object
         if dr.hint(opaque, mode="symbolic"):
-            radiance += weight * si.emitter(scene).eval(si, opaque)
+            radiance += weight * si.emitter(scene).eval(si, opaque & (asked == 0))
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo
             weight *= value
+        on = send_on(coating, scene, si, segment, face, constants, (sample1, sample2), sampler, active)
+        radiance += weight * on.lit if coating is not None else 0
+        local = dr.select(face.painted, on.local, local)
+        weight *= on.share
+        passed = after_lens(coating, si, asked, interface & ~segment.entering & reflect)
+        asked = dr.select(on.asks, mi.UInt32(ASKED), passed)
         outward = mi.Frame3f.cos_theta(local) > 0
         in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         spawned = leave(si, si.to_world(local))
@@ -192,6 +205,7 @@ def gather_radiance(
         weight = dr.select(resume, waiting_weight, weight)
         collisions = dr.select(resume, waiting_collisions, collisions)
         in_body |= resume
+        asked = dr.select(resume, waiting_asked, asked)
         at.kind[resume] = NOWHERE
         waiting &= ~resume
         # A lane takes the samples of its pixel one after the other, so that few wait for the longest path of all.

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from magicsim.errors import RenderError
 from magicsim.light.backend import dr, mi
+from magicsim.light.transport.coating import bounced, meet_face
 from magicsim.light.transport.light_starts import TURNS, LightStarts
 from magicsim.light.transport.ray_start import leave
 from magicsim.light.transport.recorded_light import LightRecord, take_down
@@ -175,6 +176,10 @@ def deposit_tracks(
         scatter |= collide
 
         reflectance, reflected, refracted = fresnel(si, segment, constants)[:3]
+        face = meet_face(shapes.coating, si, segment, reflectance, sampler, active & ~scatter)
+        reflectance = face.reflectance
+        stopped += dr.select(active, weight * (1 - face.kept), 0) if balance else 0
+        weight *= face.kept
         choice = sampler.next_float32(active)
         reflect = choice < reflectance
         local = dr.select(reflect, reflected, refracted)
@@ -191,6 +196,10 @@ def deposit_tracks(
             if balance:
                 stopped += weight * (1 - value)
             weight *= value
+        away, share = bounced(shapes.coating, si, face, sample1, sample2)
+        local = dr.select(face.painted, away, local)
+        stopped += weight * (1 - share) if balance else 0
+        weight *= share
         outward = mi.Frame3f.cos_theta(local) > 0
         arrived = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         in_body = dr.select(scatter, segment.in_body, arrived)

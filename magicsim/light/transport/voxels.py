@@ -17,6 +17,8 @@ from magicsim.light.world.shapes import Shapes
 Array = npt.NDArray[np.float64]
 PLAIN_MM = 1.0
 """Edge of a voxel where there is no grid, whose pitch is taken otherwise [mm]."""
+LAYERS = 6
+"""Fewest layers of voxels in a thin block without a grid."""
 POINTS = 5
 """Points along each edge of a voxel that say how much of it is body."""
 PADDING = (1, 1, 0)
@@ -103,7 +105,8 @@ def body_voxels(elastomer: Elastomer, inset_mm: float) -> Voxels:
     """
     design = elastomer.design
     size = np.array([*design.footprint_mm, design.height_mm]) - [2 * inset_mm, 2 * inset_mm, 0]
-    wanted = elastomer.grid.pitch_mm if elastomer.grid is not None else np.full(3, PLAIN_MM)
+    plain = min(PLAIN_MM, design.height_mm / LAYERS)
+    wanted = elastomer.grid.pitch_mm if elastomer.grid is not None else np.full(3, plain)
     inner = np.maximum(1, np.round(size / wanted)).astype(int)
     edge = size / inner
     outer = np.array(PADDING)

@@ -36,6 +36,7 @@ class CellTopology:
         grid, infill = elastomer.grid, elastomer.infill
         if grid is None or infill is None:
             return None
+        infill = elastomer.boxed_cells
         size = len(infill.vertices) // grid.cell_count
         faces = infill.faces[: elastomer.triangles_per_cell].astype(np.int64)
         low, high = infill.vertices[:size].min(0), infill.vertices[:size].max(0)

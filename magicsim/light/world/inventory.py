@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.transport.coating import FaceCoating
 from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.grid_state import GridState, GridStates
 from magicsim.light.world.irradiance import IrradianceKernel, irradiance_kernel
@@ -29,6 +30,7 @@ class Inventory:
         self._grids = GridStates(triangles_per_cell)
         self._kernels: dict[bool, IrradianceKernel] = {}
         self._block: dict[str, Any] = {}
+        self._coating: FaceCoating | None = None
 
     def hold(self, body: Any, infill: Any) -> None:
         """Takes the shapes of a block that a scene keeps in a group, out of sight.
@@ -39,26 +41,34 @@ class Inventory:
         """
         self._block = {BODY: body, INFILL: infill}
 
-    def know(self, topology: CellTopology | None, object_mesh: SurfaceMesh | None) -> None:
+    def know(
+        self,
+        topology: CellTopology | None,
+        object_mesh: SurfaceMesh | None,
+        coating: FaceCoating | None = None,
+    ) -> None:
         """Takes what a loaded scene does not tell.
 
         Args:
             topology: How the cells are put together: hits are then looked for in the cell that a ray is in.
             object_mesh: The object in its own frame: its smoothing must not depend on the pose that is rendered first.
+            coating: Of the contact face, or None where it is bare.
         """
+        self._coating = coating
         self._grids.topology = topology
         self._object_mesh = object_mesh
 
     def shapes(self, scene: Any, outside: Outside | None = None) -> Shapes:
         """The scene's shapes by their role, the object from outside if something is there."""
-        grid = self.grid(scene)
+        grid, body = self.grid(scene), self._in_block(scene, BODY)
         return Shapes(
-            body=self._in_block(scene, BODY),
+            body=body,
             infill=self._in_block(scene, INFILL),
             object=outside.object if outside is not None else shape_named(scene, OBJECT),
             triangles_per_cell=self.triangles_per_cell,
             faces=grid.faces if grid is not None else None,
             outside=outside.scene if outside is not None and outside.object is not None else None,
+            coating=self._coating.on(body) if self._coating is not None else None,
         )
 
     def grid(self, scene: Any) -> GridState | None:

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.light.backend import mi
-from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GROUPED, INFILL
+from magicsim.light.world.names import BODY, ENVIRONMENT, FACE, FLASHLIGHT, GROUPED, INFILL, MARKERS
 from magicsim.light.world.scene_dict import (
     WorldContent,
     block_shapes,
@@ -31,7 +31,8 @@ class World:
         self.elastomer = elastomer
         self.rig = rig
         self.content = content
-        block, self._prefix = block_shapes(elastomer, rig), ""
+        self._has_face = integrator["type"] != "fluence" and elastomer.design.face_is_special
+        block, self._prefix = block_shapes(elastomer, rig, parted_face=self._has_face), ""
         entries = block
         if integrator["type"] == "fluence":
             entries, self._prefix = in_group(block), GROUPED
@@ -50,6 +51,7 @@ class World:
         *,
         body: Array | None = None,
         infill: Array | None = None,
+        markers: Array | None = None,
         object_vertices: Array | None = None,
         light_x_mm: float | None = None,
     ) -> None:
@@ -58,11 +60,16 @@ class World:
         Args:
             body: Shape (body vertices, 3) [mm].
             infill: Shape (infill vertices, 3) [mm].
+            markers: Shape (marker vertices, 3) [mm].
             object_vertices: Shape (object vertices, 3), in the sensor's frame [mm].
             light_x_mm: Shift of the flashlight along x [mm].
         """
         if body is not None:
-            self._set(self._prefix + BODY, with_lens(body, self.elastomer, self.rig))
+            placed = with_lens(body, self.elastomer, self.rig)
+            for name in (BODY, FACE) if self._has_face else (BODY,):
+                self._set(self._prefix + name, placed)
+        if markers is not None:
+            self._set(MARKERS, markers)
         if infill is not None:
             self._set(self._prefix + INFILL, infill)
         if object_vertices is not None:

@@ -7,9 +7,11 @@ import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.transport.coating import FaceCoating
 from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.loaded_scene import World
+from magicsim.light.world.marker_disks import marker_disks
 from magicsim.light.world.scene_dict import WorldContent
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.view import View
@@ -57,7 +59,9 @@ class Worlds:
             self._kept[key] = World(self._elastomer, self._rig, content, self._integrator)
             if self._integrator["type"] == "fluence":
                 integrator = self._kept[key].scene.integrator()
-                integrator.inventory.know(CellTopology.of(self._elastomer), self._mesh)
+                integrator.inventory.know(
+                    CellTopology.of(self._elastomer), self._mesh, FaceCoating.of(self._elastomer, self._rig)
+                )
         changes = self._changes(self._shown.get(key, View()), view, object_vertices)
         if changes:
             self._kept[key].update(**changes)
@@ -71,6 +75,8 @@ class Worlds:
             changes["body"] = view.body if view.body is not None else self._elastomer.body.vertices
         if view.infill is not shown.infill and self._elastomer.infill is not None:
             changes["infill"] = view.infill if view.infill is not None else self._elastomer.infill.vertices
+        if view.markers is not shown.markers and (rest := marker_disks(self._elastomer.design)) is not None:
+            changes["markers"] = view.markers if view.markers is not None else rest.vertices
         moved = view.indenter is not None and (
             shown.indenter is None or shown.indenter.pose.key() != view.indenter.pose.key()
         )

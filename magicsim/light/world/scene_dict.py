@@ -12,7 +12,21 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.world.finish import COLORS, Finish
-from magicsim.light.world.names import BLOCK, BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
+from magicsim.light.world.marker_disks import marker_bsdf, marker_disks
+from magicsim.light.world.names import (
+    BLOCK,
+    BODY,
+    ENVIRONMENT,
+    FACE,
+    FLASHLIGHT,
+    GHOST,
+    HOUSING,
+    INFILL,
+    MARKERS,
+    OBJECT,
+    PLACE,
+    RING,
+)
 from magicsim.scenes.rig import LedStrip, Rig
 from magicsim.scenes.room import room_radiance
 
@@ -21,6 +35,7 @@ INSET_MM = 0.2
 """How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
 HOUSING_RADIUS = 1.2
 """Radius of the housing that keeps the light of the room from camera and lens, in half diagonals of the footprint."""
+SIDE_STEPS = 401
 AIR_GAP_MM = 0.3
 """Gap between body and an LED strip behind air [mm]."""
 
@@ -50,6 +65,8 @@ def lights_inside(rig: Rig) -> list[str]:
 def lights_off(rig: Rig) -> list[str]:
     """Names of the lights whose radiance is 0: they are there, reflect, and send out nothing."""
     off = [_strip_name(index) for index, strip in enumerate(rig.strips) if not any(strip.radiance)]
+    off += [f"led{index}" for index, led in enumerate(rig.leds) if not any(led.radiance)]
+    off += [RING] if rig.ring is not None and not any(rig.ring.radiance) else []
     return off if any(rig.flashlight.radiance) else [*off, FLASHLIGHT]
 
 
@@ -65,23 +82,26 @@ def with_lens(body: Array, elastomer: Elastomer, rig: Rig) -> Array:
     return moved
 
 
-def block_shapes(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
+def block_shapes(elastomer: Elastomer, rig: Rig, *, parted_face: bool = False) -> dict[str, Any]:
     """Body, with the lens plate, and infill at rest, by name.
 
     Args:
         elastomer: The block.
         rig: What surrounds it.
+        parted_face: Whether the contact face is a shape of its own, with a material that the renderer itself knows.
     """
     materials = elastomer.design.materials
     body_medium = _medium(materials.body)
-    shapes = {
-        BODY: mesh_shape(
-            SurfaceMesh(vertices=with_lens(elastomer.body.vertices, elastomer, rig), faces=elastomer.body.faces),
-            BODY,
-            {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0},
-            interior=body_medium,
-        )
-    }
+    body, placed = elastomer.body, with_lens(elastomer.body.vertices, elastomer, rig)
+    bare = {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0}
+    shapes = {}
+    if parted_face:
+        from magicsim.light.world.face_material import face_bsdf, face_places, parted
+
+        body, face = parted(elastomer)
+        material, texture = face_bsdf(elastomer), face_places(elastomer)
+        shapes[FACE] = mesh_shape(_moved(face, placed), FACE, material, interior=body_medium, texture=texture)
+    shapes[BODY] = mesh_shape(_moved(body, placed), BODY, bare, interior=body_medium)
     if elastomer.infill is not None and materials.infill is not None:
         infill = materials.infill
         shapes[INFILL] = mesh_shape(
@@ -92,6 +112,10 @@ def block_shapes(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
             exterior=body_medium,
         )
     return shapes
+
+
+def _moved(mesh: SurfaceMesh, vertices: Array) -> SurfaceMesh:
+    return SurfaceMesh(vertices=vertices, faces=mesh.faces)
 
 
 def in_group(shapes: dict[str, Any]) -> dict[str, Any]:
@@ -127,11 +151,17 @@ def scene_dict(
     }
     for index, strip in enumerate(rig.strips):
         scene[_strip_name(index)] = _strip(strip, elastomer)
+    if rig.leds or rig.ring is not None:
+        from magicsim.light.world.lamp_shapes import lamp_entries
+
+        scene |= lamp_entries(rig, elastomer.design.height_mm + rig.lens.thickness_mm)
+    if (disks_below := marker_disks(elastomer.design)) is not None:
+        scene[MARKERS] = mesh_shape(disks_below, MARKERS, marker_bsdf(elastomer.design))
     if content.flashlight:
         scene[FLASHLIGHT] = flashlight_entry(rig, 0.0)
     if content.furnace:
         scene[ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
-    elif max(rig.room_light) > 0:
+    elif max(rig.room_light) > 0 and not elastomer.design.is_opaque:
         scene |= _room(elastomer, rig)
     if content.object_mesh is not None:
         scene[content.object_name] = mesh_shape(content.object_mesh, content.object_name, content.object_finish.bsdf())
@@ -139,8 +169,9 @@ def scene_dict(
 
 
 def mesh_shape(
-    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None
-) -> Any:
+    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None,
+    texture: Array | None = None,
+) -> Any:  # fmt: skip
     """A mesh as the renderer's shape.
 
     Args:
@@ -149,6 +180,7 @@ def mesh_shape(
         bsdf: Entry of a scene's dictionary.
         interior: Medium inside, or None where it is clear.
         exterior: The same outside.
+        texture: Texture coordinates of the vertices, shape (vertices, 2), or None without.
     """
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(bsdf)
@@ -157,8 +189,11 @@ def mesh_shape(
         properties["interior"] = interior
     if exterior is not None:
         properties["exterior"] = exterior
-    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties)
+    textured = texture is not None
+    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties, has_vertex_texcoords=textured)
     parameters = mi.traverse(shape)
+    if texture is not None:
+        parameters["vertex_texcoords"] = np.ascontiguousarray(texture, np.float32).ravel()
     parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
     parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
     parameters.update()
@@ -212,15 +247,28 @@ def _strip(strip: LedStrip, elastomer: Elastomer) -> dict[str, Any]:
     height = elastomer.design.height_mm
     sign = 1.0 if strip.side[0] == "+" else -1.0
     offset = -INSET_MM if strip.coupling == "contact" else AIR_GAP_MM
-    half_height = max(height / 2 - strip.margin_mm, 0.1 * height)
+    low = _side_rise_mm(strip, elastomer)
+    middle, half_height = (low + height) / 2, max((height - low) / 2 - strip.margin_mm, 0.1 * (height - low))
     vertical = np.array([0.0, 0.0, half_height])
     if strip.side[1] == "x":
         along = np.array([0.0, length / 2 - strip.margin_mm, 0.0])
-        center, normal = np.array([sign * (width / 2 + offset), 0, height / 2]), np.array([-sign, 0.0, 0.0])
+        center, normal = np.array([sign * (width / 2 + offset), 0, middle]), np.array([-sign, 0.0, 0.0])
     else:
         along = np.array([width / 2 - strip.margin_mm, 0.0, 0.0])
-        center, normal = np.array([0, sign * (length / 2 + offset), height / 2]), np.array([0.0, -sign, 0.0])
+        center, normal = np.array([0, sign * (length / 2 + offset), middle]), np.array([0.0, -sign, 0.0])
     return _rectangle(center, along, vertical, normal, strip.radiance, strip.reflectance)
+
+
+def _side_rise_mm(strip: LedStrip, elastomer: Elastomer) -> float:
+    """Highest place of the contact face along the side of a strip, which stays inside the block [mm]."""
+    design = elastomer.design
+    if design.face is None:
+        return 0.0
+    axis, sign = "xy".index(strip.side[1]), 1.0 if strip.side[0] == "+" else -1.0
+    half = np.array(design.footprint_mm) / 2
+    places = np.zeros((SIDE_STEPS, 2))
+    places[:, axis], places[:, 1 - axis] = sign * half[axis], np.linspace(-half[1 - axis], half[1 - axis], SIDE_STEPS)
+    return float(design.rise_mm(places).max())
 
 
 def _rectangle(

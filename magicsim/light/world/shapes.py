@@ -31,6 +31,8 @@ class Shapes:
     """Faces of the cells, for `next_hit`; None to search all triangles for every hit."""
     outside: Any = None
     """A scene of its own that holds the object, or None where it is in the block's."""
+    coating: Any = None
+    """`Coating` of the contact face, or None where it is bare."""
 
     @property
     def cells(self) -> int:

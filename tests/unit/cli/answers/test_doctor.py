@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.cli import doctor
-from magicsim.cli.doctor import examine
+from magicsim.cli.answers import doctor
+from magicsim.cli.answers.doctor import examine
 from magicsim.cli.parts import EXTRAS, optional_parts
 from magicsim.light.variant import LLVM_VARIABLE, LLVM_VARIANT, SCALAR_VARIANT, find_llvm, probe_llvm
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 def pretend(monkeypatch: pytest.MonkeyPatch, library: Path | None, reason: str | None) -> None:

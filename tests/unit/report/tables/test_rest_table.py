@@ -7,9 +7,8 @@ import pytest
 
 from magicsim.judge.verdicts import FeatureAtRest
 from magicsim.report.page import render_report
-from magicsim.report.rest_table import rest_rows
-
-from .synthetic import make_episode, make_judgement
+from magicsim.report.tables.rest_table import rest_rows
+from report.synthetic import make_episode, make_judgement
 
 
 def test_distances_are_in_standard_deviations_of_rest():

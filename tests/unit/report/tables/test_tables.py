@@ -6,10 +6,9 @@ import pytest
 from magicsim.detectors.verdict import Contact
 from magicsim.report.facts import scene_facts
 from magicsim.report.mistakes import contact_right, list_mistakes, proximity_right
-from magicsim.report.score_table import contact_table, proximity_table
-from magicsim.report.solve_table import solve_rows
-
-from .synthetic import make_episode, make_judgement
+from magicsim.report.tables.score_table import contact_table, proximity_table
+from magicsim.report.tables.solve_table import solve_rows
+from report.synthetic import make_episode, make_judgement
 
 
 @pytest.fixture(scope="module")

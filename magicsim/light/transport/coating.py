@@ -1,0 +1,367 @@
+"""Coat and markers of the contact face, as both passes meet them: paint that is opaque, a film of metal elsewhere.
+
+Paint is a picture over the undeformed face. Each of its triangles has an affine map from places in the scene to texels
+of that picture, computed anew for each state of the mesh, so that colours move with the skin.
+
+Light that a camera path meets on paint comes from the lights in ways that share no path. Lights within the body, in
+straight line or by one reflection at the flat lens face, are asked for (shadow rays to a random point of each, and to
+its mirror image). All others are met by going on in a random direction; such a path then does not count a light
+that it meets straight away, or after that one reflection.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.coat import HalfMirror, OpaqueCoat
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.face_paint import face_paint
+from magicsim.light.aligned import aligned
+from magicsim.light.backend import dr, mi
+from magicsim.light.transport.ray_start import leave
+from magicsim.light.world.medium import Constants, Segment, scattering_stretch
+from magicsim.light.world.scene_dict import lights_inside
+from magicsim.light.world.shapes import mesh_of
+from magicsim.scenes.rig import Rig
+
+Array = npt.NDArray[np.float64]
+ASKED, MIRRORED = 1, 2
+"""What was asked for the lights: straight away before, and before one reflection at the lens face."""
+NOT_ON_FACE = -1e9
+"""Texel of triangles that do not belong to the contact face."""
+SHORT_OF_LIGHT = 1 - 1e-4
+"""Part of the way to a light on which nothing may stand."""
+BELOW_PLATE_MM = 1e-4
+"""How near to the lens face a hit counts as on it, and a shadow ray goes on from it [mm]."""
+LEVEL = 0.999
+"""Least z of the lens face's normal."""
+CLEAR = (0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(slots=True, kw_only=True)
+class Met:
+    """What rays meet on the body; every field is a Dr.Jit array over rays."""
+
+    painted: Any
+    color: Any
+    """Diffuse reflectance of paint, mi.Color3f."""
+    reflectance: Any
+    """Of the interface, its film included, as a share of what is kept."""
+    kept: Any
+    """Share that a film does not absorb, 1 elsewhere."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Coating:
+    """Arrays on the renderer's side."""
+
+    maps: Any
+    """Affine map of each triangle of the body to columns and rows of the texels, eight floats."""
+    texels: Any
+    """Linear RGB and opacity, four floats each."""
+    columns: int
+    rows: int
+    specular: Any
+    """Share of light that paint mirrors."""
+    roughness: Any
+    plate_mm: Any
+    """Height of the flat lens face [mm]."""
+    lights: tuple[str, ...]
+    """Names of those within the body."""
+    film: tuple[Any, Any] | None
+    """Reflectance and transmittance of the film; None without."""
+
+    def meet(self, si: Any, segment: Segment, reflectance: Any, sample: Any, active: Any) -> Met:
+        """What a hit on the body meets.
+
+        Args:
+            si: The hit.
+            segment: That ends there.
+            reflectance: Of the bare interface, by Fresnel's formula.
+            sample: Uniform in [0, 1), decides where paint is partly opaque.
+            active: Which rays count.
+        """
+        on_body = active & segment.on_body
+        across, along = (dr.gather(mi.Vector4f, self.maps, 2 * si.prim_index + axis, on_body) for axis in (0, 1))
+        column, row = (dr.fma(m.x, si.p.x, dr.fma(m.y, si.p.y, dr.fma(m.z, si.p.z, m.w))) for m in (across, along))
+        on_face = on_body & (column > NOT_ON_FACE / 2)
+        texel = self._texel(column, row, on_face)
+        painted = on_face & (sample < texel.w)
+        color = mi.Color3f(texel.x, texel.y, texel.z)
+        reflectance, kept = self._through_film(reflectance, segment, on_face & ~painted)
+        return Met(painted=painted, color=color, reflectance=reflectance, kept=kept)
+
+    def _texel(self, column: Any, row: Any, active: Any) -> Any:
+        """Linear between the centres of texels, those at the border going on."""
+        column, row = (dr.clip(at - 0.5, 0, size - 1) for at, size in ((column, self.columns), (row, self.rows)))
+        left, low = mi.UInt32(column), mi.UInt32(row)
+        right, high = dr.minimum(left + 1, self.columns - 1), dr.minimum(low + 1, self.rows - 1)
+        u, v = column - mi.Float(left), row - mi.Float(low)
+
+        def at(x: Any, y: Any) -> Any:
+            return dr.gather(mi.Vector4f, self.texels, y * self.columns + x, active)
+
+        below, above = dr.lerp(at(left, low), at(right, low), u), dr.lerp(at(left, high), at(right, high), u)
+        return dr.lerp(below, above, v)
+
+    def _through_film(self, reflectance: Any, segment: Segment, clear: Any) -> tuple[Any, Any]:
+        """Share of what goes on that is reflected, and the share that goes on; see `film_on_face`.
+
+        Args:
+            reflectance: Of the bare interface, by Fresnel's formula.
+            segment: That ends there.
+            clear: Whether the hit is on the face where it is not painted.
+        """
+        if self.film is None:
+            return reflectance, mi.Float(1)
+        own, passed = self.film
+        series = dr.rcp(1 - own * reflectance)
+        inner = own + dr.square(passed) * reflectance * series
+        outer = reflectance + dr.square(1 - reflectance) * own * series
+        back = dr.select(segment.entering, outer, inner)
+        kept = back + passed * (1 - reflectance) * series
+        return dr.select(clear, back / dr.maximum(kept, 1e-9), reflectance), dr.select(clear, kept, 1)
+
+    def bounce(self, si: Any, met: Met, choice: Any, sample: Any) -> tuple[Any, Any, Any]:
+        """A direction that light takes from paint in the local frame, its weight, and whether the ground sent it.
+
+        Args:
+            si: The hit.
+            met: What was met.
+            choice: Uniform in [0, 1): between mirror and ground.
+            sample: mi.Point2f, uniform.
+        """
+        side = dr.sign(mi.Frame3f.cos_theta(si.wi))
+        arriving = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
+        facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.roughness, sample_visible=True)
+        normal, _ = facets.sample(arriving, sample)
+        mirrored = mi.reflect(arriving, normal)
+        on_ground = choice >= self.specular
+        away = dr.select(on_ground, mi.warp.square_to_cosine_hemisphere(sample), mirrored)
+        lit = dr.select(mirrored.z > 0, facets.smith_g1(mirrored, normal), 0)
+        weight = dr.select(on_ground, met.color, mi.Color3f(lit))
+        return mi.Vector3f(away.x, away.y, side * away.z), weight, on_ground
+
+    def lit(self, scene: Any, si: Any, met: Met, constants: Constants, samples: tuple[Any, Any], active: Any) -> Any:
+        """Radiance that the ground of paint sends on of lights within the body, straight or mirrored, mi.Color3f.
+
+        Args:
+            scene: The loaded scene.
+            si: Where a path meets the paint from within.
+            met: What it meets.
+            constants: Of the media.
+            samples: Two of mi.Point2f, uniform.
+            active: Which paths ask.
+        """
+        found = mi.Color3f(0)
+        for emitter in self._inside(scene):
+            found += self._straight(scene, emitter, si, constants, samples[0], active)
+            found += self._reflected(scene, emitter, si, constants, samples[1], active)
+        return dr.select(active, found * met.color * ((1 - self.specular) * dr.inv_pi), 0)
+
+    def _inside(self, scene: Any) -> list[Any]:
+        return [shape.emitter() for shape in scene.shapes() if shape.id() in self.lights]
+
+    def _straight(self, scene: Any, emitter: Any, si: Any, constants: Constants, sample: Any, active: Any) -> Any:
+        """Irradiance of a random point of a light."""
+        ds, weight = emitter.sample_direction(si, sample, active)
+        asked = active & self._faces(si, ds.d) & (dr.max(weight) > 0)
+        passed = _unblocked(scene, leave(si, ds.d), ds.dist, constants, asked)
+        return weight * (passed * dr.abs(dr.dot(si.n, ds.d)))
+
+    def _reflected(self, scene: Any, emitter: Any, si: Any, constants: Constants, sample: Any, active: Any) -> Any:
+        """Irradiance of a random point of a light by way of the lens face: that of the light on the mirrored place."""
+        image = mi.SurfaceInteraction3f(si)
+        image.p.z = 2 * self.plate_mm - si.p.z
+        ds, weight = emitter.sample_direction(image, sample, active)
+        away = mi.Vector3f(ds.d.x, ds.d.y, -ds.d.z)
+        first = (image.p.z - self.plate_mm) / dr.maximum(away.z, 1e-9)
+        asked = active & self._faces(si, away) & (dr.max(weight) > 0) & (away.z > 0) & (first < ds.dist)
+        passed = _unblocked(scene, leave(si, away), first, constants, asked)
+        turned = mi.Ray3f(image.p + ds.d * (first + BELOW_PLATE_MM), ds.d)
+        passed *= _unblocked(scene, turned, ds.dist - first - BELOW_PLATE_MM, constants, asked & (passed > 0))
+        passed *= mi.fresnel(-dr.abs(ds.d.z), constants.body_ior)[0]
+        return weight * (passed * dr.abs(dr.dot(si.n, away)))
+
+    def mirrored(self, si: Any) -> Any:
+        """Whether a hit from within is on the flat lens face."""
+        return (si.p.z > self.plate_mm - BELOW_PLATE_MM) & (si.n.z > LEVEL)
+
+    def _faces(self, si: Any, direction: Any) -> Any:
+        return dr.dot(si.n, direction) * mi.Frame3f.cos_theta(si.wi) > 0
+
+
+def _unblocked(scene: Any, ray: Any, length: Any, constants: Constants, active: Any) -> Any:
+    """Part of the light that comes along a ray within the body, 0 where something stands in its way."""
+    ray.maxt = length * SHORT_OF_LIGHT
+    seen = active & ~scene.ray_test(ray, active)
+    _, stretch = scattering_stretch(ray, length, constants.top_mm)
+    passed = dr.exp(-constants.body.sigma_t * stretch - constants.body.sigma_a * (length - stretch))
+    return dr.select(seen, passed, 0)
+
+
+@dataclass(slots=True, kw_only=True)
+class SentOn:
+    """How paths go on from paint; every field is a Dr.Jit array over rays."""
+
+    local: Any
+    """Direction in the local frame."""
+    share: Any
+    """Factor of the weight, 1 where nothing is painted."""
+    lit: Any
+    """Radiance of lights that were asked for, mi.Color3f."""
+    asks: Any
+    """Whether they were."""
+
+
+def send_on(
+    coating: Coating | None, scene: Any, si: Any, segment: Segment, face: Met, constants: Constants,
+    samples: tuple[Any, Any], sampler: Any, active: Any,
+) -> SentOn:  # fmt: skip
+    """Camera paths that go on from paint; a bare face takes no random number.
+
+    Args:
+        coating: Of the contact face, or None where it is bare.
+        scene: The loaded scene.
+        si: The hits.
+        segment: That end there.
+        face: What they meet.
+        constants: Of the media.
+        samples: Uniform, mi.Float and mi.Point2f, for the direction.
+        sampler: Of random numbers for the lights.
+        active: Which paths count.
+    """
+    if coating is None:
+        return SentOn(local=mi.Vector3f(0, 0, 1), share=mi.Float(1), lit=mi.Color3f(0), asks=mi.Bool(False))
+    painted = active & face.painted
+    within = painted & ~segment.entering
+    places = [mi.Point2f(sampler.next_float32(active), sampler.next_float32(active)) for _ in range(2)]
+    lit = coating.lit(scene, si, face, constants, (places[0], places[1]), within)
+    local, share, on_ground = coating.bounce(si, face, *samples)
+    return SentOn(local=local, share=dr.select(painted, share, 1), lit=lit, asks=within & on_ground)
+
+
+def bounced(coating: Coating | None, si: Any, face: Met, choice: Any, sample: Any) -> tuple[Any, Any]:
+    """Direction in the local frame in which particles leave paint, and the factor of their weight, 1 elsewhere.
+
+    Args:
+        coating: Of the contact face, or None where it is bare.
+        si: The hits.
+        face: What they meet.
+        choice: Uniform in [0, 1): between mirror and ground.
+        sample: mi.Point2f, uniform.
+    """
+    if coating is None:
+        return mi.Vector3f(0, 0, 1), mi.Float(1)
+    local, share, _ = coating.bounce(si, face, choice, sample)
+    return local, dr.select(face.painted, share, 1)
+
+
+def after_lens(coating: Coating | None, si: Any, asked: Any, reflected: Any) -> Any:
+    """What was asked for the lights after a reflection: only the first one at the lens face is known.
+
+    Args:
+        coating: Of the contact face, or None where it is bare.
+        si: The hits.
+        asked: Before it.
+        reflected: Which paths are reflected from within the body.
+    """
+    if coating is None:
+        return mi.UInt32(0)
+    return dr.select((asked == ASKED) & reflected & coating.mirrored(si), mi.UInt32(MIRRORED), 0)
+
+
+def meet_face(coating: Coating | None, si: Any, segment: Segment, reflectance: Any, sampler: Any, active: Any) -> Met:
+    """What hits on the body meet; a bare face takes no random number.
+
+    Args:
+        coating: Of the contact face, or None where it is bare.
+        si: The hits.
+        segment: That end there.
+        reflectance: Of the bare interface, by Fresnel's formula.
+        sampler: Of random numbers.
+        active: Which rays count.
+    """
+    if coating is None:
+        return Met(painted=mi.Bool(False), color=mi.Color3f(0), reflectance=reflectance, kept=mi.Float(1))
+    return coating.meet(si, segment, reflectance, sampler.next_float32(active), active)
+
+
+class FaceCoating:
+    """Coat and markers of a block, which follow its mesh."""
+
+    def __init__(self, elastomer: Elastomer, rig: Rig) -> None:
+        """Reads the paint of a design.
+
+        Args:
+            elastomer: The block.
+            rig: Its lens.
+        """
+        design, paint = elastomer.design, face_paint(elastomer.design)
+        coat = design.coat
+        texels = paint.texels if paint is not None else np.array(CLEAR).reshape(1, 1, 4)
+        pixel, origin = (paint.pixel_mm, paint.origin_mm) if paint is not None else (1.0, (0.0, 0.0))
+        opaque = isinstance(coat, OpaqueCoat)
+        self._texels = mi.Float(aligned(texels, np.float32).ravel())
+        self._rows, self._columns = texels.shape[:2]
+        self._specular = dr.opaque(mi.Float, coat.specular if isinstance(coat, OpaqueCoat) else 0.0)
+        self._roughness = dr.opaque(mi.Float, coat.roughness if isinstance(coat, OpaqueCoat) else 1.0)
+        self._plate = dr.opaque(mi.Float, design.height_mm + rig.lens.thickness_mm)
+        self._lights = tuple(lights_inside(rig))
+        self._film = None
+        if isinstance(coat, HalfMirror):
+            self._film = tuple(dr.opaque(mi.Float, each) for each in (coat.reflectance, coat.transmittance))
+        self.is_opaque = opaque
+        """Whether all of the face is painted."""
+        faces, vertices = elastomer.body.faces, elastomer.body.vertices
+        self._is_face = elastomer.is_face[faces].all(1)
+        self._faces = faces
+        self._places = (vertices[:, :2] - origin) / pixel
+        self._positions: Any = None
+        self._coating: Coating | None = None
+
+    @classmethod
+    def of(cls, elastomer: Elastomer, rig: Rig) -> Self | None:
+        """That of a block on a rig, or None where its face is bare."""
+        return cls(elastomer, rig) if elastomer.design.face_is_special else None
+
+    def on(self, body: Any) -> Coating:
+        """The coating of the body's mesh as it is now.
+
+        Args:
+            body: Its shape.
+        """
+        positions = mi.traverse(body)["vertex_positions"]
+        if self._coating is None or self._positions.index != positions.index:
+            self._coating, self._positions = self._mapped(mesh_of(body).vertices), mi.Float(positions)
+        return self._coating
+
+    def _mapped(self, vertices: Array) -> Coating:
+        maps = np.zeros((len(self._faces), 2, 4))
+        maps[:, :, 3] = NOT_ON_FACE
+        faces = self._faces[self._is_face]
+        maps[self._is_face] = affine_maps(vertices[faces], self._places[faces])
+        return Coating(
+            maps=mi.Float(aligned(maps, np.float32).ravel()), texels=self._texels, columns=self._columns,
+            rows=self._rows, specular=self._specular, roughness=self._roughness, film=self._film, plate_mm=self._plate,
+            lights=self._lights,
+        )  # fmt: skip
+
+
+def affine_maps(corners: Array, places: Array) -> Array:
+    """Maps of triangles in space to triangles in a plane, constant along their normals.
+
+    Args:
+        corners: Shape (triangles, 3, 3) [mm].
+        places: In the plane, shape (triangles, 3, 2).
+
+    Returns:
+        Rows of coefficients of x, y, z and 1, shape (triangles, 2, 4).
+    """
+    edges = (corners[:, 1:] - corners[:, :1]).swapaxes(1, 2)
+    steps = (places[:, 1:] - places[:, :1]).swapaxes(1, 2)
+    linear = steps @ np.linalg.pinv(edges)
+    shift = places[:, 0] - np.einsum("tij,tj->ti", linear, corners[:, 0])
+    return np.concatenate([linear, shift[..., None]], -1)

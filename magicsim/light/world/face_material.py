@@ -1,0 +1,115 @@
+"""A coated or marked contact face for Mitsuba's own integrators: a shape of its own with materials that they know."""
+
+from typing import Any
+
+import numpy as np
+
+from magicsim.geometry.coat import HalfMirror, OpaqueCoat
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.face_paint import FacePaint, face_paint
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.backend import dr, mi
+
+
+class FilmedDielectric(mi.BSDF):  # type: ignore[misc]
+    """A smooth dielectric with a film of metal on its inner side, see `film_on_face`."""
+
+    def __init__(self, properties: Any) -> None:
+        """Reads `ior`, `reflectance` and `transmittance`."""
+        super().__init__(properties)
+        self.ior = properties["ior"]
+        self.own, self.passed = properties["reflectance"], properties["transmittance"]
+        both = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+        self.m_components = [mi.BSDFFlags.DeltaReflection | both, mi.BSDFFlags.DeltaTransmission | both]
+        self.m_flags = self.m_components[0] | self.m_components[1]
+
+    def sample(self, context: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
+        """A reflected or refracted direction and its weight."""
+        del sample2
+        cosine = mi.Frame3f.cos_theta(si.wi)
+        bare, cosine_t, eta_it, eta_ti = mi.fresnel(cosine, mi.Float(self.ior))
+        series = dr.rcp(1 - self.own * bare)
+        inner = self.own + self.passed**2 * bare * series
+        outer = bare + dr.square(1 - bare) * self.own * series
+        back, through = dr.select(cosine > 0, outer, inner), self.passed * (1 - bare) * series
+        kept = back + through
+        reflected = sample1 * kept < back
+        bs = dr.zeros(mi.BSDFSample3f)
+        bs.pdf = dr.select(reflected, back, through) / dr.maximum(kept, 1e-9)
+        bs.sampled_component = dr.select(reflected, mi.UInt32(0), mi.UInt32(1))
+        bs.sampled_type = dr.select(
+            reflected, mi.UInt32(+mi.BSDFFlags.DeltaReflection), mi.UInt32(+mi.BSDFFlags.DeltaTransmission)
+        )
+        bs.wo = dr.select(reflected, mi.reflect(si.wi), mi.refract(si.wi, cosine_t, eta_ti))
+        bs.eta = dr.select(reflected, 1, eta_it)
+        scale = dr.square(eta_ti) if context.mode == mi.TransportMode.Radiance else mi.Float(1)
+        return bs, mi.Color3f(kept * dr.select(reflected, 1, scale)) & active
+
+    def eval(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        """Nothing but single directions."""
+        del context, si, wo, active
+        return mi.Color3f(0)
+
+    def pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        """Nothing but single directions."""
+        del context, si, wo, active
+        return mi.Float(0)
+
+    def eval_pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
+        """Nothing but single directions."""
+        return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
+
+    def to_string(self) -> str:
+        """One line for logs."""
+        return f"FilmedDielectric[reflectance={self.own}, transmittance={self.passed}]"
+
+
+mi.register_bsdf("filmed_dielectric", FilmedDielectric)
+
+
+def face_bsdf(elastomer: Elastomer) -> dict[str, Any]:
+    """Entry of the face's material in a scene's dictionary."""
+    design, paint = elastomer.design, face_paint(elastomer.design)
+    clear: dict[str, Any] = {"type": "dielectric", "int_ior": design.materials.body.ior, "ext_ior": 1.0}
+    if isinstance(design.coat, HalfMirror):
+        coat = design.coat
+        clear = {
+            "type": "filmed_dielectric",
+            "ior": design.materials.body.ior,
+            "reflectance": coat.reflectance,
+            "transmittance": coat.transmittance,
+        }
+    if paint is None:
+        return clear
+    ground: dict[str, Any] = {"type": "diffuse", "reflectance": _bitmap(paint, slice(0, 3))}
+    if isinstance(design.coat, OpaqueCoat) and design.coat.specular > 0:
+        alpha = design.coat.roughness
+        mirror = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": alpha}
+        ground = {"type": "blendbsdf", "weight": design.coat.specular, "first": ground, "second": mirror}
+    painted = {"type": "twosided", "bsdf": ground}
+    if design.is_opaque:
+        return painted
+    return {"type": "blendbsdf", "weight": _bitmap(paint, slice(3, 4)), "first": clear, "second": painted}
+
+
+def _bitmap(paint: FacePaint, channels: slice) -> dict[str, Any]:
+    data = np.ascontiguousarray(paint.texels[..., channels], np.float32)
+    return {"type": "bitmap", "data": mi.TensorXf(data), "raw": True, "filter_type": "bilinear", "wrap_mode": "clamp"}
+
+
+def face_places(elastomer: Elastomer) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Texture coordinates of the body's vertices, 0..1 over the paint, shape (vertices, 2)."""
+    paint = face_paint(elastomer.design)
+    if paint is None:
+        return np.zeros((len(elastomer.body.vertices), 2))
+    rows, columns = paint.texels.shape[:2]
+    places = (elastomer.body.vertices[:, :2] - paint.origin_mm) / paint.pixel_mm
+    return np.asarray(places / [columns, rows])
+
+
+def parted(elastomer: Elastomer) -> tuple[SurfaceMesh, SurfaceMesh]:
+    """The body's surface without its contact face, and that alone; both keep all vertices."""
+    mesh = elastomer.body
+    on_face = elastomer.is_face[mesh.faces].all(1)
+    rest, face = (SurfaceMesh(vertices=mesh.vertices, faces=mesh.faces[part]) for part in (~on_face, on_face))
+    return rest, face

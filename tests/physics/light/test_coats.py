@@ -1,0 +1,70 @@
+"""Coats, half mirrors, markers, LEDs and rings: against Mitsuba's path tracer, in a white furnace, and in balance."""
+
+import numpy as np
+import pytest
+
+from magicsim.scenes.view import View
+from magicsim.simulation.sensor import Sensor
+
+BLOCK = (
+    "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "design.skin_mm=0.5", "design.core_mm=3",
+    "design.cell_mm=0", "rig.ambient=[0.3,0.2,0.1]", "render.samples=64",
+)  # fmt: skip
+COAT = ('design.coat={kind="opaque",color=[0.6,0.5,0.4],specular=0.2,roughness=0.3}',)
+FILM = ('design.coat={kind="half_mirror",reflectance=0.5,transmittance=0.3}',)
+DOTS = (
+    'design.markers={kind="dots",pitch_mm=2,diameter_mm=1,color=[0.1,0.1,0.1],pattern="random",seed=3}',
+    *FILM,
+)
+BELOW = ('design.markers={kind="dots",pitch_mm=2,diameter_mm=1,color=[0.1,0.1,0.1],depth_mm=0.5}',)
+RING = ("rig.strips=[]", "rig.ring={radiance=[50,20,10],radius_mm=8,lobe=3}", *COAT)
+CASES = {"coat": COAT, "film": FILM, "dots": DOTS, "below": BELOW, "ring": RING}
+
+
+def images(scene, seeds):
+    sensor, found = Sensor.for_scene(scene), []
+    for seed in seeds:
+        sensor.renderer.seed = seed
+        found.append(sensor.renderer.plain_radiance(View()))
+    return np.array(found, np.float64)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_fluence_agrees_with_path_tracing(case, small_scene):
+    ours = images(small_scene("rest", *BLOCK, *CASES[case]), range(3))
+    path = images(
+        small_scene("rest", *BLOCK, *CASES[case], "render.estimator=path", "render.samples=256"), range(100, 103)
+    )
+    means = [each.mean((1, 2)) for each in (ours, path)]
+    noise = np.hypot(*(each.std(0, ddof=1) / np.sqrt(3) / each.mean(0) for each in means))
+    difference = np.abs(means[0].mean(0) / means[1].mean(0) - 1)
+    assert (difference < 0.005 + 3 * noise).all()
+    assert noise.max() < 0.03
+    blocks = [each.mean(0).reshape(8, 8, 6, 8, 3).mean((1, 3)) for each in (ours, path)]
+    assert np.abs(blocks[0] - blocks[1]).mean() < 0.03 * blocks[1].mean()
+
+
+@pytest.mark.parametrize("case", ["coat", "film", "dots"])
+def test_emitted_light_is_absorbed_or_escapes(case, small_scene):
+    loaded = Sensor.for_scene(small_scene("rest", *BLOCK, *CASES[case])).renderer.world(View()).scene
+    for name in ("strip0", "strip2"):
+        account = loaded.integrator().balance(loaded, name, particles=60_000, seed=5)
+        assert account["absorbed"] + account["escaped"] == pytest.approx(account["emitted"], rel=0.005)
+    if case == "coat":
+        assert account["absorbed"] > 0.5 * account["emitted"]
+
+
+@pytest.mark.parametrize(
+    "coat",
+    [
+        'design.coat={kind="opaque",color=[1,1,1]}',
+        'design.coat={kind="half_mirror",reflectance=0.6,transmittance=0.4}',
+    ],
+)
+def test_face_without_losses_keeps_a_white_furnace(coat):
+    from laboratory.light.optics import check_optics
+
+    row = check_optics("default, rest", "design.footprint_mm=[8, 9]", "rig.camera.field_mm=7.5", coat)
+    assert row.is_finite
+    assert abs(row.camera_error) < 0.005
+    assert abs(row.balance_error) < 0.005

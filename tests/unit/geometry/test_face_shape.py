@@ -1,0 +1,96 @@
+"""Domes and height maps: closed forms, the map of the block and its inverse, and what is refused."""
+
+import numpy as np
+import pytest
+
+from magicsim.config.models import load_preset
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.elastomer import block_volume_mm3, build_elastomer
+from magicsim.geometry.face_shape import Dome, HeightMap, flattened, lifted, normal_at
+from magicsim.geometry.files.part import printed_parts
+from magicsim.geometry.first_touch import first_touch_mm
+from magicsim.geometry.objects import parse_object
+from magicsim.geometry.pose import Pose
+
+PLACES = np.random.default_rng(1).uniform(-6, 6, (200, 2))
+
+
+def dome(**changes):
+    return Dome(kind="dome", **{"radius_x_mm": 20.0, "radius_y_mm": 20.0, "crown_mm": 3.0, "rim_mm": 0.0} | changes)
+
+
+def test_equal_radii_are_a_sphere_and_one_alone_a_cylinder():
+    across = (PLACES**2).sum(1)
+    np.testing.assert_allclose(dome().rise_mm(PLACES), 20 - np.sqrt(400 - across), atol=1e-12)
+    np.testing.assert_allclose(
+        dome(radius_y_mm=None).rise_mm(PLACES), 20 - np.sqrt(400 - PLACES[:, 0] ** 2), atol=1e-12
+    )
+
+
+def test_normals_point_from_the_centre_of_a_sphere():
+    centre = np.array([0, 0, 20.0])
+    points = np.column_stack([PLACES, dome().rise_mm(PLACES)])
+    np.testing.assert_allclose(normal_at(dome(), PLACES), (points - centre) / 20, atol=1e-6)
+
+
+def test_rim_is_smooth_and_ends_at_the_crown():
+    x = np.linspace(0, 15, 3001)
+    rise = dome(crown_mm=1.5, rim_mm=0.4).rise_mm(np.column_stack([x, 0 * x]))
+    assert rise[0] == 0
+    assert rise[-1] == pytest.approx(1.5)
+    slope = np.diff(rise) / np.diff(x)
+    assert np.abs(np.diff(slope)).max() < 0.01
+    assert (slope >= -1e-12).all()
+
+
+@pytest.mark.parametrize("face", [None, dome(crown_mm=2.0, rim_mm=0.3)])
+def test_flattening_undoes_lifting(face):
+    points = np.column_stack([PLACES, np.linspace(0, 6, len(PLACES))])
+    np.testing.assert_allclose(flattened(lifted(points, face, 6.0), face, 6.0), points, atol=1e-12)
+
+
+@pytest.mark.parametrize("side", [0.0, 3.0, 7.0])
+def test_ball_touches_a_spherical_dome_where_their_centres_say(side):
+    ball = parse_object("sphere:radius_mm=4").shape()
+    pose = Pose.from_degrees(np.array([side, 0, -4.0]))
+    travel = first_touch_mm(ball, pose, dome(crown_mm=9.0), (24.0, 32.0))
+    assert travel == pytest.approx(20 - np.sqrt(24**2 - side**2) + 4, abs=2e-5)
+
+
+def test_height_map_is_read_with_its_rows_from_above(tmp_path):
+    x, y = np.meshgrid(np.linspace(-12, 12, 25), np.linspace(16, -16, 33))
+    path = tmp_path / "face.npy"
+    np.save(path, 5 - 0.01 * x**2 - 0.02 * (y - 2) ** 2)
+    face = HeightMap(kind="height_map", file=str(path), footprint_mm=(24.0, 32.0))
+    expected = 0.01 * PLACES[:, 0] ** 2 + 0.02 * (PLACES[:, 1] - 2) ** 2
+    np.testing.assert_allclose(face.rise_mm(PLACES), expected, atol=2e-3)
+
+
+def design(*overrides):
+    return load_preset(ElastomerDesign, "design", "mini-magictac", ["footprint_mm=[8,9]", *overrides])
+
+
+def test_curved_print_is_watertight_and_has_its_volume():
+    curved = design('face={kind="dome",radius_x_mm=12,radius_y_mm=16,crown_mm=1.2}')
+    parts = printed_parts(build_elastomer(curved))
+    assert all(part.mesh.is_watertight() for part in parts)
+    assert sum(part.mesh.volume_mm3() for part in parts) == pytest.approx(block_volume_mm3(curved), rel=5e-3)
+    lowest = parts[0].mesh.vertices[:, 2].min()
+    assert 0 <= lowest < 0.02
+
+
+@pytest.mark.parametrize(
+    ("face", "said"),
+    [
+        ('{kind="dome",radius_x_mm=8,crown_mm=5}', "crown_mm = 5 is not allowed"),
+        ('{kind="dome",crown_mm=1}', "radius_x_mm and radius_y_mm are missing"),
+        ('{kind="dome",radius_x_mm=2,crown_mm=3}', "must be at most the smaller radius"),
+        ('{kind="dome",radius_x_mm=20,crown_mm=1,rim_mm=2}', "rim_mm = 2 is not allowed"),
+        ('{kind="height_map",file="none.npy",footprint_mm=[8,9]}', "must be a PNG or an NPY"),
+    ],
+)
+def test_face_that_cannot_be_is_told_in_one_line(face, said):
+    with pytest.raises(ConfigError, match=said) as caught:
+        design(f"face={face}")
+    assert "\n" not in str(caught.value)
