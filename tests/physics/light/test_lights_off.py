@@ -64,8 +64,8 @@ def test_sensor_without_light_gives_black_frames_and_one_warning(
     episode = simulate(scene(*settings, "rig.flashlight.radiance=[0,0,0]"))
     assert [frame.image.mean() < 1 for frame in episode.frames] == [True] * 4
     assert [record.message for record in caplog.records] == [
-        "frame 0 is black (mean grey level 0): no strip of rig.strips shines, and the room is dark (rig.ambient, "
-        "rig.room)"
+        "frame 0 is black (mean grey level 0): no light of rig.strips, rig.leds and rig.ring shines, "
+        "and the room is dark (rig.ambient, rig.room)"
     ]
 
 

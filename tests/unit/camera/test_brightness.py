@@ -25,7 +25,7 @@ def grey(level: float, *, white: float = 0.0) -> np.ndarray:
         (LIT, grey(90, white=0.6), False, "rig.camera.exposure_grey = 90 is too bright"),
         (LIT, grey(90, white=0.6), True, "rig.flashlight.radiance = [1.0, 1.0, 1.0] is too bright"),
         (LIT, grey(0), False, "design.materials.infill.sigma_s_per_mm"),
-        (DARK, grey(0), False, "no strip of rig.strips shines"),
+        (DARK, grey(0), False, "no light of rig.strips, rig.leds and rig.ring shines"),
     ],
 )
 def test_black_and_saturated_frames_name_the_field(
