@@ -2,9 +2,9 @@
 
     python detectors/calibrate.py              # nine minutes on two cores
 
-The episodes run the demo's story with a box, a cylinder, a small dark ball and a flat punch, off centre, with seeds of
-their own, and each before another sensor: in an office, in the dark on a print with thicker walls, beside a window
-behind a noisier camera, in a brighter room. Options are chosen among `CANDIDATES`; thresholds are fitted exactly and
+The episodes run the demo's story with a box, a cylinder, a small dark ball, a flat punch, a ball of an orange's size and
+a thick light cylinder, off centre, with seeds of their own, before several sensors: in an office, in the dark on a
+print with thicker walls, beside a window behind a noisier camera and behind a quiet one, in a brighter office. Options are chosen among `CANDIDATES`; thresholds are fitted exactly and
 keep four standard deviations from each of these sensors at rest (`magicsim.detectors.profiles.calibrate`).
 """
 
@@ -29,18 +29,21 @@ TRAINING = (
      ("rig.room='dark'", "design.wall_mm=0.12", "design.cell_mm=0.78")),
     ("sphere:radius_mm=3,color=0.25x0.25x0.3", 103, (3.0, 4.0), 1.0, ("rig.room='window'", DIM, *WEBCAM)),
     ("punch:radius_mm=3,edge_radius_mm=0.5,color=0.6x0.15x0.1", 104, (-3.0, -5.0), 0.7, (BRIGHT,)),
+    ("sphere:radius_mm=25,color=0.6x0.35x0.25", 105, (1.0, -1.0), 0.3, ()),
+    ("cylinder:radius_mm=8,length_mm=24,axis=x,edge_radius_mm=0.5,color=0.8x0.75x0.6", 106, (0.0, 2.0), 0.4,
+     ("rig.room='window'",)),
 )  # fmt: skip
 CANDIDATES = Candidates(
-    tau_b=(25, 35, 45, 60),
+    tau_b=(15, 25, 35, 45, 60),
     polarity=("dark", "bright"),
     similarity=("recall", "iou"),
     grid_blur_px=(3, 5),
     difference_blur_px=(0, 5),
 )
-COMMENT = """Fitted by detectors/calibrate.py on four simulated episodes of mini-magictac with the lights and lens of
-digit-office (a box, a cylinder, a small dark ball and a flat punch; seeds 101 to 104): in an office, in the dark on a
-print with thicker walls, beside a window behind a noisier camera, and in a brighter office. Fit again for another
-design or rig."""
+COMMENT = """Fitted by detectors/calibrate.py on six simulated episodes of mini-magictac with the lights and lens of
+digit-office (a box, two cylinders, a small dark ball, a flat punch, a ball of an orange's size; seeds 101 to 106): in
+offices of two brightnesses, in the dark on a print with thicker walls, beside a window behind a noisier camera and
+behind a quiet one. Fit again for another design or rig."""
 
 
 def training_scene(
