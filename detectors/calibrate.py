@@ -2,10 +2,11 @@
 
     python detectors/calibrate.py              # nine minutes on two cores
 
-The episodes run the demo's story with a box, a cylinder, a small dark ball, a flat punch, a ball of an orange's size and
-a thick light cylinder, off centre, with seeds of their own, before several sensors: in an office, in the dark on a
-print with thicker walls, beside a window behind a noisier camera and behind a quiet one, in a brighter office. Options are chosen among `CANDIDATES`; thresholds are fitted exactly and
-keep four standard deviations from each of these sensors at rest (`magicsim.detectors.profiles.calibrate`).
+The episodes run the demo's story with a box, a cylinder, a small dark ball, a flat punch, a ball of an orange's size
+and a thick light cylinder, off centre, with seeds of their own, before several sensors: in an office, in the dark on a
+print with thicker walls, beside a window behind a noisier camera and behind a quiet one, in a brighter office. Options
+are chosen among `CANDIDATES`; thresholds are fitted exactly and keep four standard deviations from each of these
+sensors at rest (`magicsim.detectors.profiles.calibrate`).
 """
 
 import argparse
