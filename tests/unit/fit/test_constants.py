@@ -8,9 +8,12 @@ from magicsim.scenes.scene import load_scene
 @pytest.mark.parametrize("name", CONSTANTS)
 def test_default_sensor_lies_in_every_assumed_range(name: str):
     each = CONSTANTS[name]
-    share = each.share(value_of(load_scene("rest"), each.path))
+    special = name.startswith(("gel", "coat", "press", "ring"))
+    pressed = ["keyframes=[{frame=0,gap_mm=-1.9}]"] if special else []
+    scene = load_scene("translucent-9dtact" if special else "rest", pressed)
+    share = each.share(value_of(scene, each.path))
     assert 0 <= share <= 1
-    assert each.at(share) == pytest.approx(value_of(load_scene("rest"), each.path))
+    assert each.at(share) == pytest.approx(value_of(scene, each.path))
 
 
 def test_value_outside_its_range_is_refused():

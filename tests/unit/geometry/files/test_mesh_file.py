@@ -127,5 +127,7 @@ def test_empty_path_is_refused():
 def test_missing_file_and_folder_are_refused(tmp_path: Path):
     (tmp_path / "folder.stl").mkdir()
     for name in ("missing.stl", "folder.stl"):
-        with pytest.raises(ConfigError, match=r"does not exist \(paths are relative to the current directory\)"):
+        with pytest.raises(
+            ConfigError, match=r"does not exist \(paths start beside the TOML file, or in the current folder\)"
+        ):
             load_mesh(str(tmp_path / name))

@@ -9,7 +9,6 @@ from magicsim.light.backend import VARIANT
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.records.untouched_store import UntouchedStore, default_store
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
@@ -25,7 +24,7 @@ def sensor(store):
 
 def image(store):
     made = sensor(store)
-    return made.radiance(timeline(made.scene)[0], made.rest)
+    return made.radiance(made.states[0], made.rest)
 
 
 @pytest.fixture
