@@ -8,6 +8,7 @@ from magicsim.light.variant import LLVM_VARIANT, activate_variant
 from magicsim.scenes.scene import SceneConfig, load_scene
 
 SMALL = (
+    "rig=digit-rgb",
     "rig.camera.columns=48",
     "rig.camera.rows=64",
     "render.samples=16",

@@ -139,7 +139,7 @@ def test_sensor_with_other_random_numbers_is_that_of_a_scene_with_these(small_sc
     np.testing.assert_array_equal(shown[1], other.renderer.radiance(view))
     np.testing.assert_array_equal(shown[2], shown[0])
     assert np.abs(shown[1] - shown[0]).max() > 0
-    assert (second.scene.seed, first.scene.seed) == (3, 1)
+    assert (second.seed, first.seed) == (3, 1)
 
 
 def test_sensors_of_one_seed_share_what_their_frames_refer_to_and_of_another_do_not(small_scene):

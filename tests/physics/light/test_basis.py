@@ -8,6 +8,7 @@ from magicsim.light.variant import LLVM_VARIANT, activate_variant
 from magicsim.scenes.scene import load_scene
 
 SMALL = [
+    "rig=digit-rgb",
     "design.footprint_mm=[6,6]", "design.core_mm=2.0", "rig.camera.columns=12", "rig.camera.rows=12",
     "rig.camera.field_mm=5.0", "render.samples=8", "render.particles=4000",
 ]  # fmt: skip

@@ -10,6 +10,7 @@ from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.stream import simulate
 
 SMALL = [
+    "rig=digit-rgb",
     "design.footprint_mm=[6,6]", "design.core_mm=2.0", "rig.camera.columns=12", "rig.camera.rows=12",
     "rig.camera.field_mm=5.0", "render.samples=4", "render.particles=2000", "render.anchor_samples=4",
     "render.anchor_particles=2000", "references=1", "object.radius_mm=2.0", "design.lattice.spacing_mm=1.0",
