@@ -15,7 +15,15 @@ from magicsim.detectors.profiles.profile_schema import profile_schema
 LOWEST, HIGHEST = {"minimum", "exclusiveMinimum"}, {"maximum", "exclusiveMaximum"}
 OWN_FILES = {"Manifest", "ShardEntry", "FailedEpisode", "SweepIndex"}
 """Written by magicsim alone and checked against the files beside them; a count in them has no largest value."""
-NOT_MODELS = ("bench", "cli", "detectors.__main__", "__main__", "robot.environment", "dataset.export")
+NOT_MODELS = (
+    "bench",
+    "cli",
+    "detectors.__main__",
+    "__main__",
+    "robot.environment",
+    "dataset.export",
+    "dataset.torch",
+)
 """Modules that need extras or run something; none of them defines a configuration."""
 
 
