@@ -20,7 +20,7 @@ OPTIONAL = (
     (
         "PARDISO",
         "pypardiso",
-        "SuperLU solves contact: forces within tolerance of the same, in ten times the processor time",
+        "SuperLU solves contact: forces within tolerance of the same, in five times the processor time",
         "x86-64 only",
     ),
     ("lib3mf", "lib3mf", "no export to .3mf; .stl and .glb remain", "not for Linux on ARM"),

@@ -60,7 +60,7 @@ def examine(*, clear_cache: bool = False) -> Examination:
         )
     fast = importlib.util.find_spec("pypardiso") is not None
     if not fast:
-        problems.append("solving takes ten times as long without PARDISO; `pip install pypardiso` on x86-64")
+        problems.append("solving takes five times as long without PARDISO; `pip install pypardiso` on x86-64")
     return Examination(
         variant=os.environ.get(VARIANT_VARIABLE) or (LLVM_VARIANT if reason is None else SCALAR_VARIANT),
         can_ask_for=offered_variants(),
