@@ -1,6 +1,6 @@
 """How probably a touch or an object is detected, against depth, force and gap, by object and room.
 
-    python benchmarks/detection_curves.py --out docs/benchmarks        # five minutes on two cores
+    python benchmarks/detection_curves.py --out docs/benchmarks        # six minutes on two cores, beside other work
 
 Each state of each object before the default sensor in each room is rendered once and photographed `DRAWS` times. Told
 are, by the profile `calibrated`: the share of photographs called Touched against depth and force, and called

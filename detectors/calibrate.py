@@ -1,6 +1,6 @@
 """Fits `detectors/calibrated.toml` on simulated episodes of other objects and other seeds than the demo's.
 
-    python detectors/calibrate.py              # nine minutes on two cores
+    python detectors/calibrate.py              # eight minutes on two cores, beside other work
 
 The episodes run the demo's story with a box, a cylinder, a small dark ball, a flat punch, a ball of an orange's size
 and a thick light cylinder, off centre, with seeds of their own, before several sensors: in an office, in the dark on a

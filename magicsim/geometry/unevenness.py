@@ -12,6 +12,8 @@ from magicsim.geometry.grid import CellGrid
 
 Array = npt.NDArray[np.float64]
 WAVES = 48
+STREAM = 0x9E37
+"""Keeps a print's random numbers apart from others of that seed."""
 CUTOFF_SD = 2.0
 """A wall differs from the drawing by at most so many standard deviations."""
 
@@ -26,7 +28,7 @@ def printed_cells(vertices: Array, grid: CellGrid, unevenness: Unevenness) -> Ar
     """
     if unevenness.is_even:
         return vertices
-    random = np.random.default_rng(np.random.SeedSequence([unevenness.seed, 0x9E37]))
+    random = np.random.default_rng(np.random.SeedSequence([unevenness.seed, STREAM]))
     centres = np.repeat(grid.centres_mm(), len(vertices) // grid.cell_count, axis=0)
     # A wall takes half of what each of its two cells leaves: independent cells of sqrt(2) sd give it one sd.
     limit = np.sqrt(2) * unevenness.wall_sd_mm
