@@ -23,8 +23,10 @@ from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouche
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.records.untouched_store import default_store
 from magicsim.light.transport.light_field import LightField
+from magicsim.light.transport.light_starts import ROOM_PART
 from magicsim.light.transport.regions import Regions
 from magicsim.light.world.finish import Finish
+from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside, Outsides
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
@@ -128,8 +130,9 @@ class Renderer(PlainRenderer):
         settings = self.settings
         names = lights_of(self.world(View()))
         each = max(1, settings.anchor_particles // max(1, len(names)))
+        particles = {name: max(1, each // ROOM_PART) if name == ENVIRONMENT else each for name in names}
         return self._state(
-            untouched_key(self.elastomer.design, self.rig, settings), dict.fromkeys(names, each),
+            untouched_key(self.elastomer.design, self.rig, settings), particles,
             seed=settings.anchor_seed, samples=settings.anchor_samples, recorded=each // RECORDED_PARTS,
         )  # fmt: skip
 
@@ -155,7 +158,7 @@ class Renderer(PlainRenderer):
             most = max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
             state = untouched(
                 self.world(View()).scene, particles, seed=seed, samples=min(samples, most), recorded=recorded,
-                regions=regions,
+                with_room=regions is not None, regions=regions,
             )  # fmt: skip
             self._untouched.keep(key, state, on_disk=regions is None)
         return state

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.light.frame.anchored_light import anchored_light
+from magicsim.light.frame.room_change import room_change
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_light
 from magicsim.light.transport.integrator import FluenceIntegrator
@@ -111,33 +112,29 @@ def _own_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouche
     lit = replace(anchored_light({"": lit}, {"": known}, {"": known}, counts, voxels)[""], irradiance=back.irradiance)
     if ENVIRONMENT not in careful.fields:
         return lit
-    room = _room(scene, outside, cheap, seed=seed)
     traced, rest = (each.fields[ENVIRONMENT] for each in (cheap, careful))
+    change = room_change(scene, outside, cheap, seed=seed)
+    room = replace(traced, fluence=traced.fluence + change.fluence, body=traced.body + change.body)
     changed = anchored_light({"": room}, {"": traced}, {"": rest}, counts, voxels)[""]
     return LightField(
         fluence=lit.fluence + changed.fluence - rest.fluence,
         body=lit.body + changed.body - rest.body,
-        irradiance=lit.irradiance + room.irradiance,
+        irradiance=lit.irradiance + change.irradiance,
     )
 
 
 def _traced_before(scene: Any, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
     """Light of strips and room with something outside, by the particles of the frame."""
     integrator: FluenceIntegrator = scene.integrator()
-    fields = dict(cheap.fields)
-    if ENVIRONMENT in fields:
-        fields[ENVIRONMENT] = _room(scene, outside, cheap, seed=seed)
-    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in fields.values()]
+    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in cheap.fields.values()]
     rest = total([integrator.darkness(scene), *unseen])
-    back = follow_light(scene, outside, cheap.light, seed=seed)
-    return replace(rest, fluence=rest.fluence + back.fluence, body=rest.body + back.body, irradiance=back.irradiance)
-
-
-def _room(scene: Any, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
-    """Light of the room, of which the object keeps some out, by the particles of the frame."""
-    integrator: FluenceIntegrator = scene.integrator()
-    count = {ENVIRONMENT: cheap.particles[ENVIRONMENT]}
-    return integrator.light_fields(scene, count, seed=seed, outside=outside)[ENVIRONMENT]
+    back = [follow_light(scene, outside, cheap.light, seed=seed)]
+    if ENVIRONMENT in cheap.fields:
+        back.append(room_change(scene, outside, cheap, seed=seed))
+    fluence, body, irradiance = (
+        sum(getattr(each, name) for each in back) for name in ("fluence", "body", "irradiance")
+    )
+    return replace(rest, fluence=rest.fluence + fluence, body=rest.body + body, irradiance=irradiance)
 
 
 def _flashlight(scene: Any, outside: Outside, *, seed: int) -> LightField:

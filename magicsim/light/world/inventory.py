@@ -6,13 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.backend import mi
 from magicsim.light.transport.coating import FaceCoating
 from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.grid_state import GridState, GridStates
 from magicsim.light.world.irradiance import IrradianceKernel, irradiance_kernel
 from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.light.world.outside import Outside
-from magicsim.light.world.room_light import Room
+from magicsim.light.world.room_light import Beam, room_beams
 from magicsim.light.world.shapes import Shapes, lights, mesh_of, shape_named, wetted
 
 FloatArray = npt.NDArray[np.float64]
@@ -122,9 +123,17 @@ def emitter_of(scene: Any, name: str, outside: Outside | None = None) -> Any:
     return scene.environment() if name == ENVIRONMENT else shape_named(scene, name).emitter()
 
 
-def room_of(scene: Any, name: str, outside: Outside | None = None) -> Room | None:
-    """What the room shines on, for the room's light; None for others."""
-    if name != ENVIRONMENT:
-        return None
-    beyond = outside.scene.bbox() if outside is not None else None
-    return Room.around(scene.bbox(), beyond)
+def beams_of(scene: Any, outside: Outside | None = None) -> list[Beam]:
+    """The beams in which light of the room comes, see `room_beams`."""
+    moving = {OBJECT, GHOST, FLASHLIGHT}
+    boxes = {shape.id(): shape.bbox() for shape in scene.shapes()}
+    sensor = mi.ScalarBoundingBox3f()
+    for name, box in boxes.items():
+        if name not in moving:
+            sensor.expand(box)
+    target = outside.object.bbox() if outside is not None and outside.object is not None else boxes.get(OBJECT)
+    others = [box for name, box in boxes.items() if name in moving]
+    if outside is not None:
+        others.append(outside.scene.bbox())
+    block = boxes.get(PLACE, boxes.get(BODY))
+    return room_beams(sensor, block, boxes.get(HOUSING), target, others)
