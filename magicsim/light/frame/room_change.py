@@ -56,9 +56,7 @@ def _is_kept_out(scene: Any, outside: Outside, starts: LightStarts) -> Any:
     return there.is_valid() & (~block.is_valid() | (there.t < block.t))
 
 
-def _beside(
-    integrator: FluenceIntegrator, scene: Any, outside: Outside, parts: list[Sent]
-) -> list[Tracks]:
+def _beside(integrator: FluenceIntegrator, scene: Any, outside: Outside, parts: list[Sent]) -> list[Tracks]:
     """What the object sends on of light that would have met nothing else that counts."""
     tracks = []
     for chunk in chunks(parts):

@@ -183,9 +183,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             return [first]
         beams = beams_of(scene, outside)
         fewer = max(1, round(ROUND_OBJECT * count))
-        around = first._replace(
-            particles=fewer, seed=SEEDS_PER_RENDER * seed + ROOM_ON_OBJECT, weight=count / fewer
-        )
+        around = first._replace(particles=fewer, seed=SEEDS_PER_RENDER * seed + ROOM_ON_OBJECT, weight=count / fewer)
         return [each._replace(beam=beam) for each, beam in zip((first, around), beams, strict=False)]
 
     def with_lit_object(

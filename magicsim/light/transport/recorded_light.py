@@ -105,9 +105,7 @@ class RecordedLight:
         column = [*self.rays.o, *self.rays.d, *self.weights, self.brightest]
         return np.stack([np.array(each) for each in column], 1)
 
-    def met(
-        self, outside: Outside, *, seed: int, gone: npt.NDArray[np.bool_] | None = None
-    ) -> LightStarts | None:
+    def met(self, outside: Outside, *, seed: int, gone: npt.NDArray[np.bool_] | None = None) -> LightStarts | None:
         """The particles that meet the object, None where none does.
 
         Args:

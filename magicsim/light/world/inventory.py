@@ -1,5 +1,6 @@
 """What both passes ask of a loaded scene: its shapes by their role, its lights, its cells, its object."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from magicsim.light.backend import mi
 from magicsim.light.transport.coating import FaceCoating
 from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.grid_state import GridState, GridStates
-from magicsim.light.world.irradiance import IrradianceKernel, irradiance_kernel
+from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.light.world.outside import Outside
 from magicsim.light.world.room_light import Beam, room_beams
@@ -29,7 +30,7 @@ class Inventory:
         self.triangles_per_cell = triangles_per_cell
         self._object_mesh: SurfaceMesh | None = None
         self._grids = GridStates(triangles_per_cell)
-        self._kernels: dict[bool, IrradianceKernel] = {}
+        self._kernels: dict[tuple[bool, int], IrradianceKernel] = {}
         self._block: dict[str, Any] = {}
         self._coating: FaceCoating | None = None
 
@@ -97,18 +98,27 @@ class Inventory:
     def gathered_irradiance(
         self, scene: Any, shapes: Shapes, flux: FloatArray, areas_mm2: FloatArray, otherwise: FloatArray
     ) -> FloatArray:
-        """Irradiance of the object's triangles from samples, see `IrradianceKernel.gathered`."""
-        return self._kernel(shapes).gathered(flux, areas_mm2, wetted(scene, shapes), otherwise)
+        """Irradiance of the object's triangles from samples, see `IrradianceKernel.gathered` and `widened`."""
+        mesh, wet = mesh_of(shapes.object), wetted(scene, shapes)
+        away_mm = -mesh.vertices[mesh.faces, 2].mean(1)
+
+        @cache
+        def gathered(doublings: int) -> FloatArray:
+            return self._kernel(shapes, doublings).gathered(flux, areas_mm2, wet, otherwise)
+
+        return widened(gathered, away_mm)
 
     def _in_block(self, scene: Any, name: str) -> Any:
         return self._block[name] if self._block else shape_named(scene, name)
 
-    def _kernel(self, shapes: Shapes) -> IrradianceKernel:
+    def _kernel(self, shapes: Shapes, doublings: int = 0) -> IrradianceKernel:
         present = shapes.object is not None
-        if present not in self._kernels:  # The object is rigid, so once is enough.
+        key = (present, doublings)
+        if key not in self._kernels:  # The object is rigid, so once is enough.
             seen = mesh_of(shapes.object) if present else NOTHING
-            self._kernels[present] = irradiance_kernel((self._object_mesh if present else None) or seen)
-        return self._kernels[present]
+            mesh = (self._object_mesh if present else None) or seen
+            self._kernels[key] = irradiance_kernel(mesh, SMOOTHING_MM * 2**doublings)
+        return self._kernels[key]
 
 
 def light_names(scene: Any, outside: Outside | None = None) -> list[str]:
