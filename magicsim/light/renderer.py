@@ -214,9 +214,16 @@ class Renderer(PlainRenderer):
             return lit
         before = lifted(placed) if placed is not None and _reaches(placed) else placed
         world = self.world(view).scene
-        field = touched_light(world, self._before_contact(before), careful, seed=seed)
+        field = touched_light(world, self._before_contact(before), careful, self._contact(placed), seed=seed)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
         return found
+
+    def _contact(self, placed: Array | None) -> SurfaceMesh | None:
+        """The object's surface where it may touch, None without an object."""
+        if placed is None or self.object_mesh is None:
+            return None
+        faces = self.object_mesh.faces
+        return SurfaceMesh(vertices=placed, faces=faces[(placed[faces, 2] >= -CLEAR_MM).any(1)])
 
     def _before_contact(self, placed: Array | None) -> Before:
         """Light of the last state before contact, kept for other depths of one press."""
@@ -247,9 +254,9 @@ class Renderer(PlainRenderer):
             if mesh is not None and now is not None:
                 far = np.linalg.norm(now - mesh.vertices, axis=1) > self.settings.reuse_mm
                 moved |= reach @ far.astype(np.float32) > 0
-        if placed is not None and self.object_mesh is not None:
-            touching = self.object_mesh.faces[(placed[self.object_mesh.faces, 2] >= -CLEAR_MM).any(1)]
-            moved |= regions.reach(placed, touching).sum(1).A1 > 0
+        contact = self._contact(placed)
+        if contact is not None:
+            moved |= regions.reach(contact.vertices, contact.faces).sum(1).A1 > 0
         return paths.meet(regions.bits(moved), pixels)
 
     def _regions(self) -> Regions:

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.light.frame.anchored_light import anchored_light
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.frame.anchored_light import Expected, anchored_light
+from magicsim.light.frame.contact_share import contact_share
 from magicsim.light.frame.room_change import room_change
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_light
@@ -76,13 +78,17 @@ def before_contact(scene: Any, outside: Outside, careful: Untouched, cheap: Unto
     )
 
 
-def touched_light(world: Any, before: Before, careful: Untouched, *, seed: int) -> LightField:
+def touched_light(
+    world: Any, before: Before, careful: Untouched, contact: SurfaceMesh | None, *, seed: int
+) -> LightField:
     """Light in the deformed block and on the object.
 
     Args:
         world: The loaded scene of the frame.
         before: Light of the last state before contact.
         careful: The untouched sensor.
+        contact: The object's surface where it touches, which tells how large changes may be; all that is found counts
+            where nobody knows.
         seed: Of the frame.
     """
     integrator: FluenceIntegrator = world.integrator()
@@ -94,9 +100,21 @@ def touched_light(world: Any, before: Before, careful: Untouched, *, seed: int) 
     growth = np.divide(held, held_before, out=np.zeros_like(held), where=held_before > 0)
     voxels = integrator.voxels.counts if integrator.voxels is not None else None
     states = [_by_channel(each) for each in (now, before.traced, before.careful)]
-    found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth)
+    expected = _expected(world, integrator, contact) if contact is not None else None
+    found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth=growth, expected=expected)
     anchored = replace(total(list(found.values())), irradiance=now.irradiance)
     return total([anchored, *([lamp] if lamp is not None else [])])
+
+
+def _expected(world: Any, integrator: FluenceIntegrator, contact: SurfaceMesh) -> Expected:
+    """What share of the light of each cell and voxel comes from the contact."""
+    places = integrator.inventory.centres_mm(world)
+    parts = integrator.voxels.body_part(world, integrator.inventory.shapes(world)) if integrator.voxels else None
+    voxels = parts.centres_mm if parts is not None else np.zeros((1, 3))
+    return Expected(
+        cells=contact_share(places, contact.vertices, contact.faces),
+        voxels=contact_share(voxels, contact.vertices, contact.faces),
+    )
 
 
 def _own_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
