@@ -40,5 +40,6 @@ def scaled_targets(samples: Samples, config: ModelConfig) -> npt.NDArray[np.floa
     found = (samples.targets - np.array(config.target_mean)) / np.array(config.target_sd)
     for place, label in enumerate(samples.labels):
         if label.kind == "choice":
-            found[:, place] = np.searchsorted(label.choices, samples.targets[:, place])
+            values = samples.targets[:, place]
+            found[:, place] = np.where(np.isfinite(values), np.searchsorted(label.choices, values), np.nan)
     return np.asarray(found, np.float32)
