@@ -21,22 +21,23 @@ from .made import made_samples
 SETTINGS = LearningSettings(epochs=14, patience=14, batch=8, long_side_px=0)
 
 
-def trained(settings=SETTINGS, network="small", **options):
-    samples = made_samples()
+def trained(settings=SETTINGS, network="small", presses=24, **options):
+    samples = made_samples(presses)
     split = split_of(samples, Fit(name="press-0", network=network, fold=0, folds=4), settings, seed=3)
     config = model_config(samples, split.train, settings, network=network, frame_size=(20, 16), study="test")
     return samples, split, config, train(samples, split, settings, config, seed=3, **options)
 
 
 def test_network_learns_a_number_a_flag_and_a_choice():
-    samples, split, config, done = trained()
+    settings = SETTINGS.model_copy(update={"epochs": 20, "batch": 16})
+    samples, split, config, done = trained(settings, presses=80)
     truth = samples.targets[split.test]
     there = np.isfinite(truth[:, 0])
     assert np.abs(done.answers[there, 0] - truth[there, 0]).mean() < 0.12  # a constant: 0.4
     assert ((done.answers[:, 1] > 0.5) == (truth[:, 1] > 0.5)).mean() > 0.9
     assert (done.answers[there, 2] == truth[there, 2]).mean() > 0.6
     assert done.log[-1]["train_loss"] < 0.5 * done.log[0]["train_loss"]
-    np.testing.assert_allclose(answer(samples.at(split.test), done.model, config), done.answers, atol=1e-5)
+    np.testing.assert_allclose(answer(samples.at(split.test), done.model, config), done.answers, atol=1e-4)
 
 
 def test_training_in_stretches_gives_the_same_bytes():
