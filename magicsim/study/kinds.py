@@ -11,7 +11,10 @@ from magicsim.study.protocol import Study
 from magicsim.study.settings import StudyConfig
 
 KINDS: dict[str, str] = {
+    "compare": "magicsim.study.compare:Compare",
     "localisation": "magicsim.study.learned.localisation:Localisation",
+    "resolution": "magicsim.study.learned.resolution:Resolution",
+    "ranging": "magicsim.study.learned.ranging:Ranging",
 }
 """Kind of a study, as its file names it, and `module:class` of what does it."""
 EXTRAS = {"torch": "learn", "safetensors": "learn"}
