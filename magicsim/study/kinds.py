@@ -12,6 +12,7 @@ from magicsim.study.settings import StudyConfig
 
 KINDS: dict[str, str] = {
     "compare": "magicsim.study.compare:Compare",
+    "fusion": "magicsim.study.fusion:Fusion",
     "localisation": "magicsim.study.learned.localisation:Localisation",
     "resolution": "magicsim.study.learned.resolution:Resolution",
     "ranging": "magicsim.study.learned.ranging:Ranging",
