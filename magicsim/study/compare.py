@@ -1,4 +1,4 @@
-"""One study on several designs: their tables as one, a row says of which design it is."""
+"""One study on several designs, or on one with single constants changed: their tables as one."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -41,7 +41,8 @@ class CompareConfig(StudyConfig):
     study: dict[str, Any]
     """The study that every design does, a table as in its own file; a file may give its name instead."""
     others: Annotated[tuple[Compared, ...], Field(min_length=1)]
-    """Further designs; a file may give their names instead of tables."""
+    """Further designs; a file may give their names instead of tables, or `changes` of the first design and its rig, a
+    list of `design.key=value` and `rig.key=value`."""
 
     @classmethod
     def completed(cls, data: dict[str, Any], *, folder: Path, quick: bool) -> dict[str, Any]:
@@ -55,7 +56,8 @@ class CompareConfig(StudyConfig):
             msg = "study = 'compare' is not allowed: a comparison compares another study"
             raise ConfigError(msg)
         inner = study_class(kind).settings.completed(inner, folder=folder, quick=quick)
-        others = [_compared(each, folder) for each in data.get("others", [])]
+        first = {"design": data["design"], "rig": data["rig"]}
+        others = [_compared(each, first, folder) for each in data.get("others", [])]
         name = data["design"] if isinstance(data.get("design"), str) else data.get("name", ITSELF)
         return data | {
             "study": {key: value for key, value in inner.items() if key not in GIVEN}, "others": others,
@@ -147,13 +149,15 @@ def renamed(matrix: Matrix, design: str) -> Matrix:
     return replace(matrix, name=f"{matrix.name}-{design}", title=f"{design}: {matrix.title}")
 
 
-def _compared(each: object, folder: Path) -> dict[str, Any]:
-    """A further design from its name or its table."""
+def _compared(each: object, first: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """A further design from its name or its table; the first one with its changes where it names none."""
     table: dict[str, Any] = {"design": each} if isinstance(each, str) else dict(each)  # type: ignore[call-overload]
+    if "design" not in table:
+        table = first | table
     named = table.get("design")
     table.setdefault("name", Path(named).stem if isinstance(named, str) else ITSELF)
     table.setdefault("rig", usual_rig(named))
-    return in_place(table, folder)
+    return in_place(table, folder, table.pop("changes", []))
 
 
 def _study_of(config: CompareConfig, each: Compared) -> Study:

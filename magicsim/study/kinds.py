@@ -11,6 +11,7 @@ from magicsim.study.protocol import Study
 from magicsim.study.settings import StudyConfig
 
 KINDS: dict[str, str] = {
+    "alignment": "magicsim.study.learned.alignment:Alignment",
     "compare": "magicsim.study.compare:Compare",
     "fusion": "magicsim.study.fusion:Fusion",
     "localisation": "magicsim.study.learned.localisation:Localisation",

@@ -58,3 +58,13 @@ def test_bad_comparisons_are_one_line(file: Path):
         load_study(file, ["study=compare"])
     with pytest.raises(ConfigError, match="unknown key 'forces'"):
         load_study(file, ["study.forces=1"])
+
+
+def test_single_constants_of_the_first_design_are_changed(file: Path):
+    thick = "{name='thick skin',changes=['design.skin_mm=1.0','rig.camera.exposure_grey=70']}"
+    config = load_study(file, [f"others=[{thick}]"]).config
+    [other] = config.others
+    assert (other.name, other.design.skin_mm, other.rig.camera.exposure_grey) == ("thick skin", 1.0, 70.0)
+    assert other.design.core_mm == config.design.core_mm
+    with pytest.raises(ConfigError, match="skin_mm"):
+        load_study(file, ["others=[{name='odd',changes=['design.skin_mm=-1.0']}]"])
