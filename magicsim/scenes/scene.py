@@ -106,6 +106,11 @@ class OutputSettings(Config):
     report: bool = True
     """HTML report, which needs the detectors."""
 
+    @classmethod
+    def nothing(cls) -> Self:
+        """Frames and the table of truth alone."""
+        return cls(contact_mask=False, displacements=False, preview=False, report=False)
+
 
 class SceneConfig(Config):
     """One episode of one sensor."""
