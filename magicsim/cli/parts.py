@@ -28,7 +28,12 @@ OPTIONAL = (
     ("robot", "gymnasium", "no Gymnasium environment; LiveSensor and DigitCamera remain", "robot"),
     ("live", "viser", "no live window (magicsim live)", "live"),
     ("search", "optuna", 'no sweeps with sampling = "search"', "search"),
-    ("learn", "torch", "no magicsim.dataset.torch; magicsim.dataset.frames remains", "learn"),
+    (
+        "learn",
+        "torch",
+        "no studies that learn, no estimate, no magicsim.dataset.torch; magicsim.dataset.frames remains",
+        "learn",
+    ),
     ("hf", "datasets", "Hugging Face's reader of datasets; any Parquet reader remains", "hf"),
     ("hdf5", "h5py", "no export to HDF5", "hdf5"),
     ("zarr", "zarr", "no export to Zarr", "zarr"),
