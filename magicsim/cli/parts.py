@@ -29,7 +29,12 @@ OPTIONAL = (
     ("mujoco", "mujoco", "no sensors on a MuJoCo model (magicsim.robot.mujoco)", "mujoco"),
     ("live", "viser", "no live window (magicsim live)", "live"),
     ("search", "optuna", 'no sweeps with sampling = "search"', "search"),
-    ("learn", "torch", "no magicsim.dataset.torch; magicsim.dataset.frames remains", "learn"),
+    (
+        "learn",
+        "torch",
+        "no studies that learn, no estimate, no magicsim.dataset.torch; magicsim.dataset.frames remains",
+        "learn",
+    ),
     ("hf", "datasets", "Hugging Face's reader of datasets; any Parquet reader remains", "hf"),
     ("hdf5", "h5py", "no export to HDF5", "hdf5"),
     ("zarr", "zarr", "no export to Zarr", "zarr"),
