@@ -26,6 +26,7 @@ OPTIONAL = (
     ("lib3mf", "lib3mf", "no export to .3mf; .stl and .glb remain", "not for Linux on ARM"),
     ("video", "av", "no H.264 camera (rig.camera.compression)", "video"),
     ("robot", "gymnasium", "no Gymnasium environment; LiveSensor and DigitCamera remain", "robot"),
+    ("mujoco", "mujoco", "no sensors on a MuJoCo model (magicsim.robot.mujoco)", "mujoco"),
     ("live", "viser", "no live window (magicsim live)", "live"),
     ("search", "optuna", 'no sweeps with sampling = "search"', "search"),
     (
@@ -42,7 +43,9 @@ OPTIONAL = (
     ("cluster", "distributed", "no --cluster; processes on this machine remain", "cluster"),
 )
 """Name, module, cost of its absence, and the extra that brings it or for which machines there is one."""
-EXTRAS = frozenset({"video", "robot", "live", "search", "learn", "hf", "hdf5", "zarr", "webdataset", "mcap", "cluster"})
+EXTRAS = frozenset(
+    {"video", "robot", "mujoco", "live", "search", "learn", "hf", "hdf5", "zarr", "webdataset", "mcap", "cluster"}
+)
 
 
 def optional_parts() -> list[Part]:

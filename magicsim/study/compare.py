@@ -27,7 +27,8 @@ GIVEN = ("schema_version", "design", "rig", "seed", "quick")
 class Compared(Config):
     """A further design."""
 
-    name: str
+    name: Annotated[str, Field(pattern=r"^\w[\w .-]{0,59}$")]
+    """What it is called, and its folder."""
     design: ElastomerDesign
     rig: Rig
 

@@ -14,9 +14,10 @@ KINDS: dict[str, str] = {
     "alignment": "magicsim.study.learned.alignment:Alignment",
     "compare": "magicsim.study.compare:Compare",
     "fusion": "magicsim.study.fusion:Fusion",
+    "limits": "magicsim.study.mechanics.limits:Limits",
     "localisation": "magicsim.study.learned.localisation:Localisation",
-    "resolution": "magicsim.study.learned.resolution:Resolution",
     "ranging": "magicsim.study.learned.ranging:Ranging",
+    "resolution": "magicsim.study.learned.resolution:Resolution",
 }
 """Kind of a study, as its file names it, and `module:class` of what does it."""
 EXTRAS = {"torch": "learn", "safetensors": "learn"}
