@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from magicsim.errors import ConfigError
 from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.grip.balance import Limits, Search, find_balance
 from magicsim.robot.grip.floating import contacts_mm
@@ -46,7 +47,7 @@ def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_
         most_slide_mm: Way of the object in one motion beyond which it counts as dropped [mm].
 
     Raises:
-        ConfigError: The object does not fit.
+        ConfigError: The object does not fit, or the load presses it deeper than the workspace goes.
         ConvergenceError: No valid equilibrium of a finger was found.
     """
     room = pair.room_mm(place, width_mm)
@@ -79,6 +80,12 @@ def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_
     settled = _inside(pair, _moved(first, found.place * scale))
     way = max(now - before for now, before in zip(pair.slid_mm, slid, strict=True))
     if found.search is Search.LOST:
+        if not room[0] < settled.z_mm < room[1]:
+            msg = (
+                f"load is not allowed: it presses the object to z_mm = {settled.z_mm:.3g}, and the workspace's gaps end "
+                f"at {room[0]:.3g} and {room[1]:.3g}"
+            )
+            raise ConfigError(msg)
         pair.take_away(width_mm)
         return Held(hold=Hold.DROPPED, place=settled, slid_mm=way, trials=found.trials)
     hold = Hold.SLIPPED if way > SLIPPED_MM else Hold.HELD
