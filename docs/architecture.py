@@ -16,7 +16,9 @@ MAKES = {
     "deform": "displacements, forces", "light": "radiance",
     "simulation": "labelled frames", "workers": "many processes", "judge": "scored verdicts",
     "report": "pages", "fit": "fitted constants", "dataset": "shards", "robot": "live sensors",
-    "evaluation": "detectors compared", "sweep": "designs compared", "bench": "error against time", "live": "a window",
+    "evaluation": "detectors compared", "sweep": "designs compared", "bench": "error against time",
+    "learn": "models that read", "study": "experiments",
+    "live": "a window",
     "cli": "one function a command",
 }  # fmt: skip
 """What each part makes."""

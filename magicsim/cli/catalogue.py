@@ -15,7 +15,7 @@ def list_presets(
     kind: Annotated[str | None, Parameter(help="One kind, such as designs; all by default.")] = None,
     *, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """List what comes with the program, a line each: designs, objects, scenes, rigs, recipes, sweeps, ..."""
+    """List what comes with the program, a line each: designs, objects, scenes, rigs, recipes, sweeps, studies, ..."""
     del settings, seed  # the options exist on every command
     if kind is not None and kind not in PLURALS:
         raise ConfigError(unknown_choice("kind of preset", kind, PLURALS))

@@ -18,12 +18,14 @@ from magicsim.cli import (  # noqa: F401
     dataset,
     design,
     detect,
+    estimate,
     fit,
     light,
     live,
     machine,
     mechanics,
     scene,
+    study,
     sweep,
 )
 from magicsim.cli.app import app

@@ -45,7 +45,7 @@ def doctor(
 
 @app.command
 def schema(
-    kind: Literal["design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep"] = "scene", *,
+    kind: Literal["design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study"] = "scene", *,
     settings: Settings = None,
     seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip

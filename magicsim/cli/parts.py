@@ -26,9 +26,15 @@ OPTIONAL = (
     ("lib3mf", "lib3mf", "no export to .3mf; .stl and .glb remain", "not for Linux on ARM"),
     ("video", "av", "no H.264 camera (rig.camera.compression)", "video"),
     ("robot", "gymnasium", "no Gymnasium environment; LiveSensor and DigitCamera remain", "robot"),
+    ("mujoco", "mujoco", "no sensors on a MuJoCo model (magicsim.robot.mujoco)", "mujoco"),
     ("live", "viser", "no live window (magicsim live)", "live"),
     ("search", "optuna", 'no sweeps with sampling = "search"', "search"),
-    ("learn", "torch", "no magicsim.dataset.torch; magicsim.dataset.frames remains", "learn"),
+    (
+        "learn",
+        "torch",
+        "no studies that learn, no estimate, no magicsim.dataset.torch; magicsim.dataset.frames remains",
+        "learn",
+    ),
     ("hf", "datasets", "Hugging Face's reader of datasets; any Parquet reader remains", "hf"),
     ("hdf5", "h5py", "no export to HDF5", "hdf5"),
     ("zarr", "zarr", "no export to Zarr", "zarr"),
@@ -37,7 +43,9 @@ OPTIONAL = (
     ("cluster", "distributed", "no --cluster; processes on this machine remain", "cluster"),
 )
 """Name, module, cost of its absence, and the extra that brings it or for which machines there is one."""
-EXTRAS = frozenset({"video", "robot", "live", "search", "learn", "hf", "hdf5", "zarr", "webdataset", "mcap", "cluster"})
+EXTRAS = frozenset(
+    {"video", "robot", "mujoco", "live", "search", "learn", "hf", "hdf5", "zarr", "webdataset", "mcap", "cluster"}
+)
 
 
 def optional_parts() -> list[Part]:

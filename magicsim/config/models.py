@@ -73,17 +73,32 @@ def read_whole(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
         PresetError: What it names does not exist.
         ConfigError: A file cannot be read, or an override has the wrong form.
     """
+    return in_place(read_with_paths(path), path.parent, overrides)
+
+
+def in_place(data: Mapping[str, Any], folder: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Content of a file with the design, the rig and the object that it names put in place, and with overrides.
+
+    Args:
+        data: What the file holds.
+        folder: Where it stands; a file that it names by path is looked for there first.
+        overrides: `dotted.key=value` settings.
+
+    Raises:
+        PresetError: What it names does not exist.
+        ConfigError: A file cannot be read, or an override has the wrong form.
+    """
     named = {each: [one for one in overrides if one.partition("=")[0].strip() == each] for each in NAMED}
-    data = read_with_paths(path)
+    result = dict(data)
     for kind, chosen in named.items():
-        data = apply_overrides(data, chosen)
-        name = data.get(kind)
+        result = apply_overrides(result, chosen)
+        name = result.get(kind)
         if isinstance(name, str):
-            local = path.parent / name
-            data[kind] = read_with_paths(
+            local = folder / name
+            result[kind] = read_with_paths(
                 local if name.endswith(".toml") and local.is_file() else find_preset(kind, name)
             )
-    return apply_overrides(data, [one for one in overrides if one.partition("=")[0].strip() not in NAMED])
+    return apply_overrides(result, [one for one in overrides if one.partition("=")[0].strip() not in NAMED])
 
 
 def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, Any]:

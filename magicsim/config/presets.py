@@ -17,6 +17,7 @@ FOLDERS = {
     "profile": "detectors",
     "suite": "detectors/suites",
     "sweep": "geometry/sweeps",
+    "study": "scenes/studies",
 }
 """Folder of each kind of preset, below the packaged copy or the checkout."""
 

@@ -10,11 +10,12 @@ import numpy.typing as npt
 from magicsim.camera.effects.video import check_codec
 from magicsim.camera.exposure import Exposure, FloatImage, meter
 from magicsim.camera.stream import CameraStream
-from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.contact.face import POINT_SPACING_MM, point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.indentation.timed import body_branches
 from magicsim.deform.lattice.follow import follow_map
+from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver
@@ -30,11 +31,13 @@ from magicsim.light.safe_gap import check_walls
 from magicsim.light.world.finish import Finish
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig
+from magicsim.scenes.taxels import TaxelSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.scenes.view import View
 from magicsim.simulation.marker_truth import MarkerTracks
 from magicsim.simulation.meshes import attach_meshes, deformed_vertices
 from magicsim.simulation.plan import ScenePlan, as_seen, can_touch
+from magicsim.simulation.touch_truth import TouchTruth
 
 STEP_S = 1 / 15
 """Time between states of a sensor that has no frame rate [s]."""
@@ -91,6 +94,7 @@ class Sensor:
         self.markers = MarkerTracks.of(design, self.lattice)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = self._build_renderer(untouched)
+        self._facing: Renderer | None = None
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
@@ -131,6 +135,7 @@ class Sensor:
         other.seed = self.seed + turn
         other.settings = self.settings.model_copy(update={"anchor_seed": self.settings.anchor_seed + turn})
         other.renderer = self.renderer.reseeded(seed=other.seed, anchor_seed=other.settings.anchor_seed)
+        other._facing = None
         return other
 
     def with_rig(self, rig: Rig, *, is_alike: bool = False) -> Self:
@@ -143,7 +148,7 @@ class Sensor:
         other = copy(self)
         other.rig = rig
         if not is_alike:
-            other.renderer = other._build_renderer(None)
+            other.renderer, other._facing = other._build_renderer(None), None
         return other
 
     def _zone(self) -> Zone | None:
@@ -184,6 +189,8 @@ class Sensor:
             x_mm=state.x_mm,
             y_mm=state.y_mm,
             twist_deg=state.twist_deg,
+            tilt_x_deg=state.tilt_x_deg,
+            tilt_y_deg=state.tilt_y_deg,
             design=self.design,
         )
 
@@ -206,7 +213,7 @@ class Sensor:
                 options=self._newton,
                 friction=self.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
-                branches=body_branches(self.design, self.lattice) if self.contact.rate_dependent else None,
+                branches=self._branches(),
             )
         start = previous if not previous.is_rest else None
         return self._solver.solve(indenter, start, dt_s=self.step_s)
@@ -215,6 +222,23 @@ class Sensor:
         """Displacements of all nodes of the design's lattice, shape (printed nodes, 3) [mm]."""
         moved = self._printed_nodes.displaced(deformation.displacements_mm) - self.printed.nodes_mm
         return moved.astype(np.float32)
+
+    def touch_truth(self, settings: TaxelSettings) -> TouchTruth:
+        """What tells the fields of touch of this sensor's deformations.
+
+        Args:
+            settings: Which taxels, and what of them.
+        """
+        return TouchTruth.of(
+            self.design,
+            self.lattice,
+            settings,
+            point_spacing_mm=point_spacing_mm(self.object.shape()) if self.object is not None else POINT_SPACING_MM,
+            branches=self._branches(),
+        )
+
+    def _branches(self) -> Branches | None:
+        return body_branches(self.design, self.lattice) if self.contact.rate_dependent else None
 
     def markers_mm(self, deformation: Deformation | Displacement) -> npt.NDArray[np.float64] | None:
         """Centres of the markers, shape (markers, 3) [mm]; None where the design has none."""
@@ -230,7 +254,7 @@ class Sensor:
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
         if deformation.is_rest or indenter is None:
-            return View(indenter=indenter, flashlight_x_mm=light)
+            return View(indenter=indenter, flashlight_x_mm=light, facing_mm=state.facing_mm)
         body, infill = deformed_vertices(
             self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm
         )
@@ -240,11 +264,22 @@ class Sensor:
         markers = None
         if self.meshes.markers is not None:
             markers = self.meshes.markers.displaced(deformation.displacements_mm)
-        return View(body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light)
+        return View(
+            body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light, facing_mm=state.facing_mm
+        )
 
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
-        return self.renderer.radiance(self.view(state, deformation))
+        view = self.view(state, deformation)
+        return (self.renderer if view.facing_mm is None else self._facing_renderer()).radiance(view)
+
+    def _facing_renderer(self) -> Renderer:
+        """For views with another finger; built with the first of them."""
+        if self._facing is None:
+            from magicsim.light.facing.renderer import FacingRenderer
+
+            self._facing = FacingRenderer.beside(self.renderer)
+        return self._facing
 
 
 def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:

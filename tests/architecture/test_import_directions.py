@@ -17,8 +17,8 @@ LAYERS = (
     {"simulation", "workers"},
     {"judge"},
     {"report", "fit", "dataset", "robot"},
-    {"evaluation", "sweep", "bench"},
-    {"live"},
+    {"evaluation", "sweep", "bench", "learn"},
+    {"live", "study"},
     {"cli", "__main__"},
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""

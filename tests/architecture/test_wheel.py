@@ -22,6 +22,7 @@ SOURCES = {
     "profile": "detectors",
     "suite": "detectors/suites",
     "sweep": "geometry/sweeps",
+    "study": "scenes/studies",
 }
 
 

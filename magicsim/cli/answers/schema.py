@@ -11,11 +11,14 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
+from magicsim.study.study_schema import study_schema
 from magicsim.sweep.sweep_file import SweepConfig
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile`, `suite` or `sweep`."""
+    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile`, `suite`, `sweep` or `study`."""
+    if kind == "study":
+        return study_schema()
     if kind == "profile":
         return profile_schema()
     models: dict[str, Any] = {

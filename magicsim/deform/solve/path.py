@@ -41,6 +41,7 @@ from magicsim.deform.solve.load_step import iterate_pose
 from magicsim.deform.solve.problem import NewtonOptions, Problem
 from magicsim.deform.solve.rigid_motion import first_contact, pose_between, reach_mm, way_length_mm
 from magicsim.deform.solve.strides import Care, Strides
+from magicsim.deform.solve.tangent import contact_tangent
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
@@ -179,6 +180,11 @@ class ContactSolver:
         return any(
             (indenter.distance(points + np.array([0.0, 0.0, level]))[0] < 0).any() for level in indenter.levels_mm()
         )
+
+    @on_one_blas_thread
+    def tangent(self, state: Deformation, indenter: Indenter) -> Array | None:
+        """How force and torque change with a small motion of the object, shape (6, 6), see `contact_tangent`."""
+        return contact_tangent(self._problem, self._condenser.store, state, indenter)
 
     @property
     def face_mm(self) -> Array:

@@ -14,6 +14,7 @@ from magicsim.geometry.elastomer import build_elastomer
 from magicsim.geometry.objects.kinds import find_object
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
+from magicsim.study.study_file import load_study
 from magicsim.sweep.designs import design_with, list_designs, values_at
 from magicsim.sweep.sweep_file import load_sweep
 
@@ -32,6 +33,7 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
         ("object", {"yellow-scissors", "yellow-banana", "biscuit-packet"}),
         ("suite", {"small", "full"}),
         ("sweep", {"cell-skin", "print-sobol", "print-search"}),
+        ("study", {"localisation"}),
     ],
 )
 def test_presets_that_users_rely_on_are_shipped(kind: str, names: set[str]):
@@ -53,6 +55,9 @@ def test_every_shipped_preset_loads(kind: str, name: str):
         assert load_suite(name).schema_version == 1
     elif kind == "recipe":
         assert load_recipe(name).episodes >= 1
+    elif kind == "study":
+        assert load_study(name).config.schema_version == 1
+        assert load_study(name, quick=True).stages()
     elif kind == "sweep":
         sweep = load_sweep(name)
         assert (sweep.sampling == "search") == (not list_designs(sweep))

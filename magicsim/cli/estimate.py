@@ -1,0 +1,39 @@
+"""The command that reads frames with a learned model: `estimate`."""
+
+import json as text
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from magicsim.cli.app import Json, Seed, Settings, app
+from magicsim.errors import ConfigError
+
+
+@app.command
+def estimate(
+    model: Path, source: Path, *,
+    reference: Annotated[Path | None, Parameter(help="Frames of the untouched sensor.")] = None,
+    frames: Annotated[int | None, Parameter(help="Most frames to read.")] = None,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Read frames with a model that a study has learned: one line of JSON, or of text, a frame.
+
+    The source is an image, a folder of images, a video, a camera (by its index), or a finished dataset, which brings
+    its own references.
+    """
+    from magicsim.cli.output.lines import lines_of
+    from magicsim.learn.packages import need_torch
+
+    del seed  # nothing here is random; the option exists on every command
+    if settings:
+        msg = f"--set {settings[0]} is not allowed with estimate"
+        raise ConfigError(msg)
+    need_torch("estimate")
+    from magicsim.learn.reading import estimate_frames
+
+    for each in estimate_frames(model, source, reference=reference, frames=frames):
+        values = {"frame": each.frame, **each.values}
+        line = text.dumps(values, allow_nan=False) if json else "; ".join(lines_of(values))
+        sys.stdout.write(line + "\n")

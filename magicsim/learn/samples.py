@@ -1,0 +1,172 @@
+"""Frames and labels in memory, as networks and baselines take them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from magicsim.dataset.export.source import open_dataset
+
+Images = npt.NDArray[np.float32]
+Numbers = npt.NDArray[np.float64]
+Whole = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Label:
+    """What a model tells."""
+
+    name: str
+    unit: str = ""
+    kind: Literal["number", "flag", "choice"] = "number"
+    """A number; whether something is so (0 or 1); or one of some values."""
+    choices: tuple[float, ...] = ()
+    """Values of a choice, ascending."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Samples:
+    """Frames with their labels; row k of every array belongs to frame k."""
+
+    images: Images
+    """Shape (n, rows, columns, 3), grey levels 0 to 255, reduced."""
+    references: Images
+    """Untouched frames, shape (m, rows, columns, 3)."""
+    reference_of: Whole
+    """Row of `references` of each frame, shape (n,)."""
+    targets: Numbers
+    """Shape (n, labels); NaN where a label does not exist; a choice by its value."""
+    labels: tuple[Label, ...]
+    press: Whole
+    """Number of the episode of each frame."""
+    unit: Whole
+    """Number of the printed sensor of each frame."""
+    features: Numbers
+    """Geometric features for baselines, shape (n, features)."""
+    group: Whole
+    """Number of the group that a frame is scored with, such as presses with and without shear, shape (n,)."""
+
+    def __len__(self) -> int:
+        """Number of frames."""
+        return len(self.images)
+
+    def at(self, rows: Whole) -> "Samples":
+        """Some of the frames."""
+        names = ("images", "reference_of", "targets", "press", "unit", "features", "group")
+        return replace(self, **{name: getattr(self, name)[rows] for name in names})
+
+    def inputs(self, kind: str) -> Images:
+        """What networks see: differences to the references, or frames, in units of the full range."""
+        found = self.images - self.references[self.reference_of] if kind == "difference" else self.images
+        return np.asarray(found / np.float32(255.0), np.float32)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EpisodeRows:
+    """The rows of one episode, decoded."""
+
+    columns: dict[str, list[Any]]
+    """Plain columns by name."""
+    images: Images
+    """Reduced frames, shape (rows of the episode, rows, columns, 3)."""
+    masks: list[npt.NDArray[np.bool_]]
+    """Contact masks in full size, where they were asked for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chosen:
+    """What counts of an episode's rows, and what is true of them."""
+
+    rows: npt.NDArray[np.bool_]
+    """Which rows count, shape (n,); references never do."""
+    targets: Numbers
+    """Shape (n, labels)."""
+    features: Numbers
+    """Shape (n, features)."""
+    group: Whole
+    """Shape (n,)."""
+
+
+Choose = Callable[[EpisodeRows], Chosen]
+
+
+def read_samples(
+    folder: Path, labels: Sequence[Label], choose: Choose, *, columns: Sequence[str], long_side_px: int,
+    masks: bool = False,
+) -> Samples:  # fmt: skip
+    """Frames of a finished dataset, in the order of its episodes.
+
+    Args:
+        folder: What `magicsim dataset` wrote.
+        labels: Of the result.
+        choose: What counts and what is true, from the rows of an episode.
+        columns: Plain columns that it needs.
+        long_side_px: Longer side of the reduced frames [px]; 0 keeps them.
+        masks: Whether it needs contact masks.
+
+    Raises:
+        OutputError: There is no finished dataset.
+    """
+    source = open_dataset(folder)
+    wanted = ["image", "episode", "sensor", "is_reference", *columns, *(["contact_mask"] if masks else [])]
+    parts: list[tuple[int, int, Images, Chosen, Images]] = []
+    for split in source.splits:
+        for shard in source.shards(split):
+            for table in source.episodes(shard):
+                rows = _decoded(table.select(list(dict.fromkeys(wanted))), long_side_px)
+                is_reference = np.array(rows.columns["is_reference"], bool)
+                reference = rows.images[is_reference].mean(0, keepdims=True)
+                found = choose(rows)
+                found = replace(found, rows=found.rows & ~is_reference)
+                numbers = (int(rows.columns["episode"][0]), int(rows.columns["sensor"][0]))
+                parts.append((*numbers, rows.images[found.rows], found, reference))
+    parts.sort(key=lambda part: part[0])
+    chosen = [part[3] for part in parts]
+    counts = [int(each.rows.sum()) for each in chosen]
+    return Samples(
+        images=np.concatenate([part[2] for part in parts]),
+        references=np.concatenate([part[4] for part in parts]),
+        reference_of=np.repeat(np.arange(len(parts)), counts),
+        targets=np.concatenate([each.targets[each.rows] for each in chosen]),
+        labels=tuple(labels),
+        press=np.repeat(np.array([part[0] for part in parts]), counts),
+        unit=np.repeat(np.array([part[1] for part in parts]), counts),
+        features=np.concatenate([each.features[each.rows] for each in chosen]),
+        group=np.concatenate([each.group[each.rows] for each in chosen]),
+    )
+
+
+def reduced(image: npt.NDArray[np.uint8], long_side_px: int) -> Images:
+    """A frame with its longer side reduced to so many pixels by averaging areas, as float32; 0 keeps its size.
+
+    Args:
+        image: Shape (rows, columns, 3).
+        long_side_px: At most the frame's own; a larger one keeps it too.
+    """
+    rows, columns = image.shape[:2]
+    scale = long_side_px / max(rows, columns)
+    if long_side_px == 0 or scale >= 1:
+        return image.astype(np.float32)
+    size = (max(1, round(columns * scale)), max(1, round(rows * scale)))
+    return np.asarray(cv2.resize(image.astype(np.float32), size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _decoded(table: pa.Table, long_side_px: int) -> EpisodeRows:
+    plain = [name for name in table.column_names if name not in {"image", "contact_mask"}]
+    masks = table["contact_mask"].to_pylist() if "contact_mask" in table.column_names else []
+    return EpisodeRows(
+        columns={name: table[name].to_pylist() for name in plain},
+        images=np.stack([reduced(_pixels(each["bytes"]), long_side_px) for each in table["image"].to_pylist()]),
+        masks=[_pixels(each["bytes"]) > 0 for each in masks],
+    )
+
+
+def _pixels(png: bytes) -> npt.NDArray[Any]:
+    found = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert found is not None
+    return cv2.cvtColor(found, cv2.COLOR_BGR2RGB) if found.ndim == 3 else found  # noqa: PLR2004

@@ -1,0 +1,52 @@
+"""How far answers are from the truth: mean absolute errors, with intervals over presses."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Numbers = npt.NDArray[np.float64]
+Whole = npt.NDArray[np.int64]
+CONFIDENCE = 0.95
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """A mean over frames, with what it may be for other presses."""
+
+    value: float
+    """Mean; NaN of no frames."""
+    sd: float
+    """Standard deviation over frames."""
+    low: float
+    high: float
+    """Ends of the 95 % percentile interval of the mean, presses drawn again with replacement (Field and Welsh 2007)."""
+    frames: int
+    presses: int
+
+
+def mean_score(values: Numbers, press: Whole, *, seed: int = 0) -> Score:
+    """Mean of a quantity of frames, such as an absolute error.
+
+    Args:
+        values: Shape (n,); NaN where it does not exist.
+        press: Group of each frame that is drawn as a whole, shape (n,).
+        seed: Of the resampling.
+    """
+    there = np.isfinite(values)
+    values, press = values[there], press[there]
+    if not len(values):
+        nan = float("nan")
+        return Score(value=nan, sd=nan, low=nan, high=nan, frames=0, presses=0)
+    _, member = np.unique(press, return_inverse=True)
+    sums, counts = np.bincount(member, values), np.bincount(member)
+    random = np.random.default_rng([seed, len(values)])
+    drawn = random.integers(0, len(sums), (RESAMPLES, len(sums)))
+    means = sums[drawn].sum(1) / counts[drawn].sum(1)
+    tail = (1 - CONFIDENCE) / 2
+    low, high = np.quantile(means, [tail, 1 - tail])
+    return Score(
+        value=float(values.mean()), sd=float(values.std()), low=float(low), high=float(high),
+        frames=len(values), presses=len(sums),
+    )  # fmt: skip

@@ -1,0 +1,151 @@
+"""One sensor attached to a model: it solves where the body is, answers linearly in between, and takes frames."""
+
+import numpy as np
+
+from magicsim.camera.stream import CameraMemory
+from magicsim.errors import ConfigError, ConvergenceError
+from magicsim.geometry.pose import Pose
+from magicsim.robot.darkroom import Darkroom
+from magicsim.robot.moment import FULL, Moment
+from magicsim.robot.mujoco.body_object import Array, body_object, object_pose_m, pose_in_sensor
+from magicsim.robot.mujoco.engine import MjData, MjModel, engine
+from magicsim.robot.mujoco.pair import Touch, check_excluded, find_pair
+from magicsim.robot.mujoco.posed import PosedSensor, PosedState, posed_state
+from magicsim.robot.mujoco.response import Response
+from magicsim.robot.mujoco.solids import MM
+from magicsim.robot.mujoco.trust import Trust
+from magicsim.robot.quality import Quality
+from magicsim.scenes.scene import Keyframe, SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.plan import can_touch
+
+AXES = 3
+
+
+class AttachedSensor:
+    """A sensor at a site that touches one body of the model."""
+
+    def __init__(
+        self,
+        model: MjModel,
+        touch: Touch,
+        scene: SceneConfig,
+        *,
+        quality: Quality,
+        trust: Trust,
+        seed: int,
+    ) -> None:
+        """Builds the sensor with the body's solid as its object.
+
+        Args:
+            model: `mujoco.MjModel`.
+            touch: Site and body.
+            scene: Design, rig, friction and render settings.
+            quality: Of solver and renderer.
+            trust: How far the linear answer is trusted at first.
+            seed: Of the frames' noise.
+
+        Raises:
+            ConfigError: A name does not exist, the body cannot press, or MuJoCo would press it too.
+            MagicsimError: The sensor cannot be built.
+        """
+        if scene.contact.rate_dependent:
+            msg = "contact.rate_dependent = True is not allowed here: the sensor is solved quasi-statically"
+            raise ConfigError(msg)
+        self.touch, self.pair = touch, find_pair(model, touch)
+        check_excluded(model, touch, self.pair)
+        thing, self._frame = body_object(model, self.pair.body)
+        bare = scene.model_copy(update={"object": None, "keyframes": (Keyframe(frame=0),)})
+        settled = quality.applied(bare)
+        self.sensor = PosedSensor(settled, thing, x_mm=touch.x_mm, y_mm=touch.y_mm, newton=quality.newton)
+        self._thing, self._darkroom = thing, Darkroom(self.sensor, settled.output)
+        self._frames_per_second, self._seed, self._first_trust = settled.frames_per_second, seed, trust
+        self.reset()
+
+    def reset(self) -> None:
+        """The untouched sensor at the beginning of its stream."""
+        self.state: FrameState = UNTOUCHED
+        self.deformation = self.sensor.rest
+        self.response: Response | None = None
+        """The last solve; None while nothing is near."""
+        self.trust, self.solves = self._first_trust, 0
+        self._index = 0
+        self._memory: CameraMemory | None = None
+
+    def pose(self, model: MjModel, data: MjData) -> Pose:
+        """Where the object is in the sensor's frame."""
+        position, rotation = object_pose_m(model, data, self.pair.body, self._frame)
+        site = self.pair.site
+        return pose_in_sensor(position, rotation, data.site_xpos[site], data.site_xmat[site].reshape(AXES, AXES))
+
+    def motion_rows(self, model: MjModel, data: MjData) -> Array:
+        """Jacobian of the object's motion against the sensor at the sensor's origin, shape (6, dofs) [mm, rad]."""
+        site = self.pair.site
+        point, turn = np.array(data.site_xpos[site]), data.site_xmat[site].reshape(AXES, AXES)
+        rows = []
+        for body in (self.pair.body, self.pair.finger):
+            shift, rotation = np.zeros((AXES, model.nv)), np.zeros((AXES, model.nv))
+            engine().mj_jac(model, data, shift, rotation, point, body)
+            rows.append(np.concatenate([MM * turn.T @ shift, turn.T @ rotation]))
+        return np.asarray(rows[0] - rows[1])
+
+    def needs_solve(self, pose: Pose) -> bool:
+        """Whether the object has moved farther since the last solve than its answer is trusted."""
+        state = posed_state(self._thing, pose)
+        if not can_touch(state):
+            return self.response is not None
+        return self.response is None or self.response.way_mm(pose) > self.trust.way_mm
+
+    def solve(self, pose: Pose) -> None:
+        """Finds the equilibrium with the object in a pose, and its tangent.
+
+        Raises:
+            ConvergenceError: No valid equilibrium was found.
+        """
+        state = posed_state(self._thing, pose)
+        self.state = state
+        if not (can_touch(state) and isinstance(state, PosedState)):
+            self.deformation, self.response = self.sensor.rest, None
+            return
+        predicted = self.response.predicted(pose) if self.response is not None else None
+        try:
+            self.deformation = self.sensor.deform(state, self.deformation)
+        except ConvergenceError as error:
+            msg = f"body '{self.touch.body}' on site '{self.touch.site}', gap {state.gap_mm:.3g} mm: {error}"
+            raise ConvergenceError(msg) from None
+        self.solves += 1
+        self.response = Response.of(pose, self.deformation, self.sensor.tangent(state, self.deformation))
+        if predicted is not None:
+            error_n = float(np.linalg.norm(predicted[:AXES] - self.response.wrench[:AXES]))
+            self.trust = self.trust.learned(error_n)
+
+    def wrench(self, pose: Pose) -> Array:
+        """Elastic wrench of the object on the sensor about its origin in its frame, shape (6,) [N, N mm]."""
+        return self.response.predicted(pose) if self.response is not None else np.zeros(6)
+
+    def grab(self, time_s: float) -> Moment:
+        """The moment of the next frame, as last solved."""
+        moment = Moment(
+            index=self._index,
+            time_s=time_s,
+            seed=self._seed,
+            state=self.state,
+            deformation=self.deformation,
+            slid_mm=0.0,
+            led_strength=FULL,
+            frames_per_second=self._frames_per_second,
+            memory=self._memory,
+        )
+        if self.sensor.rig.camera.history:
+            self._memory = self._darkroom.passed(moment)
+        self._index += 1
+        return moment
+
+    def develop(self, moment: Moment) -> SimulatedFrame:
+        """Renders a moment.
+
+        Raises:
+            RenderError: The image is not valid.
+        """
+        return self._darkroom.develop(moment)

@@ -1,0 +1,123 @@
+"""A sensor whose object comes in any pose, not only in those that a path of gap, shift and twist reaches."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice.zone import Zone
+from magicsim.deform.solve.problem import NewtonOptions
+from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.pose import Pose
+from magicsim.robot.mujoco.body_object import Array, BodyObject
+from magicsim.scenes.rig import FARTHEST_MM
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.simulation.sensor import Sensor
+
+BLUNT = 0.5
+"""Smallest feature of a blunt object in units of half the zone's shorter side, as in `magicsim.deform.lattice.zone`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PosedState(FrameState):
+    """A frame's state with the object in a pose of its own; gap, shift and twist are read off it."""
+
+    position_mm: tuple[float, ...]
+    """Object's origin in the sensor's frame, three numbers [mm]."""
+    rotation: tuple[float, ...]
+    """Its rotation matrix by rows, nine numbers."""
+
+    @property
+    def pose(self) -> Pose:
+        """The object's pose."""
+        return Pose(position_mm=np.array(self.position_mm), rotation=np.array(self.rotation).reshape(3, 3))
+
+
+def posed_state(thing: BodyObject, pose: Pose) -> FrameState:
+    """The state of a frame with the object in a pose; without one where it is behind the face or too far away.
+
+    Args:
+        thing: The object.
+        pose: Of the object in the sensor's frame.
+    """
+    solid, up = thing.shape(), pose.rotation[2]
+    x, y, z = pose.position_mm.tolist()
+    gap = -(z + solid.support_mm(up))
+    is_behind = z - solid.support_mm(-up) >= 0
+    if is_behind or max(abs(x), abs(y), gap) > FARTHEST_MM:
+        return UNTOUCHED
+    return PosedState(
+        gap_mm=gap,
+        x_mm=x,
+        y_mm=y,
+        twist_deg=math.degrees(math.atan2(pose.rotation[1, 0], pose.rotation[0, 0])),
+        flashlight=False,
+        light_x_mm=0.0,
+        position_mm=(x, y, z),
+        rotation=tuple(pose.rotation.ravel().tolist()),
+    )
+
+
+class PosedSensor(Sensor):
+    """A sensor of a scene with another object, fine on a declared part of its face."""
+
+    def __init__(
+        self,
+        scene: SceneConfig,
+        thing: BodyObject,
+        *,
+        x_mm: tuple[float, float],
+        y_mm: tuple[float, float],
+        newton: NewtonOptions,
+    ) -> None:
+        """Builds the sensor.
+
+        Args:
+            scene: Design, rig, contact and render settings.
+            thing: The object.
+            x_mm: Part of the face where it may touch, along x [mm].
+            y_mm: Likewise along y [mm].
+            newton: When a load step is good enough.
+
+        Raises:
+            MagicsimError: As the sensor itself.
+        """
+        feature = thing.shape().feature_mm
+        zone = Zone(low_mm=(x_mm[0], y_mm[0]), high_mm=(x_mm[1], y_mm[1]), feature_mm=feature)
+        self._declared = Zone(
+            low_mm=zone.low_mm, high_mm=zone.high_mm, feature_mm=feature, is_blunt=feature > BLUNT * zone.radius_mm
+        )
+        self._thing = thing
+        super().__init__(
+            scene.design,
+            scene.rig,
+            thing,
+            contact=scene.contact,
+            render=scene.render,
+            seed=scene.seed,
+            step_s=1 / scene.frames_per_second,
+            newton=newton,
+        )
+
+    def _zone(self) -> Zone:
+        return self._declared
+
+    def indenter(self, state: FrameState) -> Indenter | None:
+        """The object as placed by a state."""
+        if not isinstance(state, PosedState):
+            return super().indenter(state)
+        pose = state.pose
+        return Indenter(shape=self._thing.entered(pose), pose=pose)
+
+    def tangent(self, state: FrameState, deformation: Deformation) -> Array:
+        """How force and torque change with the object's motion, shape (6, 6), see `magicsim.deform.solve.tangent`.
+
+        Zero at rest, and where it cannot be worked out.
+        """
+        indenter = self.indenter(state)
+        if self._solver is None or indenter is None or deformation.is_rest:
+            return np.zeros((6, 6))
+        found = self._solver.tangent(deformation, indenter)
+        return np.zeros((6, 6)) if found is None else found

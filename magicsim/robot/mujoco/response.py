@@ -1,0 +1,75 @@
+"""What a sensor answers between two solves: linear about the last one.
+
+Wrenches are (force [N], torque [N mm]) on the sensor about its origin in its frame; motions are (shift [mm], rotation
+[rad]) of the object's point at the sensor's origin.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from magicsim.deform.deformation import Deformation
+from magicsim.geometry.pose import Pose
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Response:
+    """A solved equilibrium and its tangent."""
+
+    pose: Pose
+    """Of the object when it was solved."""
+    wrench: Array
+    """Shape (6,)."""
+    tangent: Array
+    """Derivative of the wrench by the motion, shape (6, 6)."""
+    centre_mm: Array
+    """Middle of the contact, shape (3,) [mm]."""
+    radius_mm: float
+    """Radius of a circle of the contact's area [mm]."""
+
+    @classmethod
+    def of(cls, pose: Pose, deformation: Deformation, tangent: Array) -> "Response":
+        """From a deformation.
+
+        Args:
+            pose: Of the object.
+            deformation: Its equilibrium.
+            tangent: Shape (6, 6).
+        """
+        pressure = deformation.contact_pressure_mpa
+        total = float(pressure.sum())
+        centre = pressure @ deformation.contact_points_mm / total if total > 0 else np.zeros(3)
+        return cls(
+            pose=pose,
+            wrench=np.concatenate([deformation.force_n, deformation.torque_nmm]),
+            tangent=tangent,
+            centre_mm=centre,
+            radius_mm=float(np.sqrt(deformation.contact_area_mm2 / np.pi)),
+        )
+
+    def motion(self, pose: Pose) -> Array:
+        """The object's motion since the solve, shape (6,)."""
+        turn = pose.rotation @ self.pose.rotation.T
+        shift = pose.position_mm - turn @ self.pose.position_mm
+        return np.concatenate([shift, Rotation.from_matrix(turn).as_rotvec()])
+
+    def way_mm(self, pose: Pose) -> float:
+        """How far the object has moved at the contact since the solve [mm]."""
+        motion = self.motion(pose)
+        shift = motion[:3] + np.cross(motion[3:], self.centre_mm)
+        return float(np.linalg.norm(shift) + self.radius_mm * np.linalg.norm(motion[3:]))
+
+    def predicted(self, pose: Pose) -> Array:
+        """The wrench in another pose, shape (6,); zero where the sensor would have to pull."""
+        wrench = self.wrench + self.tangent @ self.motion(pose)
+        return wrench if wrench[2] > 0 else np.zeros(6)
+
+    @property
+    def stiffness(self) -> Array:
+        """The symmetric part of the tangent without its negative directions, shape (6, 6)."""
+        values, vectors = np.linalg.eigh((self.tangent + self.tangent.T) / 2)
+        return np.asarray((vectors * np.maximum(values, 0)) @ vectors.T)

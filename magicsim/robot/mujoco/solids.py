@@ -1,0 +1,141 @@
+"""The solid of a MuJoCo body, from its geoms.
+
+MuJoCo has metres, a geom's own frame, and half sizes; shapes here have millimetres.
+"""
+
+from collections.abc import Sequence
+
+import manifold3d
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+from magicsim.errors import ConfigError
+from magicsim.geometry.mesh import SurfaceMesh, from_manifold
+from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM
+from magicsim.geometry.shapes.mesh_solid import MeshShape
+from magicsim.geometry.shapes.profile import Arc, ConvexProfile
+from magicsim.geometry.shapes.revolved import Revolved
+from magicsim.geometry.shapes.solids import RoundedBox, RoundedCylinder, Shape, Sphere
+from magicsim.robot.mujoco.engine import MjModel, engine
+
+Array = npt.NDArray[np.float64]
+MM = 1000.0
+"""Millimetres in a metre."""
+EDGE_SHARE = 0.25
+"""Radius of edges, which MuJoCo has sharp, in units of the smallest half size; at most 0.1 mm."""
+SMALLEST_MM, LARGEST_MM = 0.01, 200.0
+"""Least and largest extent of what may touch a sensor, as for mesh files [mm]."""
+BALL_SEGMENTS = 128
+KINDS = ("sphere", "capsule", "cylinder", "box", "ellipsoid", "mesh")
+
+
+def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, int | None]:
+    """The union of a body's geoms, and the geom whose frame it is in; None stands for the body's frame.
+
+    A body of one geom has that geom's exact shape; of several, the mesh of their union.
+
+    Args:
+        model: `mujoco.MjModel`.
+        body: Number of the body, for messages.
+        geoms: Numbers of its geoms, at least one.
+
+    Raises:
+        ConfigError: A geom of a kind that cannot press, a mesh that is not closed, or a size that is not allowed.
+    """
+    if len(geoms) == 1:
+        shape = geom_shape(model, geoms[0])
+        check_size(model.body(body).name, shape)
+        return shape, geoms[0]
+    parts = []
+    for geom in geoms:
+        mesh = geom_shape(model, geom).mesh()
+        turn = np.zeros(9)
+        engine().mju_quat2Mat(turn, model.geom_quat[geom])
+        vertices = mesh.vertices @ turn.reshape(3, 3).T + MM * model.geom_pos[geom]
+        parts.append(_manifold(vertices, mesh.faces))
+    whole = manifold3d.Manifold.batch_boolean(parts, manifold3d.OpType.Add)
+    shape = MeshShape.of(from_manifold(whole))
+    check_size(model.body(body).name, shape)
+    return shape, None
+
+
+def geom_shape(model: MjModel, geom: int) -> Shape:
+    """The solid of one geom in its own frame.
+
+    Args:
+        model: `mujoco.MjModel`.
+        geom: Its number.
+
+    Raises:
+        ConfigError: Of a kind that cannot press, or a mesh that is not closed.
+    """
+    kind = engine().mjtGeom(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
+    name = geom_name(model, geom)
+    size = MM * model.geom_size[geom]
+    match kind:
+        case "sphere":
+            return Sphere(float(size[0]))
+        case "capsule":
+            radius, half = float(size[0]), float(size[1])
+            ends = (
+                Arc(radial_mm=0.0, axial_mm=-half, radius_mm=radius, end_deg=0.0),
+                Arc(radial_mm=0.0, axial_mm=half, radius_mm=radius, end_deg=90.0),
+            )
+            return Revolved(ConvexProfile(ends), radius)
+        case "cylinder":
+            radius, half = float(size[0]), float(size[1])
+            return RoundedCylinder(radius, 2 * half, "z", _edge_mm(radius, half))
+        case "box":
+            x, y, z = (float(2 * each) for each in size)
+            return RoundedBox((x, y, z), _edge_mm(*(float(each) for each in size)))
+        case "ellipsoid":
+            ball = manifold3d.Manifold.sphere(1.0, BALL_SEGMENTS).scale(tuple(float(each) for each in size))
+            return MeshShape.of(from_manifold(ball))
+        case "mesh":
+            return _mesh_shape(model, geom, name)
+    msg = f"geom '{name}' is a {kind}, which cannot press on a sensor: must be {', '.join(KINDS[:-1])} or {KINDS[-1]}"
+    raise ConfigError(msg)
+
+
+def geom_name(model: MjModel, geom: int) -> str:
+    """A geom's name, or its number where it has none."""
+    return str(model.geom(geom).name) or f"number {geom}"
+
+
+def check_size(body: str, shape: Shape) -> None:
+    """Refuses a body that is too small or too large to touch a sensor.
+
+    Raises:
+        ConfigError: Names its extents.
+    """
+    extents = [shape.support_mm(axis) + shape.support_mm(-axis) for axis in np.eye(3)]
+    if min(extents) < SMALLEST_MM or max(extents) > LARGEST_MM:
+        size = " x ".join(f"{each:.4g}" for each in extents)
+        msg = f"body '{body}' measures {size} mm: must be {SMALLEST_MM:g} to {LARGEST_MM:g} mm to touch a sensor"
+        raise ConfigError(msg)
+
+
+def _mesh_shape(model: MjModel, geom: int, name: str) -> MeshShape:
+    number = int(model.geom_dataid[geom])
+    first, count = int(model.mesh_vertadr[number]), int(model.mesh_vertnum[number])
+    first_face, faces = int(model.mesh_faceadr[number]), int(model.mesh_facenum[number])
+    mesh = trimesh.Trimesh(
+        MM * np.asarray(model.mesh_vert[first : first + count], np.float64),
+        np.asarray(model.mesh_face[first_face : first_face + faces], np.int64),
+        process=True,
+    )
+    if not (mesh.is_watertight and mesh.is_winding_consistent):
+        msg = f"geom '{name}': its mesh is not watertight: every edge must belong to two triangles that agree"
+        raise ConfigError(msg)
+    if mesh.volume < 0:
+        mesh.invert()
+    return MeshShape.of(SurfaceMesh(vertices=np.array(mesh.vertices, np.float64), faces=np.array(mesh.faces, np.int32)))
+
+
+def _edge_mm(*half_sizes_mm: float) -> float:
+    return min(EDGE_RADIUS_MM, EDGE_SHARE * min(half_sizes_mm))
+
+
+def _manifold(vertices: Array, faces: npt.NDArray[np.int32]) -> manifold3d.Manifold:
+    return manifold3d.Manifold(manifold3d.Mesh64(np.ascontiguousarray(vertices), faces.astype(np.uint64)))

@@ -1,0 +1,127 @@
+"""Stages that every study that learns has: its data, the data that check what it rests on, and its models."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.errors import ConfigError
+from magicsim.learn.fitting import Fit, Read
+from magicsim.learn.settings import LearningSettings
+from magicsim.study.learned.settings import LearnedConfig
+from magicsim.study.stages.dataset_stage import DatasetStage
+from magicsim.study.stages.learning_stage import LearningStage
+
+FRAMES = "frames"
+"""Name of the stage of the data."""
+QUIET, FINE = "without-noise", "finer-rendering"
+"""Names of the data that check what a result rests on."""
+NO_NOISE: dict[str, Any] = {"full_well_e": 1e9, "read_noise_e": 0.0}
+"""Camera without shot noise and read noise: a well of 1e9 electrons has a relative shot noise of 3e-5."""
+FINER = 4
+"""Factor on samples and particles of the finer rendering, with another seed of its noise."""
+
+
+def data_stages(config: LearnedConfig, labels: dict[str, bool]) -> list[DatasetStage]:
+    """The data, and the first episodes again without noise and with finer rendering.
+
+    Args:
+        config: The study.
+        labels: Large labels that it needs; all others are left out.
+    """
+    large = {"contact_mask": False, "depth_map": False, "displacements": False} | labels
+    recipe = config.dataset_recipe(labels=large)
+    stages = [DatasetStage(name=FRAMES, recipe=recipe)]
+    if config.check_episodes:
+        count = min(config.check_episodes, recipe.episodes)
+        render = recipe.render
+        finer = render.model_dump() | {
+            "samples": FINER * render.samples, "particles": FINER * render.particles,
+            "anchor_samples": 2 * render.anchor_samples, "anchor_seed": render.anchor_seed + 1,
+        }  # fmt: skip
+        quiet = recipe.camera.model_dump(exclude_none=True) | NO_NOISE
+        stages += [
+            DatasetStage(name=QUIET, recipe=config.dataset_recipe(labels=large, episodes=count, camera=quiet)),
+            DatasetStage(name=FINE, recipe=config.dataset_recipe(labels=large, episodes=count, render=finer)),
+        ]
+    return stages
+
+
+def planned_fits(settings: LearningSettings, *, units: int) -> tuple[Fit, ...]:
+    """The models: folds by press, shares of the data for the learning curve, other networks, folds by unit.
+
+    Args:
+        settings: How to learn.
+        units: Number of printed sensors in the data.
+    """
+    first, *others = settings.networks
+    used = min(settings.folds, settings.folds_used)
+
+    def fits(name: str, network: str = first, share: float = 1.0) -> list[Fit]:
+        return [
+            Fit(name=f"{name}-{k}", network=network, fold=k, folds=settings.folds, share=share) for k in range(used)
+        ]
+
+    found = fits("press")
+    for share in sorted(settings.curve):
+        found += fits(share_name(share), share=share)
+    for other in others:
+        found += fits(other, network=other)
+    folds = min(settings.folds, units)
+    if folds > 1:
+        found += [
+            Fit(name=f"unit-{k}", network=first, split_by="unit", fold=k, folds=folds) for k in range(min(folds, used))
+        ]
+    return tuple(found)
+
+
+def share_name(share: float) -> str:
+    """How fits with a share of the training presses are called."""
+    return f"share-{round(1000 * share):03d}"
+
+
+def learning_stage(
+    config: LearnedConfig,
+    stages: Sequence[DatasetStage],
+    read: Read,
+    *,
+    frames_per_episode: int,
+    name: str = "learning",
+) -> LearningStage:
+    """The models of a study on its first dataset, which answer on the others too.
+
+    Args:
+        config: The study.
+        stages: Of the data.
+        read: Makes samples.
+        frames_per_episode: How many of an episode's frames count, about.
+        name: Of the stage.
+    """
+    recipe = stages[0].recipe
+    return LearningStage(
+        name=name, fits=planned_fits(config.learning, units=count_units(recipe)), dataset=stages[0].name,
+        recipe=recipe, read=read, settings=config.learning, frames=recipe.episodes * frames_per_episode,
+        study=config.kind, seed=config.seed, also=tuple((stage.name, stage.name, True) for stage in stages[1:]),
+    )  # fmt: skip
+
+
+def count_units(recipe: Recipe) -> int:
+    """Printed sensors that a recipe's episodes are on."""
+    return -(-recipe.episodes // recipe.episodes_per_sensor)
+
+
+def refuse_few(config: LearnedConfig) -> None:
+    """Refuses data that cannot be learned from.
+
+    Raises:
+        ConfigError: There are fewer episodes than folds, or no references.
+    """
+    recipe, folds = config.dataset_recipe(), config.learning.folds
+    if recipe.episodes < 2 * folds:
+        msg = (
+            f"recipe.episodes = {recipe.episodes} is not allowed with learning.folds = {folds}: "
+            f"must be at least {2 * folds}"
+        )
+        raise ConfigError(msg)
+    if recipe.references < 1:
+        msg = "recipe.references = 0 is not allowed: a model reads frames beside an untouched one"
+        raise ConfigError(msg)

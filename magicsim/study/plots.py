@@ -1,0 +1,95 @@
+"""Plots of studies, each from its numbers to SVG text."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Canvas
+
+from magicsim.report.drawing import WIDTH_IN, plot_style, to_svg
+from magicsim.report.palette import BLUE, FAINT, INK, LINE, ORANGE, WRONG
+
+Array = npt.NDArray[np.float64]
+COLORS = (LINE, ORANGE, BLUE, WRONG, "#cc79a7", "#009e73", "#999999")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+_HEIGHT_IN = 3.4
+_PLACE = (0.13, 0.14, 0.85, 0.76)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Series:
+    """One curve."""
+
+    name: str
+    x: Sequence[float]
+    y: Sequence[float]
+    low: Sequence[float] | None = None
+    high: Sequence[float] | None = None
+    """Ends of intervals."""
+    is_level: bool = False
+    """Whether it is one value for all x, drawn as a dashed line across: a baseline."""
+
+
+def plot_series(
+    series: Sequence[Series], *, x_title: str, y_title: str, name: str, label: str, log_x: bool = False,
+    from_zero: bool = True, marked: bool = True,
+) -> str:  # fmt: skip
+    """Curves with intervals, and levels to compare them with.
+
+    Args:
+        series: At least one.
+        x_title: What the horizontal axis shows, with its unit.
+        y_title: What the vertical axis shows, with its unit.
+        name: Put before the drawing's identifiers; unique on a page.
+        label: What the drawing shows, for a reader who cannot see it.
+        log_x: Whether the horizontal axis is logarithmic.
+        from_zero: Whether the vertical axis begins at 0.
+        marked: Whether points are marked.
+    """
+    with plot_style():
+        canvas, panel = _panel(x_title, y_title)
+        for place, each in enumerate(series):
+            color = COLORS[place % len(COLORS)]
+            if each.is_level:
+                panel.axhline(each.y[0], color=color, linestyle=(0, (5, 2 + place)), linewidth=1.1, label=each.name)
+                continue
+            marker = MARKERS[place % len(MARKERS)] if marked else ""
+            panel.plot(each.x, each.y, color=color, marker=marker, ms=4, label=each.name)
+            if each.low is not None and each.high is not None:
+                panel.fill_between(each.x, each.low, each.high, color=color, alpha=0.18, linewidth=0)
+        if log_x:
+            panel.set_xscale("log")
+        if from_zero:
+            panel.set_ylim(bottom=0)
+        panel.legend(loc="best")
+        return to_svg(canvas, name=name, label=label)
+
+
+def plot_answers(truth: Array, answer: Array, *, unit: str, name: str, label: str) -> str:
+    """Answers against true values, with the line on which they would be right.
+
+    Args:
+        truth: Shape (n,).
+        answer: Shape (n,).
+        unit: Of both.
+        name: Put before the drawing's identifiers; unique on a page.
+        label: What the drawing shows, for a reader who cannot see it.
+    """
+    ends = [float(np.min([truth.min(), answer.min()])), float(np.max([truth.max(), answer.max()]))]
+    with plot_style():
+        canvas, panel = _panel(f"truth [{unit}]", f"answer [{unit}]")
+        panel.plot(ends, ends, color=INK, linewidth=0.8, linestyle="--")
+        panel.plot(truth, answer, linestyle="none", marker="o", ms=2.6, color=LINE, alpha=0.55, markeredgewidth=0)
+        return to_svg(canvas, name=name, label=label)
+
+
+def _panel(x_title: str, y_title: str) -> tuple[Canvas, Axes]:
+    canvas = Canvas(figsize=(WIDTH_IN, _HEIGHT_IN))
+    panel = canvas.add_axes(_PLACE)
+    panel.grid(visible=True, color=FAINT, linewidth=0.6)
+    panel.tick_params(length=0.0, colors=INK)
+    panel.set_xlabel(x_title)
+    panel.set_title(y_title, pad=4.0)
+    return canvas, panel

@@ -1,0 +1,47 @@
+"""What every study's file says, whatever its kind: the base of the configuration models of `scenes/studies/*.toml`."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from magicsim.config.models import Config
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import Seed
+
+
+class StudyConfig(Config):
+    """Settings of a study."""
+
+    schema_version: Literal[1]
+    kind: str
+    """What is studied, a key of `magicsim.study.kinds.KINDS`."""
+    design: ElastomerDesign
+    """The block; a file or `--design` may give the name of a design preset instead."""
+    rig: Rig
+    """What surrounds it; a file may give the name of a rig preset instead. Left out, it is the rig of the scene that
+    has the design's name, or `digit-office`."""
+    seed: Seed = 0
+    """Seed of everything random."""
+    timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
+    """Longest time for one attempt at a part of the work [s]."""
+
+    @classmethod
+    def completed(cls, data: dict[str, Any], *, folder: Path, quick: bool) -> dict[str, Any]:
+        """The file's content with what this kind of study names, such as a recipe, put in place.
+
+        Args:
+            data: Content; design and rig may still be names.
+            folder: Where the file stands.
+            quick: Whether the small form was asked for.
+        """
+        del folder, quick
+        return data
+
+    def config_hash(self) -> str:
+        """SHA-256 of everything that the result depends on."""
+        data = self.model_dump(mode="json", exclude={"timeout_s"})
+        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
