@@ -66,7 +66,8 @@ def levelled(blurred: Frame, surround_px: int) -> Frame:
     """Brightness of each pixel in per cent of its surroundings', rounded to 8 bit; an image as it is for 0.
 
     What an approaching object does to the light as a whole, and a camera to its gain, falls out of it: walls stay
-    darker than what lies between them. Surroundings are a Gaussian mean, mirrored at the edge; where they are black, all is.
+    darker than what lies between them. Surroundings are a Gaussian mean, mirrored at the edge; where they are black,
+    all is.
 
     Args:
         blurred: Image after `blur`, shape (rows, columns, 3).
@@ -86,8 +87,8 @@ def grid_mask(blurred: Frame, *, tau_b: int, polarity: Polarity) -> npt.NDArray[
 
     Args:
         blurred: Image after `blur` and `levelled`, shape (rows, columns, 3).
-        tau_b: Grey level, or per cent of the surroundings' where the image was levelled; a pixel above it is bright, one
-            at or below it is dark.
+        tau_b: Grey level, or per cent of the surroundings' where the image was levelled; a pixel above it is bright,
+            one at or below it is dark.
         polarity: Whether dark or bright pixels are the grid.
     """
     mode = cv2.THRESH_BINARY if polarity == "bright" else cv2.THRESH_BINARY_INV

@@ -18,9 +18,9 @@ Array = npt.NDArray[np.float64]
 SMOOTHING_MM = 0.7
 """Standard deviation of the kernel that spreads deposits over neighbouring triangles [mm]: irradiance under a
 scattering block varies over the height of the block, and a narrower kernel is noisier."""
-WIDENING_MM = 3.0
-"""Distance from the block over which the kernel becomes as wide again [mm]: light of a face varies over lengths like
-the distance from it, of which the kernel then has less than a quarter."""
+WIDE_FROM_MM, WIDENING_MM = 1.5, 4.0
+"""Distances from the block from which the kernel widens, and over which it becomes as wide again [mm]: light of a face
+varies over lengths like the distance from it, of which the kernel then has less than a quarter."""
 DOUBLINGS = 4
 """How often a kernel is made twice as wide at most."""
 REACH = 2.0
@@ -79,7 +79,7 @@ def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
         gathered: Irradiance by the kernel that is doubled in width so often, shape (triangles, channels).
         away_mm: Distance of each triangle from the block, shape (triangles,) [mm].
     """
-    doublings = np.clip(np.log2(1 + np.maximum(away_mm, 0) / WIDENING_MM), 0, DOUBLINGS)
+    doublings = np.log2(1 + np.maximum(away_mm - WIDE_FROM_MM, 0) / WIDENING_MM).clip(max=DOUBLINGS)
     lower = np.minimum(doublings.astype(int), DOUBLINGS - 1)
     part = (doublings - lower)[:, None]
     result = np.zeros_like(gathered(0))

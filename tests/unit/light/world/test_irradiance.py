@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 
 from magicsim.geometry.mesh import from_manifold
-from magicsim.light.world.irradiance import DOUBLINGS, SMOOTHING_MM, irradiance_kernel, widened
+from magicsim.light.world.irradiance import (
+    DOUBLINGS,
+    SMOOTHING_MM,
+    WIDE_FROM_MM,
+    WIDENING_MM,
+    irradiance_kernel,
+    widened,
+)
 
 
 def areas_mm2(mesh):
@@ -79,6 +86,6 @@ def test_surfaces_further_off_are_smoothed_more():
         asked.append(level)
         return np.full((4, 1), float(level))
 
-    found = widened(gathered, np.array([-1.0, 0.0, 3.0 * (2**1.5 - 1), 1e6]))
+    found = widened(gathered, np.array([-1.0, WIDE_FROM_MM, WIDE_FROM_MM + WIDENING_MM * (2**1.5 - 1), 1e6]))
     np.testing.assert_allclose(found[:, 0], [0, 0, 1.5, DOUBLINGS], atol=1e-12)
     assert set(asked) == {0, 1, 2, DOUBLINGS}
