@@ -33,7 +33,7 @@ def limit_tables(variants: Variants, presses: Rows) -> list[str]:
 def _skin(variants: Variants) -> list[str]:
     lines = [
         "## Skin", "",
-        "Of the skin's cells at their Gauss points, two or more layers of them, effective core, friction 1. In brackets "
+        "Of the skin's cells at their Gauss points, two or more layers, effective core, friction 1. In brackets "
         "the change with walls of 0.2 mm and with friction 0.5, where computed (skin of 0.6 mm).",
     ]  # fmt: skip
     rows = variants["nominal"]["presses"]
@@ -70,7 +70,7 @@ def _flow(variants: Variants, presses: Rows) -> list[str]:
     lines = [
         "## Where the infill begins to flow", "",
         "Depth and normal force at which every layer of the uppermost cube of infill below the indenter has reached "
-        "the yield stress, walls resolved, above the middle of a cell. The yield stress is assumed: nobody has published "
+        "the yield stress, walls resolved, above the middle of a cell. The yield stress is assumed: nobody published "
         f"one. Forces at a speed as above, for a reading after {READING_S[0]:g} s (to {READING_S[1]:g} s). Stretch and "
         "stress are those of the skin at that depth.", "",
     ]  # fmt: skip
@@ -113,7 +113,7 @@ def _beside(rows: Rows) -> list[str]:
     lines = [
         "## Lateral forces beside the middle of a cell", "",
         "The axis of the indenter is 0.2 mm from the middle of a cell, 0.173 mm along x and 0.1 mm along y; walls "
-        "resolved below it on the whole block, nodes 0.45 mm apart at most, friction 1. Above the middle lateral forces "
+        "resolved below it on the whole block, nodes 0.45 mm apart at most, friction 1. Above the middle such forces "
         "vanish by symmetry.", "",
     ]  # fmt: skip
     names = ("fx_n", "fy_n", "fz_n", "least_infill_shear")

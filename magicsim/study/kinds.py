@@ -11,6 +11,7 @@ from magicsim.study.protocol import Study
 from magicsim.study.settings import StudyConfig
 
 KINDS: dict[str, str] = {
+    "manufacturing": "magicsim.study.mechanics.manufacturing:Manufacturing",
     "deformation-law": "magicsim.study.mechanics.deformation_law:DeformationLaw",
     "limits": "magicsim.study.mechanics.limits:Limits",
     "localisation": "magicsim.study.learned.localisation:Localisation",
