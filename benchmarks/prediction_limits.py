@@ -3,10 +3,10 @@
     python benchmarks/prediction_limits.py RUNS            # runs the studies below RUNS, or goes on with them
     python benchmarks/prediction_limits.py RUNS --table    # from what is there: docs/predictions.json and .md
 
-Each part is a run of `magicsim study limits` with settings, below RUNS: presses for the skin, those above and beside the
-middle of a cell, sheared ones, and variants that change one thing, computed for the skin of 0.6 mm. Walls of 0.2 mm come
-with the moduli that read nearest to the two fitted hardness samples, 33 and 21 Shore A instead of 33.25 and 17.1: no
-infill is soft enough for both. Nothing is fitted to results.
+Each part is a run of `magicsim study limits` with settings, below RUNS: presses for the skin, those above and beside
+the middle of a cell, sheared ones, and variants that change one thing, computed for the skin of 0.6 mm. Walls of 0.2 mm
+come with the moduli that read nearest to the two fitted hardness samples, 33 and 21 Shore A instead of 33.25 and 17.1:
+no infill is soft enough for both. Nothing is fitted to results.
 """
 
 import argparse

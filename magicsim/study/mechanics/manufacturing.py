@@ -95,17 +95,10 @@ class Manufacturing:
         depths = self._threshold_depths(folder)
         tables, rows, series = [], list[Row](), []
         for kind in KINDS:
-            matrix = self._errors(kind, depths[kind])
+            drawn = [self._errors(kind, depths[kind], draw) for draw in range(self.config.draws)]
+            matrix = drawn[0]
             tables.append(_matrix_table(kind, matrix))
-            beside = matrix[~np.eye(len(matrix), dtype=bool)]
-            rows.append(
-                {
-                    "kind": kind, "self_repeat_mm": float(np.diag(matrix).mean()),
-                    "between_units_mm": float(beside.mean()),
-                    "least_mm": float(beside.min()), "most_mm": float(beside.max()),
-                    "depth_at_threshold_mm": float(depths[kind][1][0]),
-                }
-            )  # fmt: skip
+            rows.append({"kind": kind, **_summary(drawn), "depth_at_threshold_mm": float(depths[kind][1][0])})
             others = matrix.copy()
             np.fill_diagonal(others, np.nan)
             series.append(
@@ -114,18 +107,21 @@ class Manufacturing:
                     low=np.nanmin(others, axis=1).tolist(), high=np.nanmax(others, axis=1).tolist(),
                 )
             )  # fmt: skip
-        drawn = plot_series(
+        picture = plot_series(
             series, x_title="unit", y_title="mean difference from the other units [mm]", name="units",
             label="Mean difference of each unit from the others",
         )  # fmt: skip
         columns = tuple(Column(name=key, unit="mm" if key.endswith("_mm") else "", digits=4) for key in rows[0])
-        summary = Table(name="kinds", title="Printed against moulded", columns=columns, rows=tuple(rows))
+        summary = Table(
+            name="kinds", title="Printed against moulded", columns=columns, rows=tuple(rows),
+            note=f"Means over {self.config.draws} draws of all units; low and high hold nine of ten of them.",
+        )  # fmt: skip
         return StudyResult(
             headline={
                 f"{row['kind']}_{key}": row[key] for row in rows for key in ("self_repeat_mm", "between_units_mm")
             },
             tables=(summary, *tables),
-            figures=(Figure(name="units", title="Differences between units", svg=drawn),),
+            figures=(Figure(name="units", title="Differences between units", svg=picture),),
             facts={
                 "Touches": f"{self.config.touches} of each unit, until {self.config.probe.threshold_n:g} N",
                 "Units": f"{self.config.units} of each kind",
@@ -171,15 +167,15 @@ class Manufacturing:
             found[kind] = ((own[-1] - own[0]) / THICKER_MM, own[:-1])
         return found
 
-    def _errors(self, kind: str, depths: tuple[float, Array]) -> Array:
-        """Mean absolute difference between surfaces of units, shape (units, units) [mm]."""
+    def _errors(self, kind: str, depths: tuple[float, Array], draw: int) -> Array:
+        """Mean absolute difference between surfaces of units of one draw, shape (units, units) [mm]."""
         config, number = self.config, KINDS.index(kind)
         tolerances: UnitTolerances = getattr(config, kind)
         half = np.array(config.design.footprint_mm) * config.place_share / 2
         grid = np.stack(np.meshgrid(*(np.linspace(-each, each, SHOWN) for each in half)), -1).reshape(-1, 2)
         surfaces = []
         for unit in range(config.units):
-            random = np.random.default_rng([config.seed, number, unit])
+            random = np.random.default_rng([config.seed, number, draw, unit])
             shape = drawn_unit(tolerances, random)
             for _ in range(2):
                 places = random.uniform(-half, half, (config.touches, 2))
@@ -204,6 +200,19 @@ class Manufacturing:
         high = (1 - x) * table[j + 1, i] + x * table[j + 1, i + 1]
         depth = (1 - y) * low + y * high + by_thickness * unit.height_mm
         return np.asarray(depth * unit.stiffness ** (-2 / 3))  # force^(2/3) grows with depth
+
+
+def _summary(drawn: Sequence[Array]) -> dict[str, float]:
+    """Means of matrices of errors on and off their diagonals, with the range of nine draws of ten [mm]."""
+    repeat = np.array([np.diag(matrix).mean() for matrix in drawn])
+    between = np.array([matrix[~np.eye(len(matrix), dtype=bool)].mean() for matrix in drawn])
+    low, high = np.quantile(between, [0.05, 0.95])
+    return {
+        "self_repeat_mm": float(repeat.mean()),
+        "between_units_mm": float(between.mean()),
+        "low_mm": float(low),
+        "high_mm": float(high),
+    }
 
 
 def drawn_unit(tolerances: UnitTolerances, random: np.random.Generator) -> UnitShape:

@@ -51,6 +51,8 @@ class ManufacturingConfig(StudyConfig):
     object: ObjectConfig
     """What touches."""
     units: Annotated[int, Field(ge=2, le=50)] = 6
+    draws: Annotated[int, Field(ge=1, le=1000)] = 10
+    """Sets of units that are drawn: intervals are over them, matrices are of the first."""
     touches: Annotated[int, Field(ge=50, le=10_000)] = 400
     """Random touches of each unit."""
     place_share: Share = 0.9

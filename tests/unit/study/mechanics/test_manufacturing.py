@@ -18,7 +18,7 @@ FLAT = {"wave_mm": 0.0, "wave_length_mm": 12.0, "wave_phases": (0.0, 0.0, 0.0, 0
 
 
 def study(*settings: str) -> Manufacturing:
-    found = load_study("manufacturing", settings, quick=True)
+    found = load_study("manufacturing", ["draws=2", *settings], quick=True)
     assert isinstance(found, Manufacturing)
     return found
 
