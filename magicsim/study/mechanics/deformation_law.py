@@ -38,7 +38,7 @@ HEADS = {
     "grid_extent_mm": "radius of what moved", "image_px": "image moved", "image_change": "mean change of the image",
     "direction_deg": "direction of shear", "grid_error_deg": "error of the grid's direction",
     "image_error_deg": "error of the image's direction", "twist_deg": "twist", "grid_turn_deg": "grid turned",
-    "image_turn_deg": "image turned", "grid_sense": "grid the right way round", "image_sense": "image the right way round",
+    "image_turn_deg": "image turned", "grid_sense": "grid turned rightly", "image_sense": "image turned rightly",
 }  # fmt: skip
 """Heads of columns on the page."""
 MOVED_MM = 0.05

@@ -243,7 +243,8 @@ def _flow_table(rows: Sequence[Row]) -> Table:
         Column(name="diameter_mm", unit="mm"), Column(name="skin_mm", unit="mm"),
         Column(name="yield_mpa", title="assumed yield stress", unit="MPa", digits=4),
         Column(name="depth_mm", unit="mm"), Column(name="fz_n", title="Fz", unit="N"), Column(name="skin_stretch"),
-        Column(name="skin_von_mises_mpa", title=HEADS["skin_von_mises_mpa"], unit="MPa"), Column(name="deepest_mm", title="deepest computed", unit="mm"),
+        Column(name="skin_von_mises_mpa", title=HEADS["skin_von_mises_mpa"], unit="MPa"),
+        Column(name="deepest_mm", title="deepest computed", unit="mm"),
     )  # fmt: skip
     filled: tuple[Row, ...] = tuple({column.name: row.get(column.name) for column in columns} for row in rows)
     return Table(
