@@ -20,6 +20,7 @@ from magicsim.cli import (  # noqa: F401
     detect,
     estimate,
     fit,
+    grasp,
     light,
     live,
     machine,

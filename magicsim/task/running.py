@@ -20,7 +20,6 @@ from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
-from magicsim.scenes.rig import load_rig
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.task.episode import FrameRow, Image, Recorded, play
 from magicsim.task.film import contact_sheet, film
@@ -58,9 +57,9 @@ def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
     Raises:
         MagicsimError: A preset does not exist, or does not fit.
     """
-    scene = load_scene("grip", [f"design={config.design}"])
+    scene = load_scene("grip", [f"design={config.design}", f"rig={config.rig}", *config.scene])
     contact = scene.contact.model_copy(update={"friction": item.friction})
-    rig = in_room(load_rig(config.rig), config.room)
+    rig = in_room(scene.rig, config.room)
     values = scene.model_dump() | {
         "object": item.object.model_dump(), "rig": rig.model_dump(), "contact": contact.model_dump(),
         "seed": config.seed, "frames_per_second": config.frames_per_second,

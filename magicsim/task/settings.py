@@ -22,6 +22,8 @@ class GraspConfig(Config):
     """Rig preset or TOML file."""
     room: str = "office"
     """Room around, see `Rig.room`; `dark` for none."""
+    scene: tuple[str, ...] = ()
+    """Further settings of the fingers' scene, `dotted.key=value`, such as `design.skin_mm=0.5`."""
     detector: str = "calibrated"
     """Profile that reads the frames."""
     items: Annotated[tuple[str, ...], Field(min_length=1)] = ("orange", "banana", "biscuit-packet")

@@ -106,7 +106,7 @@ class World:
         if frame == story.appears:
             self._place()
             return "appears"
-        if gripper.outcome is Hold.PLACED and stage is GraspStage.WAITING and self._hand_y_mm > 0:
+        if gripper.outcome is Hold.PLACED and self._hand_y_mm > 0:
             self._hand_y_mm = max(0.0, self._hand_y_mm - story.speed_mm_s * self._dt_s)
             self._place()
             if self._hand_y_mm == 0:
@@ -129,7 +129,9 @@ class World:
 
     def _place(self) -> None:
         story = self.story
-        z_mm = self.open_mm / 2 - half_extents_mm(self.item.object)[0] - story.near_mm
+        up = half_extents_mm(self.item.object)[0]
+        clear = self.config.close_mm_s * self._dt_s + FINE_STEP_MM  # a hand on its way does not run into a finger
+        z_mm = min(self.open_mm / 2 - story.near_mm, self.gripper.width_mm / 2 - clear) - up
         place = ObjectPlace(y_mm=story.y_mm + self._hand_y_mm, z_mm=z_mm, twist_deg=story.twist_deg)
         self.gripper.close(self.gripper.width_mm, place=place)
 
