@@ -47,7 +47,7 @@ class World:
         self.open_mm = gripper.touching_width_mm + 2 * config.open_gap_mm
         self._dt_s = 1 / config.frames_per_second
         self._frame, self._transport, self._offered = 0, -1, -1
-        self._hand_y_mm = BEYOND_MM
+        self._hand_y_mm, self._is_delivered = BEYOND_MM, False
         self._pull_n, self._has_stalled = 0.0, False
         gripper.close(self.open_mm, place=ObjectPlace())
         gripper.remove_object()
@@ -84,7 +84,9 @@ class World:
         """
         frame, self._frame = self._frame, self._frame + 1
         self._transport = self._transport + 1 if stage is GraspStage.TRANSPORTING else -1
-        event = self._hands(stage, frame)
+        if self._is_delivered and self.is_open and self.has_item:
+            self.gripper.remove_object()  # it stays on its tray at B
+        event = "" if self._is_delivered else self._hands(stage, frame)
         self._drive(asked)
         event = self._move_fingers(asked) or event
         return Happened(event=event, light=self._shine(frame))
@@ -98,6 +100,7 @@ class World:
         if not self.is_held:
             return ""
         self.gripper.close(self.gripper.width_mm, place=self.gripper.place)
+        self._is_delivered = True
         return "delivered"
 
     def _hands(self, stage: GraspStage, frame: int) -> str:
