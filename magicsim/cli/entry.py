@@ -20,7 +20,6 @@ from magicsim.cli import (  # noqa: F401
     detect,
     estimate,
     fit,
-    grasp,
     light,
     live,
     machine,
