@@ -53,6 +53,8 @@ def place_object(
     x_mm: float = 0.0,
     y_mm: float = 0.0,
     twist_deg: float = 0.0,
+    tilt_x_deg: float = 0.0,
+    tilt_y_deg: float = 0.0,
     design: ElastomerDesign | None = None,
 ) -> Indenter:
     """Puts an object under the contact face.
@@ -64,6 +66,8 @@ def place_object(
         x_mm: Its origin along x [mm].
         y_mm: Its origin along y [mm].
         twist_deg: Rotation about the sensor's z axis, added to its own yaw [degrees].
+        tilt_x_deg: Rotation vector applied after the twist: along the sensor's x [degrees].
+        tilt_y_deg: Along its y [degrees].
         design: The block, where its face may be curved.
     """
     shape: Shape = config.shape()
@@ -72,7 +76,7 @@ def place_object(
         roll=config.roll_deg,
         pitch=config.pitch_deg,
         yaw=config.yaw_deg + twist_deg,
-    )
+    ).tilted((tilt_x_deg, tilt_y_deg))
     z_mm = -gap_mm - shape.support_mm(turned.rotation[2])
     if design is not None and design.face is not None:
         level = Pose(position_mm=np.array([x_mm, y_mm, z_mm + gap_mm]), rotation=turned.rotation)

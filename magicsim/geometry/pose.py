@@ -1,6 +1,6 @@
 """Where a rigid object is: rotation and position in the sensor's frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -25,6 +25,21 @@ class Pose:
     def to_object(self, points: Array) -> Array:
         """Points from the sensor's frame to the object's, shape (count, 3) [mm]."""
         return (points - self.position_mm) @ self.rotation
+
+    def tilted(self, tilt_deg: tuple[float, float]) -> Self:
+        """Turned about the origin of the object's frame.
+
+        Args:
+            tilt_deg: Rotation vector along the sensor's x and y [degrees].
+        """
+        if not any(tilt_deg):
+            return self
+        size = float(np.hypot(*tilt_deg))
+        x, y = (each / size for each in tilt_deg)
+        sine, cosine = np.sin(np.radians(size)), np.cos(np.radians(size))
+        cross = np.array([[0, 0, y], [0, 0, -x], [-y, x, 0]])
+        turn = np.eye(3) + sine * cross + (1 - cosine) * cross @ cross  # Rodrigues' formula
+        return replace(self, rotation=turn @ self.rotation)
 
     def key(self) -> tuple[float, ...]:
         """The numbers that define the pose, for comparing and caching."""

@@ -2,7 +2,7 @@
 
 from copy import copy
 from dataclasses import replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -88,6 +88,11 @@ class Renderer(PlainRenderer):
         other._untouched = UntouchedStates(default_store())
         other._before = None
         return other
+
+    @property
+    def untouched_states(self) -> UntouchedStates:
+        """Where the sensor's untouched states are kept."""
+        return self._untouched
 
     def radiance(self, view: View) -> FloatImage:
         """Linear radiance of what is read out, shape (rows, columns, 3), anchored if settings say so.
@@ -204,16 +209,25 @@ class Renderer(PlainRenderer):
         particles, seed = self.settings.particles, self.seed
         if not is_moved:
             outside = self._outside(placed, view.flashlight_x_mm)
-            field = free_light(scene, outside, careful, cheap, seed=seed)
+            field = self._arrived(view, scene, outside, free_light(scene, outside, careful, cheap, seed=seed))
             lit: LightField = scene.integrator().with_lit_object(
                 scene, field, particles=particles, seed=seed, outside=outside
             )
-            return lit
+            return self._gathered(view, field, lit)
         before = lifted(placed) if placed is not None and _reaches(placed) else placed
         world = self.world(view).scene
         field = touched_light(world, self._before_contact(before), careful, seed=seed)
+        field = self._arrived(view, world, None, field)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
-        return found
+        return self._gathered(view, field, found)
+
+    def _arrived(self, _view: View, _scene: Any, _outside: Outside | None, field: LightField) -> LightField:
+        """The light with that of what else shines on the block: here nothing."""
+        return field
+
+    def _gathered(self, _view: View, _before: LightField, lit: LightField) -> LightField:
+        """The light with what the object sends out by itself, after what falls on it was gathered: here nothing."""
+        return lit
 
     def _before_contact(self, placed: Array | None) -> Before:
         """Light of the last state before contact, kept for other depths of one press."""

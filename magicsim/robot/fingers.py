@@ -44,6 +44,10 @@ class ObjectPlace:
     """Along the closing axis [mm]; 0 is midway."""
     twist_deg: float = 0.0
     """Rotation about z, added to the object's own yaw [degrees]."""
+    tilt_x_deg: float = 0.0
+    """Tilt after the twist, a rotation vector about the object's origin: along x [degrees]."""
+    tilt_y_deg: float = 0.0
+    """Along y [degrees]."""
 
 
 def finger_pose(side: Side, width_mm: float) -> Pose:
@@ -67,9 +71,21 @@ def seen_by(side: Side, target: AnyObject) -> AnyObject:
     return target.model_copy(update={"pitch_deg": target.pitch_deg + HALF_TURN_DEG, "yaw_deg": -target.yaw_deg})
 
 
-def half_extents_mm(target: AnyObject) -> tuple[float, float]:
-    """How far the object reaches from its origin towards the upper and the lower finger, whatever its twist [mm]."""
-    up = Pose.from_degrees(np.zeros(3), roll=target.roll_deg, pitch=target.pitch_deg, yaw=target.yaw_deg).rotation[2]
+def object_pose(target: AnyObject, place: ObjectPlace) -> Pose:
+    """The transform from the object's frame to the gripper's."""
+    position = np.array([place.x_mm, place.y_mm, place.z_mm])
+    angles = {"roll": target.roll_deg, "pitch": target.pitch_deg, "yaw": target.yaw_deg + place.twist_deg}
+    return Pose.from_degrees(position, **angles).tilted((place.tilt_x_deg, place.tilt_y_deg))
+
+
+def half_extents_mm(target: AnyObject, place: ObjectPlace | None = None) -> tuple[float, float]:
+    """How far the object reaches from its origin towards the upper and the lower finger [mm].
+
+    Args:
+        target: The object.
+        place: Where it is; not tilted by default, whatever its twist.
+    """
+    up = object_pose(target, place or ObjectPlace()).rotation[2]
     shape = target.shape()
     return shape.support_mm(up), shape.support_mm(-up)
 
@@ -85,7 +101,7 @@ def is_alike_to_both(target: AnyObject) -> bool:
 
 
 def finger_motion(side: Side, place: ObjectPlace, width_mm: float, extents_mm: tuple[float, float]) -> dict[str, float]:
-    """Where a finger finds the object: gap, x and y [mm] and twist [degrees] in its own frame, as `move_to` takes them.
+    """Where a finger finds the object in its own frame, as `move_to` takes it: gap, x, y [mm], twist, tilts [degrees].
 
     Args:
         side: Which finger.
@@ -100,4 +116,6 @@ def finger_motion(side: Side, place: ObjectPlace, width_mm: float, extents_mm: t
         "x_mm": sign * place.x_mm,
         "y_mm": place.y_mm,
         "twist_deg": sign * place.twist_deg,
+        "tilt_x_deg": sign * place.tilt_x_deg,
+        "tilt_y_deg": place.tilt_y_deg,
     }

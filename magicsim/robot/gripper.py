@@ -1,91 +1,87 @@
-"""The MagicGripper's two facing sensors with one object between them: parallel closing, frames and truth in pairs.
+"""The MagicGripper's two facing sensors with one object between them: they close, hold it, and may lose it.
 
 Frames are those of `magicsim.robot.fingers`. Each finger is solved and rendered by itself from the one place of the
-object: neither sees the other's light through the object, and past it the other finger is not in its picture.
+object; each sees the other one behind the object (`magicsim.light.facing`).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
-import numpy as np
-import numpy.typing as npt
-from scipy.optimize import brentq
-
 from magicsim.config.ranges import check_number
-from magicsim.deform.indentation.path_force import as_vector
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.objects.kinds import AnyObject
-from magicsim.robot.fingers import SIDES, ObjectPlace, Side, finger_motion, finger_pose, half_extents_mm, seen_by
-from magicsim.robot.live import MAX_SEED, LiveSensor
-from magicsim.robot.moment import Moment
+from magicsim.robot.fingers import ObjectPlace, half_extents_mm, seen_by
+from magicsim.robot.grip.floating import BALANCE_N, float_between
+from magicsim.robot.grip.held import settle
+from magicsim.robot.grip.linkage import Linkage
+from magicsim.robot.grip.load import Load
+from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.pair import Pair, finger_seed
+from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
+from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor
+from magicsim.robot.quality import Quality
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
-from magicsim.simulation.episode import FrameTruth, SimulatedFrame, Vector
 
-Array = npt.NDArray[np.float64]
-BALANCE_N = 0.01
-"""Difference of the two normal forces at which a floating object rests [N]."""
-FINEST_MM = 1e-6
-"""Interval of places at which the search for balance ends in any case [mm]."""
+__all__ = ["BALANCE_N", "GripFrames", "GripMoment", "GripTruth", "Gripper", "finger_seed"]
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GripTruth:
-    """What is true of both fingers and the object at once, in the gripper's frame."""
-
-    width_mm: float
-    """Distance between the contact faces at rest [mm]."""
-    place: ObjectPlace
-    """The object."""
-    force_n: Vector
-    """Force of both fingers on the object [N]."""
-    torque_nmm: Vector
-    """Their torque on it about its origin [N mm]."""
-    imbalance_n: float
-    """Normal force of the upper finger less that of the lower [N]; what is left of it where the object floats."""
-    upper: FrameTruth
-    """The upper finger's, in its own frame."""
-    lower: FrameTruth
-    """The lower finger's, in its own frame."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GripFrames:
-    """One frame of each finger, taken at the same moment."""
-
-    upper: SimulatedFrame
-    lower: SimulatedFrame
-    truth: GripTruth
+TILT_DEG = 15.0
+"""How far an object may tilt in a gripper whose workspace is not given [degrees]."""
+MOST_SLIDE_MM = 3.0
+"""Way of the object in one motion beyond which no friction will hold it any more [mm]; assumed."""
 
 
 class Gripper:
-    """Two fingers that close on one object, moved by the caller; motions are quasi-static, as in `LiveSensor`."""
+    """Two fingers that close on one object, moved by the caller; motions are quasi-static, as in `LiveSensor`.
+
+    The object is either placed by the caller (`close`), as by a hand, or held by the fingers alone (`hold`): then its
+    place is where both contacts, its weight and whatever else pulls are in balance, and where there is no such place it
+    drops.
+    """
 
     def __init__(
-        self, scene: SceneConfig, *, workspace: Workspace | None = None, lower: SceneConfig | None = None
+        self,
+        scene: SceneConfig,
+        *,
+        workspace: Workspace | None = None,
+        lower: SceneConfig | None = None,
+        linkage: Linkage | None = None,
+        quality: str | Quality = "full",
+        sees_other: bool = True,
     ) -> None:
         """Builds both fingers.
 
         Args:
             scene: Design, rig, contact and render settings of the fingers, and the object in the gripper's frame.
-            workspace: Where the object may go, x, y and twist in the gripper's frame; the gap is each finger's.
+            workspace: Where the object may go; x, y, twist and tilts in the gripper's frame, the gap each finger's.
             lower: Another design or rig for the lower finger; by default the same, with a camera of its own fixed
                 pattern.
+            linkage: What moves the fingers.
+            quality: `full`, or `control` for coarser and faster sensors, see `magicsim.robot.quality`.
+            sees_other: Whether each finger is in the other's picture.
 
         Raises:
-            ConfigError: There is no object, or the workspace goes too deep.
+            ConfigError: There is no object, it does not fit between the open fingers, or the workspace goes too deep.
             MagicsimError: A finger cannot be built.
         """
         if scene.object is None:
             msg = "object is missing: a gripper needs one between its fingers"
             raise ConfigError(msg)
-        workspace = workspace or Workspace()
-        self._extents_mm = half_extents_mm(scene.object)
-        self.upper = LiveSensor(scene, workspace=workspace)
+        workspace = workspace or Workspace(tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG))
+        self.linkage, self._extents_mm = linkage or Linkage(), half_extents_mm(scene.object)
+        widest = self.linkage.width_mm(self.linkage.most_deg)
+        if self.touching_width_mm >= widest:
+            msg = (
+                f"object '{scene.object.kind}' does not fit between the fingers: {self.touching_width_mm:.4g} mm along "
+                f"the closing axis, and they open to {widest:.4g} mm"
+            )
+            raise ConfigError(msg)
+        self.upper = LiveSensor(scene, workspace=workspace, quality=quality)
         facing = _facing(lower or _with_next_pattern(scene), scene.object)
-        self.lower = LiveSensor(facing, workspace=_facing_range(workspace))
-        self._width_mm, self._place = self._open_mm, ObjectPlace()
+        self.lower = LiveSensor(facing, workspace=_facing_range(workspace), quality=quality)
+        self._pair = Pair(self.upper, self.lower, scene.object, sees_other=sees_other)
+        self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
         self.reset()
 
     def reset(self, *, seed: int | None = None) -> None:
@@ -105,22 +101,33 @@ class Gripper:
 
     @property
     def _open_mm(self) -> float:
-        """Where both fingers start: as far from an object in the middle as the workspace allows [mm]."""
-        return self.touching_width_mm + 2 * self.upper.workspace.gap_mm[1]
+        """Where both fingers start: as far from an object in the middle as workspace and linkage allow [mm]."""
+        far = self.touching_width_mm + 2 * self.upper.workspace.gap_mm[1]
+        return min(far, self.linkage.width_mm(self.linkage.most_deg))
 
     @property
     def width_mm(self) -> float:
         """Distance between the contact faces at rest [mm]."""
-        return self._width_mm
+        return self._state.width_mm
+
+    @property
+    def angle_deg(self) -> float:
+        """Angle of the cranks, see `Linkage` [degrees]."""
+        return self.linkage.angle_deg(self.width_mm)
 
     @property
     def place(self) -> ObjectPlace:
         """Where the object is."""
-        return self._place
+        return self._state.place
+
+    @property
+    def outcome(self) -> Hold:
+        """What became of the object in the last motion."""
+        return self._state.hold
 
     @property
     def touching_width_mm(self) -> float:
-        """Distance between the faces at which both just touch the object [mm]."""
+        """Distance between the faces at which both just touch the object, not tilted [mm]."""
         return sum(self._extents_mm)
 
     def close(self, width_mm: float, *, place: ObjectPlace | None = None, floats: bool = False) -> None:
@@ -133,26 +140,112 @@ class Gripper:
                 from `place.z_mm`; its own weight and rotation are left out.
 
         Raises:
-            ConfigError: The object would leave a finger's workspace.
+            ConfigError: The object would leave a finger's workspace, or the fingers their range.
             ConvergenceError: No valid equilibrium was found; both fingers stay where they were.
         """
-        before, asked = (self.upper.now(), self.lower.now()), place or self._place
+        self._check_width(width_mm)
+        before, asked = self._pair.moments(), place or self.place
         try:
-            settled = self._floating(asked, width_mm) if floats else self._at(asked, width_mm)
+            if floats:
+                asked = float_between(self._pair, asked, width_mm)
+            else:
+                self._pair.put(asked, width_mm)
         except MagicsimError:
-            self._go_back(before)
+            self._pair.go_back(before)
             raise
-        self._width_mm, self._place = width_mm, settled
+        self._state = GripState(width_mm=width_mm, place=asked)
+
+    def hold(
+        self, width_mm: float | None = None, *, load: Load | None = None, most_slide_mm: float = MOST_SLIDE_MM
+    ) -> Hold:
+        """Brings the faces to a distance and lets go of the object: it rests where fingers and load hold it, or drops.
+
+        The balance is that of all three forces and three torques, with Coulomb's friction at both faces, as far as the
+        workspace lets the object move; a coordinate that ends on its limit is held by that. Weight and outer wrench act
+        at once. After a drop the fingers are empty until `close` puts the object between them again.
+
+        Args:
+            width_mm: Distance between the contact faces at rest; as it is by default [mm].
+            load: What acts on the object; what acted before by default.
+            most_slide_mm: Way of the object in this motion beyond which it counts as dropped [mm].
+
+        Returns:
+            Whether it is held, held after a slip, or dropped.
+
+        Raises:
+            ConfigError: The object does not fit, the fingers would leave their range, or there is no object any more.
+            ConvergenceError: No valid equilibrium of a finger was found; everything stays as it was.
+        """
+        width = self.width_mm if width_mm is None else width_mm
+        self._check_width(width)
+        check_number("most_slide_mm", most_slide_mm, 0.01, 100)
+        if self.outcome is Hold.DROPPED:
+            msg = "hold is not allowed: the object has dropped; put it between the fingers with close(width, place=...)"
+            raise ConfigError(msg)
+        acting = self._state.load if load is None else load
+        before = self._pair.moments()
+        try:
+            held = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
+        except MagicsimError:
+            self._pair.go_back(before)
+            raise
+        self._state = GripState(width_mm=width, place=held.place, hold=held.hold, load=acting, slid_mm=held.slid_mm)
+        return held.hold
+
+    def turn_to(self, angle_deg: float, *, dt_s: float, load: Load | None = None) -> Hold:
+        """Turns the cranks towards an angle for some time, no faster than they can, and stops where the motors stall.
+
+        An object that is held (`load` is given, or it was held before) goes along with the fingertips on their arcs;
+        one that is placed stays where it is in the room, so that the tips move along it.
+
+        Args:
+            angle_deg: Where to; beyond the linkage's range its end counts.
+            dt_s: Time [s].
+            load: What acts on the object if only the fingers hold it from now on.
+
+        Returns:
+            What became of the object.
+
+        Raises:
+            ConfigError: The object does not fit, or would leave a finger's workspace.
+            ConvergenceError: No valid equilibrium was found; everything stays as it was.
+        """
+        check_number("dt_s", dt_s, 0, 1e3)
+        check_number("angle_deg", angle_deg, -360, 360)
+        target = self.linkage.turned_deg(self.angle_deg, angle_deg, dt_s=dt_s)
+        before, start, limit_n = self.now(), self.width_mm, self.linkage.force_limit_n
+        acting = load if load is not None or self.outcome is Hold.PLACED else self._state.load
+        pressed = self._pair.normal_n
+        self._go(target, acting)
+        reached = self._pair.normal_n
+        if reached <= limit_n or self.linkage.width_mm(target) >= start:
+            return self.outcome
+        share = max(0.0, (limit_n - pressed) / (reached - pressed)) if reached > pressed else 0.0
+        self.go_back(before)
+        width = start + share * (self.linkage.width_mm(target) - start)
+        self._go(self.linkage.angle_deg(width), acting)
+        self._state = replace(self._state, is_stalled=True)
+        return self.outcome
+
+    def now(self) -> GripMoment:
+        """The present moment of fingers and object, for `go_back`."""
+        return GripMoment(fingers=self._pair.moments(), state=self._state)
+
+    def go_back(self, moment: GripMoment) -> None:
+        """Fingers, object and the history of both contacts as they were at a moment; the streams go on."""
+        self._pair.go_back(moment.fingers)
+        self._state = moment.state
 
     def truth(self) -> GripTruth:
         """Truth of the present state."""
-        return self._truth(self.upper.truth, self.lower.truth)
+        return grip_truth(self._state, self.upper.truth, self.lower.truth, angle_deg=self.angle_deg)
 
     def frames(self) -> GripFrames:
         """The next frame of both fingers, with their common truth."""
-        moments = self.upper.grab(), self.lower.grab()
+        moments, angle = (self.upper.grab(), self.lower.grab()), self.angle_deg
         upper, lower = self.upper.develop(moments[0]), self.lower.develop(moments[1])
-        return GripFrames(upper=upper, lower=lower, truth=self._truth(upper.truth, lower.truth))
+        truth = grip_truth(self._state, upper.truth, lower.truth, angle_deg=angle)
+        return GripFrames(upper=upper, lower=lower, truth=truth)
 
     def release(self) -> None:
         """Lets go of both sensors; may be called again."""
@@ -169,73 +262,23 @@ class Gripper:
         """Releases."""
         self.release()
 
-    def _at(self, place: ObjectPlace, width_mm: float) -> ObjectPlace:
-        for side, finger in zip(SIDES, (self.upper, self.lower), strict=True):
-            finger.move_to(**finger_motion(side, place, width_mm, self._extents_mm))
-        return place
+    def _go(self, angle_deg: float, load: Load | None) -> None:
+        """Turns the cranks at once, the object held under a load, or staying where it is in the room."""
+        width, along = self.linkage.width_mm(angle_deg), self.linkage.along_mm(self.angle_deg)
+        if self.outcome is Hold.DROPPED:
+            self._pair.face(width)
+            self._state = replace(self._state, width_mm=width, slid_mm=0.0, is_stalled=False)
+        elif load is not None:
+            self.hold(width, load=load)
+        else:
+            rise = self.linkage.along_mm(angle_deg) - along
+            self.close(width, place=replace(self.place, y_mm=self.place.y_mm - rise))
 
-    def _floating(self, place: ObjectPlace, width_mm: float) -> ObjectPlace:
-        up, down = self._extents_mm
-        touches_upper, touches_lower = width_mm / 2 - up, down - width_mm / 2
-        if touches_lower <= touches_upper:  # room for the object: a finger that touches it pushes it away
-            return self._at(replace(place, z_mm=min(max(place.z_mm, touches_lower), touches_upper)), width_mm)
-        before = self.upper.now(), self.lower.now()
-        deepest = -self.upper.workspace.gap_mm[0]
-        low, high = max(touches_upper, touches_lower - deepest), min(touches_lower, touches_upper + deepest)
-        tried: dict[float, tuple[float, tuple[Moment, Moment]]] = {}
-
-        def imbalance_n(z_mm: float) -> float:
-            """Difference of the normal forces with the object at a place, 0 where they balance; fingers stay there."""
-            if z_mm not in tried:
-                self._go_back(before)
-                self._at(replace(place, z_mm=z_mm), width_mm)
-                found = self._imbalance_n()
-                tried[z_mm] = (0.0 if abs(found) <= BALANCE_N else found, (self.upper.now(), self.lower.now()))
-            value, moments = tried[z_mm]
-            self._go_back(moments)
-            return value
-
-        settled = (low + high) / 2
-        at_middle = imbalance_n(settled)
-        if at_middle != 0:
-            ends = (low, settled) if at_middle > 0 else (settled, high)
-            if imbalance_n(ends[0]) < 0 < imbalance_n(ends[1]):
-                settled = float(brentq(imbalance_n, *ends, xtol=FINEST_MM))
-            else:  # as near to balance as the workspace lets it come
-                settled = ends[0] if at_middle > 0 else ends[1]
-            imbalance_n(settled)
-        return replace(place, z_mm=settled)
-
-    def _go_back(self, moments: tuple[Moment, Moment]) -> None:
-        for finger, moment in zip((self.upper, self.lower), moments, strict=True):
-            finger.go_back(moment)
-
-    def _imbalance_n(self) -> float:
-        return float(self.upper.deformation.force_n[2] - self.lower.deformation.force_n[2])
-
-    def _truth(self, upper: FrameTruth, lower: FrameTruth) -> GripTruth:
-        place, force, torque = self._place, np.zeros(3), np.zeros(3)
-        origin = np.array([place.x_mm, place.y_mm, place.z_mm])
-        sides: tuple[tuple[Side, FrameTruth], ...] = (("upper", upper), ("lower", lower))
-        for side, truth in sides:
-            pose = finger_pose(side, self._width_mm)
-            acting = -pose.rotation @ np.array(truth.force_n)
-            force += acting
-            torque += np.cross(pose.position_mm - origin, acting) - pose.rotation @ np.array(truth.torque_nmm)
-        return GripTruth(
-            width_mm=self._width_mm,
-            place=place,
-            force_n=as_vector(force),
-            torque_nmm=as_vector(torque),
-            imbalance_n=upper.force_n[2] - lower.force_n[2],
-            upper=upper,
-            lower=lower,
-        )
-
-
-def finger_seed(seed: int, number: int) -> int:
-    """The seed of one finger's noise, from the gripper's and the finger's number."""
-    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0] >> 1)
+    def _check_width(self, width_mm: float) -> None:
+        if width_mm < LEAST_WIDTH_MM:
+            msg = f"width_mm = {width_mm:g} is not allowed: the fingers would pass through each other, must be above 0"
+            raise ConfigError(msg)
+        self.linkage.check(width_mm)
 
 
 def _facing(scene: SceneConfig, target: AnyObject) -> SceneConfig:
@@ -243,9 +286,11 @@ def _facing(scene: SceneConfig, target: AnyObject) -> SceneConfig:
 
 
 def _facing_range(workspace: Workspace) -> Workspace:
-    low, high = workspace.x_mm
-    first, last = workspace.twist_deg
-    return replace(workspace, x_mm=(-high, -low), twist_deg=(-last, -first))
+    turned = {
+        name: (-getattr(workspace, name)[1], -getattr(workspace, name)[0])
+        for name in ("x_mm", "twist_deg", "tilt_x_deg")
+    }
+    return replace(workspace, **turned)
 
 
 def _with_next_pattern(scene: SceneConfig) -> SceneConfig:

@@ -31,6 +31,8 @@ from magicsim.simulation.truth import frame_truth
 MAX_SEED = 2**31
 MIN_FRAME_RATE, MAX_FRAME_RATE = 0.001, 1000
 FIRST_PICTURE, PICTURE = "rendering the untouched sensor and a frame", "rendering a frame"
+LEAST_WIDTH_MM = 0.01
+"""Least distance of facing contact faces: fingers do not pass through each other [mm]."""
 STRONGEST = 1000.0
 """Strength of the LEDs, in units of the rig's radiance."""
 
@@ -172,6 +174,8 @@ class LiveSensor:
         x_mm: float | None = None,
         y_mm: float | None = None,
         twist_deg: float | None = None,
+        tilt_x_deg: float | None = None,
+        tilt_y_deg: float | None = None,
     ) -> None:
         """Moves the object in a straight line and finds the equilibrium at its end; what is None stays.
 
@@ -180,12 +184,17 @@ class LiveSensor:
             x_mm: Its origin along x [mm].
             y_mm: Its origin along y [mm].
             twist_deg: Its rotation about z [degrees].
+            tilt_x_deg: Its tilt after the twist, a rotation vector: along x [degrees].
+            tilt_y_deg: Along y [degrees].
 
         Raises:
             ConfigError: There is no object, no gap yet, or the pose is outside of the workspace.
             ConvergenceError: No valid equilibrium was found; the sensor stays where it was.
         """
-        asked = {"gap_mm": gap_mm, "x_mm": x_mm, "y_mm": y_mm, "twist_deg": twist_deg}
+        asked = {
+            "gap_mm": gap_mm, "x_mm": x_mm, "y_mm": y_mm, "twist_deg": twist_deg, "tilt_x_deg": tilt_x_deg,
+            "tilt_y_deg": tilt_y_deg,
+        }  # fmt: skip
         given = {name: float(value) for name, value in asked.items() if value is not None}
         self._go(replace(self._state, **given))  # type: ignore[arg-type]
 
@@ -200,7 +209,25 @@ class LiveSensor:
 
     def remove_object(self) -> None:
         """Takes the object away; the skin forgets it."""
-        self._go(replace(self._state, gap_mm=None, x_mm=0.0, y_mm=0.0, twist_deg=0.0))
+        state = self._state
+        self._go(
+            replace(UNTOUCHED, flashlight=state.flashlight, light_x_mm=state.light_x_mm, facing_mm=state.facing_mm)
+        )
+
+    def face(self, distance_mm: float | None) -> None:
+        """Puts another finger of the same kind before this one, turned by half a turn about y, or takes it away.
+
+        It is seen and shines (`magicsim.light.facing`), and touches nothing.
+
+        Args:
+            distance_mm: Between both contact faces [mm]; None takes it away.
+
+        Raises:
+            ConfigError: The fingers would pass through each other.
+        """
+        if distance_mm is not None:
+            check_number("distance_mm", distance_mm, LEAST_WIDTH_MM, FARTHEST_MM)
+        self._state = replace(self._state, facing_mm=None if distance_mm is None else float(distance_mm))
 
     def shine(self, *, on: bool = True, x_mm: float = 0.0) -> None:
         """Turns the flashlight on, shifted along x [mm], or off.
@@ -317,7 +344,7 @@ class LiveSensor:
 
     def _go(self, state: FrameState) -> None:
         sensor = self.sensor
-        lit = replace(UNTOUCHED, flashlight=state.flashlight, light_x_mm=state.light_x_mm)
+        lit = replace(UNTOUCHED, flashlight=state.flashlight, light_x_mm=state.light_x_mm, facing_mm=state.facing_mm)
         if state.gap_mm is None and state != lit:
             msg = "gap_mm is missing: there is no object yet, so the first motion must say how far away it is"
             raise ConfigError(msg)

@@ -12,6 +12,7 @@ from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
+UP = np.array([0.0, 0.0, 1.0])
 
 
 def travel(
@@ -33,7 +34,8 @@ def travel(
     reach = sensor.lattice.zone.radius_mm if sensor.lattice.zone is not None else 0.0
     if not can_touch(start):
         deformation = sensor.rest
-    way = waypoints(start, end, has_friction=has_friction, reach_mm=reach)
+    lever = sensor.object.shape().support_mm(UP) if sensor.object is not None else 0.0
+    way = waypoints(start, end, has_friction=has_friction, reach_mm=reach, lever_mm=lever)
     for each in way:
         before, deformation = deformation, sensor.deform(each, deformation)
         slid_mm += slip_mm(before, deformation, area_mm2)

@@ -16,6 +16,10 @@ Range = tuple[float, float]
 TWIST_STEP_DEG = 30.0
 """Twists at which the touched part of the face is looked up [degrees]: a rectangle turned half as far is 3.4 % of its
 half diagonal wider at most, less than the fine lattice's margin."""
+MOST_TILT_DEG = 45.0
+"""Largest tilt along each axis: contact is by the side that faces the finger [degrees]."""
+FARTHEST = {"twist_deg": MOST_TWIST_DEG, "tilt_x_deg": MOST_TILT_DEG, "tilt_y_deg": MOST_TILT_DEG}
+"""Limits of the ranges that are angles [degrees]."""
 ROUNDING = 1e-9
 """Poses beyond a limit by no more than this are on it [mm, degrees]."""
 
@@ -30,6 +34,10 @@ class Workspace:
     """Object's origin along y [mm]."""
     twist_deg: Range = (-90.0, 90.0)
     """Rotation about z [degrees]."""
+    tilt_x_deg: Range = (0.0, 0.0)
+    """Tilt, a rotation vector, along x [degrees]. The ranges of x and y say where the lattice is fine, tilts do not."""
+    tilt_y_deg: Range = (0.0, 0.0)
+    """Along y [degrees]."""
     gap_mm: Range = (-2.0, 30.0)
     """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed."""
 
@@ -41,7 +49,7 @@ class Workspace:
         """
         for field in fields(self):
             low, high = getattr(self, field.name)
-            farthest = MOST_TWIST_DEG if field.name == "twist_deg" else FARTHEST_MM
+            farthest = FARTHEST.get(field.name, FARTHEST_MM)
             for limit in (low, high):
                 check_number(f"workspace.{field.name}", limit, -farthest, farthest)
             if low > high:

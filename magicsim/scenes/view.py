@@ -25,10 +25,13 @@ class View:
     flashlight_x_mm: float | None = None
     """Shift of the outside light [mm], or None while it is off."""
 
+    facing_mm: float | None = None
+    """Distance to the contact face of another finger that looks back [mm]; None without one."""
+
     @property
     def is_untouched(self) -> bool:
         """Whether this is the sensor alone, as the anchor holds it."""
-        return self.is_undeformed and self.indenter is None and self.flashlight_x_mm is None
+        return self.is_undeformed and self.indenter is None and self.flashlight_x_mm is None and self.facing_mm is None
 
     @property
     def is_undeformed(self) -> bool:

@@ -83,7 +83,7 @@ def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
 
 
 def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
-    """The state without what a coat hides: flashlight, and an object that does not touch.
+    """The state without what a coat hides: flashlight, facing finger, and an object that does not touch.
 
     Args:
         design: The block.
@@ -91,7 +91,8 @@ def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
     """
     if not design.is_opaque:
         return state
-    return replace(state, flashlight=False, light_x_mm=0.0) if can_touch(state) else UNTOUCHED
+    hidden = replace(state, flashlight=False, light_x_mm=0.0, facing_mm=None)
+    return hidden if can_touch(state) else UNTOUCHED
 
 
 def can_touch(state: FrameState) -> bool:

@@ -91,6 +91,7 @@ class Sensor:
         self.markers = MarkerTracks.of(design, self.lattice)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = self._build_renderer(untouched)
+        self._facing: Renderer | None = None
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
@@ -131,6 +132,7 @@ class Sensor:
         other.seed = self.seed + turn
         other.settings = self.settings.model_copy(update={"anchor_seed": self.settings.anchor_seed + turn})
         other.renderer = self.renderer.reseeded(seed=other.seed, anchor_seed=other.settings.anchor_seed)
+        other._facing = None
         return other
 
     def with_rig(self, rig: Rig, *, is_alike: bool = False) -> Self:
@@ -143,7 +145,7 @@ class Sensor:
         other = copy(self)
         other.rig = rig
         if not is_alike:
-            other.renderer = other._build_renderer(None)
+            other.renderer, other._facing = other._build_renderer(None), None
         return other
 
     def _zone(self) -> Zone | None:
@@ -184,6 +186,8 @@ class Sensor:
             x_mm=state.x_mm,
             y_mm=state.y_mm,
             twist_deg=state.twist_deg,
+            tilt_x_deg=state.tilt_x_deg,
+            tilt_y_deg=state.tilt_y_deg,
             design=self.design,
         )
 
@@ -230,7 +234,7 @@ class Sensor:
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
         if deformation.is_rest or indenter is None:
-            return View(indenter=indenter, flashlight_x_mm=light)
+            return View(indenter=indenter, flashlight_x_mm=light, facing_mm=state.facing_mm)
         body, infill = deformed_vertices(
             self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm
         )
@@ -240,11 +244,22 @@ class Sensor:
         markers = None
         if self.meshes.markers is not None:
             markers = self.meshes.markers.displaced(deformation.displacements_mm)
-        return View(body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light)
+        return View(
+            body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light, facing_mm=state.facing_mm
+        )
 
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
-        return self.renderer.radiance(self.view(state, deformation))
+        view = self.view(state, deformation)
+        return (self.renderer if view.facing_mm is None else self._facing_renderer()).radiance(view)
+
+    def _facing_renderer(self) -> Renderer:
+        """For views with another finger; built with the first of them."""
+        if self._facing is None:
+            from magicsim.light.facing.renderer import FacingRenderer
+
+            self._facing = FacingRenderer.beside(self.renderer)
+        return self._facing
 
 
 def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:

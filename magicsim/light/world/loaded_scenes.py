@@ -17,6 +17,7 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.view import View
 
 Array = npt.NDArray[np.float64]
+NOWHERE = np.zeros((0, 3))
 
 
 class Worlds:
@@ -43,6 +44,7 @@ class Worlds:
         self._mesh, self._finish = object_mesh, object_finish
         self._kept: dict[tuple[bool, bool], World] = {}
         self._shown: dict[tuple[bool, bool], View] = {}
+        self._placed: dict[tuple[bool, bool], Array] = {}
 
     def of(self, view: View, object_vertices: Array | None) -> World:
         """The scene that shows a view, loaded when it is first needed.
@@ -51,7 +53,7 @@ class Worlds:
             view: What to see.
             object_vertices: Of the object where it is, shape (vertices, 3) [mm]; None where there is none.
         """
-        key = (view.indenter is not None, view.flashlight_x_mm is not None)
+        key = (object_vertices is not None, view.flashlight_x_mm is not None)
         if key not in self._kept:
             content = WorldContent(
                 object_mesh=self._mesh if key[0] else None, object_finish=self._finish, flashlight=key[1]
@@ -62,13 +64,15 @@ class Worlds:
                 integrator.inventory.know(
                     CellTopology.of(self._elastomer), self._mesh, FaceCoating.of(self._elastomer, self._rig)
                 )
-        changes = self._changes(self._shown.get(key, View()), view, object_vertices)
+        changes = self._changes(self._shown.get(key, View()), view)
+        if object_vertices is not None and not np.array_equal(self._placed.get(key, NOWHERE), object_vertices):
+            changes["object_vertices"] = self._placed[key] = object_vertices
         if changes:
             self._kept[key].update(**changes)
         self._shown[key] = view
         return self._kept[key]
 
-    def _changes(self, shown: View, view: View, object_vertices: Array | None) -> dict[str, Any]:
+    def _changes(self, shown: View, view: View) -> dict[str, Any]:
         """Arguments of `World.update`."""
         changes: dict[str, Any] = {}
         if view.body is not shown.body:
@@ -77,11 +81,6 @@ class Worlds:
             changes["infill"] = view.infill if view.infill is not None else self._elastomer.infill.vertices
         if view.markers is not shown.markers and (rest := marker_disks(self._elastomer.design)) is not None:
             changes["markers"] = view.markers if view.markers is not None else rest.vertices
-        moved = view.indenter is not None and (
-            shown.indenter is None or shown.indenter.pose.key() != view.indenter.pose.key()
-        )
-        if moved and object_vertices is not None:
-            changes["object_vertices"] = object_vertices
         if view.flashlight_x_mm is not None and view.flashlight_x_mm != (shown.flashlight_x_mm or 0.0):
             changes["light_x_mm"] = view.flashlight_x_mm
         return changes

@@ -28,8 +28,8 @@ def test_finger_frames_are_right_handed_and_face_each_other(side: str):
 )
 def test_both_fingers_see_one_and_the_same_object(line: str):
     target = parse_object(line).model_copy(update={"roll_deg": 25.0, "pitch_deg": -35.0, "yaw_deg": 15.0})
-    place, width = ObjectPlace(x_mm=1.5, y_mm=-2.0, z_mm=0.7, twist_deg=30.0), 9.0
-    extents = half_extents_mm(target)
+    place, width = ObjectPlace(x_mm=1.5, y_mm=-2.0, z_mm=0.7, twist_deg=30.0, tilt_x_deg=8.0, tilt_y_deg=-5.0), 9.0
+    extents = half_extents_mm(target, place)
     probes = np.random.default_rng(3).uniform(-9, 9, (200, 3))
     found = {}
     for side in SIDES:

@@ -1,0 +1,125 @@
+"""The facing finger as a thing before the block: a box behind a contact face, in one mesh with the object.
+
+The renderer knows one thing that light falls on, so finger and object share a mesh, each triangle with its reflectance.
+The finger is this sensor turned by half a turn about y, its face parallel to the face of this one.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.world.finish import Finish
+
+Array = npt.NDArray[np.float64]
+QUAD_MM = 2.0
+"""Largest edge of the squares of the face, each of which has a brightness of its own [mm]."""
+HOUSING = 0.05
+"""Diffuse reflectance of the housing behind the face; assumed: black plastic."""
+APART_MM = 1000.0
+"""Where the finger is in the mesh that smoothing is made for, so that nothing spreads from it to the object [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FingerBody:
+    """A box with its contact face at z = 0 and the rest below; vertices of face and housing are not shared."""
+
+    mesh: SurfaceMesh
+    counts: tuple[int, int]
+    """Squares of the face along x and y."""
+    face_vertices: int
+    """How many vertices belong to the face; they come first."""
+
+    @classmethod
+    def of(cls, footprint_mm: tuple[float, float], depth_mm: float) -> Self:
+        """A finger.
+
+        Args:
+            footprint_mm: Size of the contact face along x and y [mm].
+            depth_mm: From the face to the end of the housing [mm].
+        """
+        counts = tuple(int(np.ceil(size / QUAD_MM)) for size in footprint_mm)
+        half = np.array(footprint_mm) / 2
+        axes = [np.linspace(-end, end, count + 1) for end, count in zip(half, counts, strict=True)]
+        x, y = np.meshgrid(*axes, indexing="ij")
+        face = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1)
+        i, j = (each.ravel() for each in np.meshgrid(*(np.arange(count) for count in counts), indexing="ij"))
+        a, b = i * (counts[1] + 1) + j, (i + 1) * (counts[1] + 1) + j
+        # Two triangles a square, side by side, counter-clockwise seen from +z.
+        squares = np.stack([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)], 1).reshape(-1, 3)
+        corners = np.array(
+            [[sx, sy, z] for z in (-depth_mm, 0.0) for sy in (-half[1], half[1]) for sx in (-half[0], half[0])]
+        )
+        box = [
+            [0, 2, 3],
+            [0, 3, 1],
+            [0, 1, 5],
+            [0, 5, 4],
+            [1, 3, 7],
+            [1, 7, 5],
+            [3, 2, 6],
+            [3, 6, 7],
+            [2, 0, 4],
+            [2, 4, 6],
+        ]
+        mesh = SurfaceMesh(
+            vertices=np.concatenate([face, corners]),
+            faces=np.concatenate([squares, np.array(box) + len(face)]).astype(np.int32),
+        )
+        return cls(mesh=mesh, counts=(counts[0], counts[1]), face_vertices=len(face))
+
+    def placed(self, distance_mm: float) -> Array:
+        """Vertices with the face at a distance below the sensor's own, shape (vertices, 3) [mm]."""
+        return np.asarray(self.mesh.vertices - np.array([0.0, 0.0, distance_mm]))
+
+    def triangles(self, of_squares: Array) -> Array:
+        """A value of each triangle from one of each square, 0 on the housing; shape (triangles, channels).
+
+        Args:
+            of_squares: Shape (squares along x, squares along y, channels).
+        """
+        flat = np.repeat(of_squares.reshape(-1, of_squares.shape[-1]), 2, axis=0)
+        return np.concatenate([flat, np.zeros((len(self.mesh.faces) - len(flat), flat.shape[1]))])
+
+
+def with_object(
+    body: FingerBody, thing: SurfaceMesh | None, finish: Finish, reflectance: Array
+) -> tuple[SurfaceMesh, Finish]:
+    """One mesh of object and finger, in the frame that smoothing is made for, and its surface.
+
+    Args:
+        body: The finger.
+        thing: The object in its own frame, or None.
+        finish: Its surface.
+        reflectance: Of the finger's face, shape (3,).
+    """
+    colors = np.full((len(body.mesh.vertices), 3), HOUSING)
+    colors[: body.face_vertices] = reflectance
+    finger = SurfaceMesh(vertices=body.placed(APART_MM), faces=body.mesh.faces, colors=colors)
+    if thing is None:
+        return finger, Finish(vertex_colors=True)
+    own = thing.colors if thing.colors is not None else np.tile(np.array(finish.color), (len(thing.vertices), 1))
+    mesh = SurfaceMesh(
+        vertices=np.concatenate([thing.vertices, finger.vertices]),
+        faces=np.concatenate([thing.faces, finger.faces + len(thing.vertices)]).astype(np.int32),
+        colors=np.concatenate([own, colors]),
+    )
+    return mesh, Finish(vertex_colors=True, specular=finish.specular, roughness=finish.roughness)
+
+
+def both_placed(body: FingerBody, distance_mm: float, thing: Array | None, thing_vertices: int) -> Array:
+    """Vertices of object and finger where they are, shape (vertices, 3) [mm].
+
+    Args:
+        body: The finger.
+        distance_mm: Of the contact faces [mm].
+        thing: The object's vertices; None where it is away: it then has no surface, at a point inside the finger.
+        thing_vertices: How many it has.
+    """
+    finger = body.placed(distance_mm)
+    if thing is None:
+        inside = np.array([0.0, 0.0, (finger[:, 2].min() - distance_mm) / 2])
+        thing = np.tile(inside, (thing_vertices, 1))
+    return np.concatenate([thing, finger])

@@ -1,0 +1,105 @@
+"""What a sensor's contact face sends out, for another one that looks at it: light of its strips, and light sent back.
+
+Both are measured on the untouched block: the light is what left it through its face when it was recorded; the
+reflectance is the share of diffuse light on the face that comes out of it again.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import gaussian_filter
+
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.light.aligned import columns
+from magicsim.light.backend import dr, mi
+from magicsim.light.facing.body import FingerBody
+from magicsim.light.transport.integrator import SEEDS_PER_RENDER, FluenceIntegrator
+from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
+from magicsim.light.transport.sequence import sequence
+
+Array = npt.NDArray[np.float64]
+ASKED = 40_000
+"""Particles that measure the reflectance: to 1 % of it where it is a quarter."""
+BELOW_MM = 1e-3
+"""Where they start below the face [mm]."""
+BESIDE_MM = 0.05
+"""How far above the face light still counts as coming out of it [mm]."""
+SMOOTHED = 1.5
+"""Standard deviation of the smoothing of the brightness over the face, in squares."""
+LEAST = 0.02
+"""Least reflectance that a face is given, so that its own light can be expressed by it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Glow:
+    """What leaves a contact face, in that finger's own frame."""
+
+    exitance: Array
+    """Flux of the strips' light by area, shape (squares along x, squares along y, channels)."""
+    reflectance: Array
+    """Share of diffuse light that is sent back, shape (3,)."""
+    rays: Array
+    """Rays that leave: origin [mm], direction and flux, shape (rays, 9)."""
+
+    @classmethod
+    def of(cls, scene: Any, light: RecordedLight, design: ElastomerDesign, body: FingerBody) -> Self:
+        """Of an untouched sensor.
+
+        Args:
+            scene: The loaded scene, with nothing before the block.
+            light: What left it.
+            design: The block.
+            body: Its squares.
+        """
+        rays = _out_of_face(light.escapes(), design)
+        rays[:, 6:9] /= light.particles
+        half = np.array(design.footprint_mm) / 2
+        ends = [np.linspace(-end, end, count + 1) for end, count in zip(half, body.counts, strict=True)]
+        flux = np.stack(
+            [np.histogram2d(rays[:, 0], rays[:, 1], bins=ends, weights=rays[:, 6 + k])[0] for k in range(3)], -1
+        )
+        area = float(np.prod([2 * end / count for end, count in zip(half, body.counts, strict=True)]))
+        exitance = gaussian_filter(flux / area, (SMOOTHED, SMOOTHED, 0), mode="reflect")
+        return cls(exitance=exitance, reflectance=np.maximum(reflectance(scene, design), LEAST), rays=rays)
+
+
+def reflectance(scene: Any, design: ElastomerDesign, *, seed: int = 0) -> Array:
+    """Share of diffuse light on the contact face that comes out of it again, shape (3,).
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        design: The block.
+        seed: Random stream.
+    """
+    integrator: FluenceIntegrator = scene.integrator()
+    start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed))
+    u = sequence(dr.arange(mi.UInt32, ASKED), [start.next_uint32() for _ in range(4)])
+    width, length = design.footprint_mm
+    origin = mi.Point3f((u[0] - 0.5) * width, (u[1] - 0.5) * length, -BELOW_MM)
+    rays = mi.Ray3f(origin, mi.warp.square_to_cosine_hemisphere(mi.Point2f(u[2], u[3])))
+    weights = mi.Color3f(1.0) + dr.zeros(mi.Color3f, ASKED)
+    starts = LightStarts.escaped(
+        dr.arange(mi.UInt32, ASKED), rays, weights, mi.Float(1.0), seed=SEEDS_PER_RENDER * seed
+    )
+    record = LightRecord.empty(1, ASKED)
+    tracks = integrator.light_pass(scene, integrator.inventory.shapes(scene), starts, record=record)
+    del tracks
+    return np.asarray(_out_of_face(record.read(), design)[:, 6:9].sum(0) / ASKED, np.float64)
+
+
+def _out_of_face(escapes: npt.NDArray[np.float32], design: ElastomerDesign) -> Array:
+    """Those that leave downwards through the face, of all that leave, shape (rays, 9)."""
+    half = np.array(design.footprint_mm) / 2
+    inside = (np.abs(escapes[:, :2]) <= half).all(1)
+    rise = design.rise_mm(np.clip(escapes[:, :2].astype(np.float64), -half, half))
+    chosen = inside & (escapes[:, 5] < 0) & (escapes[:, 2] <= rise + BESIDE_MM)
+    return np.array(escapes[chosen, :9], np.float64)
+
+
+def as_rays(rays: Array) -> tuple[Any, Any]:
+    """Rays and their flux on the renderer's side, from an array of shape (rays, 9)."""
+    column = [mi.Float(each) for each in columns(np.ascontiguousarray(rays, np.float32))]
+    return mi.Ray3f(mi.Point3f(*column[:3]), mi.Vector3f(*column[3:6])), mi.Color3f(*column[6:9])

@@ -1,0 +1,80 @@
+"""Radiance of a sensor that another finger looks at: as without it, with finger and object as one thing outside."""
+
+from dataclasses import replace
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.light.facing.body import FingerBody, both_placed, with_object
+from magicsim.light.facing.glow import Glow
+from magicsim.light.facing.shine import facing_light
+from magicsim.light.renderer import Renderer
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.world.outside import Outside
+from magicsim.scenes.view import View
+
+Array = npt.NDArray[np.float64]
+
+
+class FacingRenderer(Renderer):
+    """Renders views that have a facing finger; shares the untouched states of the renderer that it stands beside.
+
+    The finger is one of this sensor's own kind, at full light. Its face glows alike in all directions, as bright as it
+    is there; light on its way into this block has the directions that it left with.
+    """
+
+    glow: Glow
+    body: FingerBody
+
+    @classmethod
+    def beside(cls, plain: Renderer) -> Self:
+        """For the sensor of a renderer, with the same object."""
+        design, rig = plain.elastomer.design, plain.rig
+        depth = design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm
+        body = FingerBody.of(design.footprint_mm, depth)
+        glow = Glow.of(plain.world(View()).scene, plain.careful().light, design, body)
+        mesh, finish = with_object(body, plain.object_mesh, plain.object_finish, glow.reflectance)
+        found = cls(
+            plain.elastomer, rig, plain.settings, seed=plain.seed, object_mesh=mesh, object_finish=finish,
+            untouched=plain.untouched_states,
+        )  # fmt: skip
+        found.body, found.glow = body, glow
+        found._object_vertices = plain.object_mesh.vertices if plain.object_mesh is not None else np.zeros((0, 3))
+        found._own = found._own_irradiance(mesh.faces.shape[0], finish.specular)
+        return found
+
+    _object_vertices: Array
+    _own: Array
+
+    def _own_irradiance(self, triangles: int, specular: float) -> Array:
+        """Irradiance that makes each triangle as bright as its own light does, shape (triangles, 3)."""
+        exitance = self.body.triangles(self.glow.exitance[::-1])  # turned about y
+        own = np.zeros((triangles, 3))
+        own[triangles - len(exitance) :] = exitance / (self.glow.reflectance * (1 - specular))
+        return own
+
+    def _placed(self, view: View) -> Array | None:
+        if view.facing_mm is None:
+            return None
+        thing = view.indenter.pose.to_sensor(self._object_vertices) if view.indenter is not None else None
+        return both_placed(self.body, view.facing_mm, thing, len(self._object_vertices))
+
+    def _within_reach(self, view: View) -> View:
+        return view
+
+    def _arrived(self, view: View, scene: Any, outside: Outside | None, field: LightField) -> LightField:
+        if view.facing_mm is None:
+            return field
+        added = facing_light(
+            scene, outside, self.glow, view.facing_mm, self.elastomer.design.footprint_mm, seed=self.seed,
+            most=self.settings.particles,
+        )  # fmt: skip
+        lit = total([field, added])
+        return replace(lit, irradiance=lit.irradiance + self._own)
+
+    def _gathered(self, view: View, before: LightField, lit: LightField) -> LightField:
+        if view.facing_mm is None:
+            return lit
+        is_kept = (lit.irradiance == before.irradiance).all(1, keepdims=True)  # no ray gathered anything there
+        return replace(lit, irradiance=np.where(is_kept, lit.irradiance, lit.irradiance + self._own))

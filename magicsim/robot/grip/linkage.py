@@ -1,0 +1,102 @@
+"""Fingers on parallelograms: both turn about their motors in opposite directions and stay parallel.
+
+At the angle t of the cranks from the direction of the fingers, positive when they lean away from each other:
+
+    distance of the faces  = 2 (pivot + link sin t - pad)
+    way along the fingers  = link cos t
+
+Both are the same for both fingers, so their tips move on arcs and stay level. The published gripper names the motion
+(Fan, Li, Zhang, arXiv 2505.24382); every number below is assumed.
+"""
+
+import math
+from dataclasses import dataclass, fields
+
+from magicsim.config.ranges import check_number
+from magicsim.errors import ConfigError
+
+RANGES = {
+    "link_mm": (5.0, 500.0), "pivot_mm": (0.0, 500.0), "pad_mm": (-500.0, 500.0), "least_deg": (-80.0, 80.0),
+    "most_deg": (-80.0, 80.0), "speed_deg_s": (0.01, 3600.0), "force_limit_n": (0.01, 1000.0),
+}  # fmt: skip
+"""What each number may be."""
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Linkage:
+    """The parallelograms of both fingers, alike."""
+
+    link_mm: float = 60.0
+    """Length of the cranks, from the motor's axis to the finger's joint [mm]; assumed."""
+    pivot_mm: float = 20.0
+    """Distance of each motor's axis from the middle between the fingers [mm]; assumed."""
+    pad_mm: float = 15.0
+    """Distance from a finger's joint to its contact face, towards the other finger [mm]; assumed."""
+    least_deg: float = -4.0
+    """Angle at which the fingers are closed [degrees]; assumed."""
+    most_deg: float = 50.0
+    """Angle at which they are open [degrees]; assumed."""
+    speed_deg_s: float = 40.0
+    """Largest speed of a crank [degrees/s]; assumed."""
+    force_limit_n: float = 12.0
+    """Normal force at which a motor stalls [N]; assumed."""
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            ConfigError: One is not allowed, the range is empty, or closed fingers would pass through each other.
+        """
+        for field in fields(self):
+            check_number(f"linkage.{field.name}", getattr(self, field.name), *RANGES[field.name])
+        if self.least_deg >= self.most_deg:
+            msg = f"linkage.least_deg = {self.least_deg:g} is not allowed: must be below most_deg = {self.most_deg:g}"
+            raise ConfigError(msg)
+        if self.width_mm(self.least_deg) <= 0:
+            msg = (
+                f"linkage.least_deg = {self.least_deg:g} is not allowed: the fingers would pass through each other "
+                f"(distance of their faces {self.width_mm(self.least_deg):.3g} mm, must be above 0)"
+            )
+            raise ConfigError(msg)
+
+    def width_mm(self, angle_deg: float) -> float:
+        """Distance of the contact faces at an angle [mm]."""
+        return 2 * (self.pivot_mm + self.link_mm * math.sin(math.radians(angle_deg)) - self.pad_mm)
+
+    def along_mm(self, angle_deg: float) -> float:
+        """Way of both fingertips along the fingers' direction, from the motors' axes [mm]."""
+        return self.link_mm * math.cos(math.radians(angle_deg))
+
+    def angle_deg(self, width_mm: float) -> float:
+        """The angle at which the faces are so far apart [degrees].
+
+        Raises:
+            ConfigError: The fingers do not reach it.
+        """
+        self.check(width_mm)
+        sine = (width_mm / 2 + self.pad_mm - self.pivot_mm) / self.link_mm
+        return math.degrees(math.asin(min(1.0, max(-1.0, sine))))
+
+    def check(self, width_mm: float) -> None:
+        """Refuses a distance of the faces that the fingers do not reach.
+
+        Raises:
+            ConfigError: Names the range.
+        """
+        low, high = self.width_mm(self.least_deg), self.width_mm(self.most_deg)
+        if not low - ROUNDING <= width_mm <= high + ROUNDING:
+            msg = f"width_mm = {width_mm:g} is not allowed: must be {low:.4g} to {high:.4g}, the range of the linkage"
+            raise ConfigError(msg)
+
+    def turned_deg(self, angle_deg: float, target_deg: float, *, dt_s: float) -> float:
+        """The angle after some time on the way to another, at no more than the largest speed [degrees].
+
+        Args:
+            angle_deg: Now.
+            target_deg: Where to; beyond the range its end counts.
+            dt_s: Time [s].
+        """
+        target = min(max(target_deg, self.least_deg), self.most_deg)
+        most = self.speed_deg_s * dt_s
+        return angle_deg + min(max(target - angle_deg, -most), most)

@@ -1,0 +1,68 @@
+"""What acts on a held object beside the fingers: its weight, and an outer force and torque."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.config.ranges import check_number
+from magicsim.errors import ConfigError
+from magicsim.geometry.pose import Pose
+
+Array = npt.NDArray[np.float64]
+Vector = tuple[float, float, float]
+STANDARD_GRAVITY_M_S2 = 9.80665
+MOST_N, MOST_NMM, MOST_MM = 1e4, 1e6, 1e3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Load:
+    """Weight and outer wrench of an object, in the gripper's frame."""
+
+    weight_n: float = 0.0
+    """Weight [N]."""
+    down: Vector = (0.0, -1.0, 0.0)
+    """Where gravity points; any length but 0. By default from the fingertips to the motors."""
+    centre_mm: Vector = (0.0, 0.0, 0.0)
+    """Centre of mass, in the object's own frame [mm]."""
+    force_n: Vector = (0.0, 0.0, 0.0)
+    """Outer force on the object, such as a hand's that pulls, or that of a socket on a plug [N]."""
+    torque_nmm: Vector = (0.0, 0.0, 0.0)
+    """Outer torque about the object's origin [N mm]."""
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            ConfigError: One is not allowed, or gravity has no direction.
+        """
+        check_number("load.weight_n", self.weight_n, 0, MOST_N)
+        limits = {"down": MOST_N, "centre_mm": MOST_MM, "force_n": MOST_N, "torque_nmm": MOST_NMM}
+        for name, most in limits.items():
+            for each in getattr(self, name):
+                check_number(f"load.{name}", each, -most, most)
+        if not any(self.down):
+            msg = f"load.down = {list(self.down)} is not allowed: must not be 0"
+            raise ConfigError(msg)
+
+    @classmethod
+    def of_mass(cls, mass_g: float, **other: Vector) -> Self:
+        """The load of a mass under standard gravity.
+
+        Args:
+            mass_g: Mass [g].
+            other: Further fields.
+        """
+        return cls(weight_n=mass_g * STANDARD_GRAVITY_M_S2 / 1000, **other)
+
+    def wrench(self, pose: Pose) -> Array:
+        """Force [N] and torque about the object's origin [N mm] in the gripper's frame, shape (6,).
+
+        Args:
+            pose: The object's, in the gripper's frame.
+        """
+        down = np.array(self.down) / np.linalg.norm(self.down)
+        weight = self.weight_n * down
+        torque = np.cross(pose.rotation @ np.array(self.centre_mm), weight) + np.array(self.torque_nmm)
+        return np.concatenate([weight + np.array(self.force_n), torque])

@@ -1,0 +1,16 @@
+"""How a grip stands."""
+
+from enum import StrEnum
+
+
+class Hold(StrEnum):
+    """What becomes of the object."""
+
+    PLACED = "placed"
+    """It is where its caller put it: a hand or a table takes what the fingers leave out of balance."""
+    HELD = "held"
+    """It rests between the fingers, in balance with its load."""
+    SLIPPED = "slipped"
+    """It slid over the skin on its way, and rests again."""
+    DROPPED = "dropped"
+    """No friction holds it: it is gone, and the fingers are empty."""

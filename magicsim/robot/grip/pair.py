@@ -1,0 +1,129 @@
+"""Both fingers at once: the object put between them, what they do to it, and back to where they were."""
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.errors import ConfigError
+from magicsim.geometry.objects.kinds import AnyObject
+from magicsim.robot.fingers import SIDES, ObjectPlace, finger_motion, finger_pose, half_extents_mm, object_pose
+from magicsim.robot.grip.wrench import contact_stiffness, finger_wrench
+from magicsim.robot.live import LiveSensor
+from magicsim.robot.moment import Moment
+
+Array = npt.NDArray[np.float64]
+Moments = tuple[Moment, Moment]
+LEAST_LEVER_MM = 1.0
+"""Least lever of a rotation [mm]."""
+
+
+class Pair:
+    """The two sensors and the object, in the gripper's frame."""
+
+    def __init__(self, upper: LiveSensor, lower: LiveSensor, target: AnyObject, *, sees_other: bool) -> None:
+        """Takes both.
+
+        Args:
+            upper: The finger at +z.
+            lower: The finger at -z.
+            target: The object in the gripper's frame.
+            sees_other: Whether each is in the other's picture.
+        """
+        self.upper, self.lower, self.target = upper, lower, target
+        self._sees_other = sees_other
+
+    @property
+    def fingers(self) -> tuple[LiveSensor, LiveSensor]:
+        """Upper and lower."""
+        return self.upper, self.lower
+
+    def put(self, place: ObjectPlace, width_mm: float) -> None:
+        """Brings the faces to a distance and the object to a place.
+
+        Args:
+            place: The object's.
+            width_mm: Distance between the contact faces at rest [mm].
+
+        Raises:
+            ConfigError: The object would leave a finger's workspace.
+            ConvergenceError: No valid equilibrium was found.
+        """
+        extents = half_extents_mm(self.target, place)
+        for side, finger in zip(SIDES, self.fingers, strict=True):
+            finger.move_to(**finger_motion(side, place, width_mm, extents))
+        self.face(width_mm)
+
+    def take_away(self, width_mm: float) -> None:
+        """Removes the object from both, the faces at a distance [mm]."""
+        for finger in self.fingers:
+            finger.remove_object()
+        self.face(width_mm)
+
+    def face(self, width_mm: float) -> None:
+        """Shows each finger the other one at a distance of the faces [mm]."""
+        for finger in self.fingers if self._sees_other else ():
+            finger.face(width_mm)
+
+    def moments(self) -> Moments:
+        """Where both are."""
+        return self.upper.now(), self.lower.now()
+
+    def go_back(self, moments: Moments) -> None:
+        """Brings both back to where they were."""
+        for finger, moment in zip(self.fingers, moments, strict=True):
+            finger.go_back(moment)
+
+    def wrench(self, place: ObjectPlace, width_mm: float) -> Array:
+        """Force [N] and torque about its origin [N mm] of both fingers on the object, shape (6,)."""
+        origin = object_pose(self.target, place).position_mm
+        each = (
+            finger_wrench(finger.deformation, finger_pose(side, width_mm), origin)
+            for side, finger in zip(SIDES, self.fingers, strict=True)
+        )
+        return np.asarray(sum(each, np.zeros(6)))
+
+    def stiffness(self, place: ObjectPlace, width_mm: float) -> Array:
+        """First estimate of how that wrench falls with motions of the object, shape (6, 6)."""
+        origin, found = object_pose(self.target, place).position_mm, np.zeros((6, 6))
+        for side, finger in zip(SIDES, self.fingers, strict=True):
+            depth = max(0.0, -(finger.state.gap_mm or 0.0))
+            found += contact_stiffness(finger.deformation, depth, finger_pose(side, width_mm), origin)
+        return found
+
+    def levers_mm(self, place: ObjectPlace) -> Array:
+        """Lengths that turn rotations into motions of the contacts, shape (3,) [mm]: about x, y and z."""
+        tilt = max(LEAST_LEVER_MM, *half_extents_mm(self.target, place))
+        area = max(finger.deformation.contact_area_mm2 for finger in self.fingers)
+        return np.array([tilt, tilt, max(LEAST_LEVER_MM, np.sqrt(area / np.pi))])
+
+    @property
+    def normal_n(self) -> float:
+        """Larger of the two normal forces [N]."""
+        return max(float(finger.deformation.force_n[2]) for finger in self.fingers)
+
+    @property
+    def slid_mm(self) -> tuple[float, float]:
+        """How far each skin has slid over the object since its stream began [mm]."""
+        return self.upper.slid_mm, self.lower.slid_mm
+
+    def room_mm(self, place: ObjectPlace, width_mm: float) -> tuple[float, float]:
+        """Smallest and largest z of the object at which both fingers' workspaces hold it [mm].
+
+        Raises:
+            ConfigError: There is none.
+        """
+        up, down = half_extents_mm(self.target, place)
+        (up_low, up_high), (down_low, down_high) = (finger.workspace.gap_mm for finger in self.fingers)
+        low = max(width_mm / 2 - up - up_high, down + down_low - width_mm / 2)
+        high = min(width_mm / 2 - up - up_low, down + down_high - width_mm / 2)
+        if low > high:
+            msg = (
+                f"width_mm = {width_mm:.4g} is not allowed: the object does not fit, {up + down:.4g} mm between the "
+                f"faces, which gaps of {up_low:g} to {up_high:g} mm and {down_low:g} to {down_high:g} mm leave no room"
+            )
+            raise ConfigError(msg)
+        return low, high
+
+
+def finger_seed(seed: int, number: int) -> int:
+    """The seed of one finger's noise, from the gripper's and the finger's number."""
+    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0] >> 1)

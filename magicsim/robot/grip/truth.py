@@ -1,0 +1,109 @@
+"""What is true of both fingers and the object between them, and the frames that show it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from magicsim.deform.indentation.path_force import as_vector
+from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose
+from magicsim.robot.grip.load import Load
+from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.pair import Moments
+from magicsim.simulation.episode import FrameTruth, SimulatedFrame, Vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripTruth:
+    """What is true of both fingers and the object at once, in the gripper's frame."""
+
+    width_mm: float
+    """Distance between the contact faces at rest [mm]."""
+    place: ObjectPlace
+    """The object; where it was last, once it has dropped."""
+    force_n: Vector
+    """Force of both fingers on the object [N]."""
+    torque_nmm: Vector
+    """Their torque on it about its origin [N mm]."""
+    imbalance_n: float
+    """Normal force of the upper finger less that of the lower [N]; what is left of it where the object floats."""
+    upper: FrameTruth
+    """The upper finger's, in its own frame."""
+    lower: FrameTruth
+    """The lower finger's, in its own frame."""
+    hold: Hold = Hold.PLACED
+    """What became of the object in the last motion."""
+    load: Load = field(default_factory=Load)
+    """What acts on it beside the fingers, where these hold it."""
+    slid_mm: float = 0.0
+    """How far it slid over the skin in the last motion, the larger of both fingers [mm]."""
+    angle_deg: float = 0.0
+    """Angle of the cranks [degrees]."""
+    is_stalled: bool = False
+    """Whether the motors stopped at their force in the last motion."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripFrames:
+    """One frame of each finger, taken at the same moment."""
+
+    upper: SimulatedFrame
+    lower: SimulatedFrame
+    truth: GripTruth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripState:
+    """Where fingers and object are."""
+
+    width_mm: float
+    """Distance between the contact faces at rest [mm]."""
+    place: ObjectPlace
+    """The object."""
+    hold: Hold = Hold.PLACED
+    """What became of it in the last motion."""
+    load: Load = field(default_factory=Load)
+    """What acts on it, where the fingers hold it."""
+    slid_mm: float = 0.0
+    """How far it slid over the skin in the last motion [mm]."""
+    is_stalled: bool = False
+    """Whether the motors stopped at their force in the last motion."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripMoment:
+    """One moment of the gripper, for `Gripper.go_back`."""
+
+    fingers: Moments
+    state: GripState
+
+
+def grip_truth(state: GripState, upper: FrameTruth, lower: FrameTruth, *, angle_deg: float) -> GripTruth:
+    """Truth of fingers and object from that of each finger.
+
+    Args:
+        state: Where fingers and object are.
+        upper: The upper finger's truth.
+        lower: The lower finger's.
+        angle_deg: Angle of the cranks [degrees].
+    """
+    force, torque = np.zeros(3), np.zeros(3)
+    origin = np.array([state.place.x_mm, state.place.y_mm, state.place.z_mm])
+    for side, truth in zip(SIDES, (upper, lower), strict=True):
+        pose = finger_pose(side, state.width_mm)
+        acting = -pose.rotation @ np.array(truth.force_n)
+        force += acting
+        torque += np.cross(pose.position_mm - origin, acting) - pose.rotation @ np.array(truth.torque_nmm)
+    return GripTruth(
+        width_mm=state.width_mm,
+        place=state.place,
+        force_n=as_vector(force),
+        torque_nmm=as_vector(torque),
+        imbalance_n=upper.force_n[2] - lower.force_n[2],
+        upper=upper,
+        lower=lower,
+        hold=state.hold,
+        load=state.load,
+        slid_mm=state.slid_mm,
+        angle_deg=angle_deg,
+        is_stalled=state.is_stalled,
+    )

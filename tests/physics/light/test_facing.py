@@ -1,0 +1,91 @@
+"""A facing finger against the path tracer with two whole sensors in one scene, and against what it must do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.scenes.view import View
+from magicsim.simulation.sensor import Sensor
+
+DISTANCE_MM = 12.0
+AGREEMENT = 0.06
+"""Of the light that the other finger adds: its face counts as glowing alike in all directions, in two-millimetre
+squares, and as sending back diffusely what falls on it."""
+
+
+def traced_pair(sensor, *, samples, seed):
+    """Mean radiance of each channel by the path tracer, the whole other sensor before this one."""
+    from magicsim.geometry.mesh import SurfaceMesh
+    from magicsim.light.backend import mi
+    from magicsim.light.transport.estimator import integrator_entry
+    from magicsim.light.world import scene_dict as world
+    from magicsim.light.world.finish import Finish
+
+    elastomer, rig, turn = sensor.elastomer, sensor.rig, np.diag([-1.0, 1.0, -1.0])
+    shift = np.array([0.0, 0.0, -DISTANCE_MM])
+    content = world.WorldContent(object_mesh=None, object_finish=Finish(), flashlight=False)
+    entry = integrator_entry("path", elastomer, rig, sensor.settings, Finish())
+    scene = world.scene_dict(elastomer, rig, content, entry, world.block_shapes(elastomer, rig))
+    move = np.eye(4)
+    move[:3, :3], move[:3, 3] = turn, shift
+    for index, strip in enumerate(rig.strips):
+        other = world._strip(strip, elastomer)
+        other["to_world"] = mi.ScalarTransform4f(move) @ other["to_world"]
+        scene[f"other{index}"] = other
+    body_medium = world._medium(elastomer.design.materials.body)
+    infill = elastomer.design.materials.infill
+    ior = elastomer.design.materials.body.ior
+
+    def moved(vertices):
+        return vertices @ turn.T + shift
+
+    body = SurfaceMesh(
+        vertices=moved(world.with_lens(elastomer.body.vertices, elastomer, rig)), faces=elastomer.body.faces
+    )
+    cells = SurfaceMesh(vertices=moved(elastomer.infill.vertices), faces=elastomer.infill.faces)
+    clear = {"type": "dielectric", "int_ior": ior, "ext_ior": 1.0}
+    scene["other_body"] = world.mesh_shape(body, "other_body", clear, interior=body_medium)
+    scene["other_infill"] = world.mesh_shape(
+        cells, "other_infill", {"type": "dielectric", "int_ior": infill.ior, "ext_ior": ior},
+        interior=world._medium(infill), exterior=body_medium,
+    )  # fmt: skip
+    image = mi.render(mi.load_dict(scene), spp=samples, seed=seed)
+    return np.array(image, np.float64).mean((0, 1))
+
+
+def means(sensor, distance_mm, seeds):
+    found = []
+    for seed in seeds:
+        sensor.renderer.seed, sensor._facing = seed, None
+        state = replace(UNTOUCHED, facing_mm=distance_mm)
+        found.append(sensor.radiance(state, sensor.rest).mean((0, 1), dtype=np.float64))
+    return np.mean(found, 0), np.std(found, 0, ddof=1) / np.sqrt(len(found))
+
+
+@pytest.mark.slow
+def test_facing_finger_adds_the_light_that_a_path_tracer_with_two_sensors_finds(small_scene):
+    anchored = ("render.anchor_samples=32", "render.anchor_particles=1200000", "render.particles=60000")
+    sensor = Sensor.for_scene(small_scene("rest", *anchored))
+    alone, _ = means(sensor, None, range(2))
+    both, error = means(sensor, DISTANCE_MM, range(3))
+    path = Sensor.for_scene(small_scene("rest", "render.estimator=path", "render.samples=400"))
+    traced_alone = np.mean([path.renderer.plain_radiance(View()).mean((0, 1), dtype=np.float64)], 0)
+    pairs = [traced_pair(path, samples=400, seed=seed) for seed in range(3)]
+    traced, path_error = np.mean(pairs, 0), np.std(pairs, 0, ddof=1) / np.sqrt(len(pairs))
+    added, expected = both - alone, traced - traced_alone
+    noise = np.hypot(error, 1.5 * path_error) / expected
+    assert noise.max() < AGREEMENT, "too noisy to tell anything"
+    assert (np.abs(added / expected - 1) < AGREEMENT + 2 * noise).all(), f"{added / expected}, noise {noise}"
+
+
+def test_far_finger_is_as_none_and_a_near_one_is_the_brighter_the_nearer(small_scene):
+    anchored = ("render.anchor_samples=4", "render.anchor_particles=60000", "render.particles=6000")
+    sensor = Sensor.for_scene(small_scene("rest", *anchored))
+    alone, far, near, nearer = (means(sensor, at, range(2))[0] for at in (None, 1900.0, 20.0, 8.0))
+    np.testing.assert_allclose(far, alone, rtol=1e-3)
+    assert (near > 1.05 * alone).all()
+    assert (nearer > near).all()
+    share = sensor._facing.glow.reflectance
+    assert ((share > 0.05) & (share < 0.6)).all()
