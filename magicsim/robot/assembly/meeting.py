@@ -12,6 +12,7 @@ from typing import Self
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from magicsim.geometry.pose import Pose
 from magicsim.robot.assembly.jack import Jack
@@ -19,7 +20,10 @@ from magicsim.robot.assembly.surface import Elements
 from magicsim.robot.grip.load import Load
 
 Array = npt.NDArray[np.float64]
-FORWARD, BACK = 1.0, -1.0
+FORWARD = 1.0
+AXES = 3
+STEP_MM, STEP_RAD = 0.02, 0.002
+"""Motions over which the stiffness is taken: it begins with contact."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +81,25 @@ class MetLoad(Load):
         tip = pose.rotation @ np.array([0.0, float(self.elements.points_mm[:, 1].max()), 0.0])
         torque = np.cross(points - pose.position_mm, force).sum(0)
         return np.concatenate([total, torque + np.cross(tip, self.base.rotation @ self._spring(local))])
+
+    def stiffness(self, pose: Pose) -> Array:
+        """How the base's wrench falls with the plug's motion, shape (6, 6), by differences; see `Load.stiffness`."""
+        found = np.zeros((6, 6))
+        if self.elements is None or self.base is None:
+            return found
+        for number, unit in enumerate(np.eye(6)):
+            step = STEP_MM * unit if number < AXES else STEP_RAD * unit
+            ends = [
+                self.met(
+                    Pose(
+                        position_mm=pose.position_mm + sign * step[:AXES],
+                        rotation=Rotation.from_rotvec(sign * step[AXES:]).as_matrix() @ pose.rotation,
+                    )
+                )
+                for sign in (1, -1)
+            ]
+            found[:, number] = (ends[1] - ends[0]) / (2 * (STEP_MM if number < AXES else STEP_RAD))
+        return found
 
     def _spring(self, local: Array) -> Array:
         """Force of the jack's contacts along its axis, shape (3,) [N]; none outside of the hole."""

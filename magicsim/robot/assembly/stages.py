@@ -1,8 +1,9 @@
 """The six stages of an assembly as a scripted timeline (Fan, Li, Zhang, arXiv 2505.24382: a teleoperator plugs in).
 
-How far each stage goes is assumed; the stages' names and order are published.
+How far and how hard each stage goes is assumed; the stages' names and order are published.
 """
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -26,25 +27,22 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One place of the carriage, at which a pair of frames is taken."""
+    """One way of the carriage, at whose end a pair of frames is taken."""
 
     stage: Stage
     depth_mm: float | None
     """How far the pin's end would be below the mouth if nothing gave way, negative before it [mm]; None is no base."""
+    push_n: float = math.inf
+    """Force of the base at which the carriage stops earlier [N]."""
     is_aligned: bool = False
     """Whether the base is on the plug's axis, whatever the trial's misalignment."""
 
 
 TIMELINE = (
     Step(stage=Stage.GRIP, depth_mm=None),
-    Step(stage=Stage.APPROACH, depth_mm=-5.0),
     Step(stage=Stage.APPROACH, depth_mm=-0.5),
-    Step(stage=Stage.FIRST, depth_mm=0.4),
-    Step(stage=Stage.FIRST, depth_mm=0.8),
-    Step(stage=Stage.SECOND, depth_mm=1.2),
-    Step(stage=Stage.SECOND, depth_mm=1.6),
-    Step(stage=Stage.SUCCESS, depth_mm=-0.5, is_aligned=True),
-    Step(stage=Stage.SUCCESS, depth_mm=3.0, is_aligned=True),
+    Step(stage=Stage.FIRST, depth_mm=2.0, push_n=2.0),
+    Step(stage=Stage.SECOND, depth_mm=4.0, push_n=4.0),
     Step(stage=Stage.SUCCESS, depth_mm=8.0, is_aligned=True),
     Step(stage=Stage.OPEN, depth_mm=8.0, is_aligned=True),
 )

@@ -47,9 +47,7 @@ def plug_elements(plug: PlugObject) -> Elements:
         points.append(np.stack([radial * cosine, np.full(AROUND, axial), radial * sine], 1))
         normals.append(np.stack([across * cosine, np.full(AROUND, along), across * sine], 1))
         areas.append(np.full(AROUND, 2 * np.pi * radial * width / AROUND))
-    return Elements(
-        points_mm=np.concatenate(points), normals=np.concatenate(normals), area_mm2=np.concatenate(areas)
-    )
+    return Elements(points_mm=np.concatenate(points), normals=np.concatenate(normals), area_mm2=np.concatenate(areas))
 
 
 def _steps(low: float, high: float, count: int) -> list[tuple[float, float]]:

@@ -9,18 +9,19 @@ import numpy.typing as npt
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.plug import PlugObject
 from magicsim.geometry.pose import Pose
-from magicsim.robot.assembly.jack import jack_pose
-from magicsim.robot.assembly.meeting import BACK, FORWARD, Contact, Jack, MetLoad
+from magicsim.robot.assembly.jack import Jack, jack_pose
+from magicsim.robot.assembly.meeting import FORWARD, Contact, MetLoad
 from magicsim.robot.assembly.misaligned import Misalignment
 from magicsim.robot.assembly.stages import TIMELINE, Stage, Step
 from magicsim.robot.assembly.surface import plug_elements
 from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 
 Frame = npt.NDArray[np.uint8]
 Vector = tuple[float, ...]
-SQUEEZE_MM, OPEN_MM = 1.6, 12.0
+SQUEEZE_MM, OPEN_MM = 1.0, 12.0
 """How much closer than touching the faces grip, and how far they open [mm]; assumed."""
 MASS_G = 8.0
 """Of the plug; assumed."""
@@ -28,7 +29,7 @@ PLACE = ObjectPlace(y_mm=6.0)
 """Where the fingers take the handle: towards their tips, the pin beyond them."""
 MOST_SLIDE_MM = 6.0
 """Way of the plug in the grip in one step beyond which it is lost [mm]; assumed."""
-LONGEST_STEP_MM = 0.4
+LONGEST_STEP_MM = 0.5
 """Longest way of the carriage between two equilibria while the pin may meet the base [mm]."""
 
 
@@ -66,54 +67,71 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trial:
-    """What a trial gave."""
+class Gripped:
+    """The plug in the grip, from which each trial begins."""
 
-    misalignment: Misalignment
+    plug: PlugObject
+    setup: Setup
+    moment: GripMoment
+    load: MetLoad
+    """Its weight, no base yet."""
     references: tuple[list[Frame], list[Frame]]
     """Frames of the upper and of the lower finger with nothing between them."""
-    moments: tuple[Moment, ...]
 
 
-def play(
-    gripper: Gripper,
-    plug: PlugObject,
-    misalignment: Misalignment,
-    setup: Setup | None = None,
-    *,
-    seed: int = 0,
-    tell: Callable[[Stage], None] | None = None,
-) -> Trial:
-    """Plays a trial.
+def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) -> Gripped:
+    """Films the empty fingers, and grips the plug.
 
     Args:
         gripper: Two sensors with the plug as their object.
         plug: The plug.
-        misalignment: Of the base.
         setup: Jack, contact and timeline.
-        seed: Of the frames' noise.
-        tell: Told each step's stage as it begins.
 
     Raises:
-        ConfigError: The plug does not fit, or leaves a finger's workspace.
-        ConvergenceError: A place has no valid equilibrium.
+        ConfigError: The plug does not fit, drops at once, or lies outside of a finger's workspace.
+        ConvergenceError: No valid equilibrium was found.
     """
     setup = setup or Setup()
-    gripper.reset(seed=seed)
+    gripper.reset()
     references = _references(gripper, setup.references)
-    width = gripper.touching_width_mm - setup.squeeze_mm
     load = replace(
         MetLoad.of_mass(MASS_G, down=(0.0, 1.0, 0.0)), elements=plug_elements(plug), jack=setup.jack,
         contact=setup.contact,
     )  # fmt: skip
-    gripper.close(width, place=PLACE)
-    gripper.hold(load=load)
-    start = object_pose(plug, gripper.place)
+    gripper.close(gripper.touching_width_mm - setup.squeeze_mm, place=PLACE)
+    if gripper.hold(load=load) is Hold.DROPPED:
+        msg = f"squeeze_mm = {setup.squeeze_mm:g} is not allowed: a plug of {load.weight_n:.3g} N drops at once"
+        raise ConfigError(msg)
+    return Gripped(plug=plug, setup=setup, moment=gripper.now(), load=load, references=references)
+
+
+def play(
+    gripper: Gripper,
+    gripped: Gripped,
+    misalignment: Misalignment,
+    *,
+    tell: Callable[[Stage], None] | None = None,
+) -> tuple[Moment, ...]:
+    """Plays a trial from the gripped plug on; it ends early where the plug drops.
+
+    Args:
+        gripper: That which has gripped it.
+        gripped: From `take_plug`.
+        misalignment: Of the base.
+        tell: Told each step's stage as it begins.
+
+    Returns:
+        What was at the end of each step.
+
+    Raises:
+        ConfigError: The plug leaves a finger's workspace.
+        ConvergenceError: A place has no valid equilibrium.
+    """
+    gripper.go_back(gripped.moment)
+    plug, load, moments = gripped.plug, gripped.load, []
+    axis, depth = object_pose(plug, gripper.place), None
     tip = plug.length_mm / 2 + plug.pin_length_mm
-    moments: list[Moment] = []
-    depth: float | None = None
-    axis = start
-    for step in setup.timeline:
+    for step in gripped.setup.timeline:
         if tell is not None:
             tell(step.stage)
         slid = 0.0
@@ -121,21 +139,22 @@ def play(
             gripper.close(gripper.touching_width_mm + OPEN_MM, place=gripper.place)
         elif step.depth_mm is not None:
             if step.is_aligned and not (moments and moments[-1].step.is_aligned):
-                axis, depth = object_pose(plug, gripper.place), None  # lifted off, and brought above the jack by sight
-            for between in _ways(depth, step.depth_mm):
-                way = FORWARD if depth is None or between >= depth else BACK
-                base = _base(axis, tip, between, None if step.is_aligned else misalignment)
-                load = load.at(base, way=way)
+                # Lifted off and brought above the jack by sight
+                gripper.hold(load=load.at(None, way=0.0), most_slide_mm=MOST_SLIDE_MM)
+                axis, depth = object_pose(plug, gripper.place), None
+            for each in _ways(depth, step.depth_mm):
+                base = _base(axis, tip, each, None if step.is_aligned else misalignment)
+                load, depth = load.at(base, way=FORWARD), each
                 gripper.hold(load=load, most_slide_mm=MOST_SLIDE_MM)
                 slid += gripper.truth().slid_mm
-                depth = between
-                if gripper.outcome is Hold.DROPPED:
+                met = load.met(object_pose(plug, gripper.place))
+                if gripper.outcome is Hold.DROPPED or np.linalg.norm(met[:3]) > step.push_n:
                     break
-        met = load.met(object_pose(plug, gripper.place)) if step.depth_mm is not None else np.zeros(6)
+        met = load.met(object_pose(plug, gripper.place))
         moments.append(_moment(gripper, step, met, slid))
         if gripper.outcome is Hold.DROPPED:
             break
-    return Trial(misalignment=misalignment, references=references, moments=tuple(moments))
+    return tuple(moments)
 
 
 def check_plug(plug: object) -> PlugObject:
