@@ -45,21 +45,8 @@ OPTIONAL = (
 )
 """Name, module, cost of its absence, and the extra that brings it or for which machines there is one."""
 EXTRAS = frozenset(
-    {
-        "video",
-        "robot",
-        "mujoco",
-        "task",
-        "live",
-        "search",
-        "learn",
-        "hf",
-        "hdf5",
-        "zarr",
-        "webdataset",
-        "mcap",
-        "cluster",
-    }
+    {"video", "robot", "mujoco", "task", "live", "search", "learn", "hf", "hdf5", "zarr", "webdataset", "mcap"}
+    | {"cluster"}
 )
 
 

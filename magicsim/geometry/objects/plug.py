@@ -41,7 +41,7 @@ class PlugObject(ObjectBase):
         if self.pin_radius_mm >= self.radius_mm - self.edge_radius_mm:
             most = self.radius_mm - self.edge_radius_mm
             msg = (
-                f"pin_radius_mm = {self.pin_radius_mm:g} is not allowed: must be below {most:g}, the handle's flat end"
+                f"pin_radius_mm = {self.pin_radius_mm:g} is not allowed: must be below the handle's end, {most:g}"
             )
             raise ValueError(msg)
         return self

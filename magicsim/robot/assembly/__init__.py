@@ -1,1 +1,1 @@
-"""A plug in the gripper and a base with a jack: what they do to each other, the stages, and who notices misalignment."""
+"""A plug in the gripper and a base with a jack: their contact, the stages, and who notices misalignment."""

@@ -114,6 +114,6 @@ def structural_similarity() -> Similarity:
         raise ConfigError(msg) from None
 
     def similarity(image: Frame, other: Frame) -> float:
-        return float(ssim(image, other, channel_axis=-1, data_range=GREY_LEVELS))
+        return float(ssim(image, other, channel_axis=-1, data_range=GREY_LEVELS))  # type: ignore[no-untyped-call]
 
     return similarity

@@ -5,6 +5,7 @@ space y > 0 without the hole.
 """
 
 from dataclasses import dataclass, fields
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -54,7 +55,7 @@ class Jack:
         corners = self._profile()
         best, foot = np.full(len(points), np.inf), np.zeros_like(places)
         normal = np.zeros_like(places)
-        for first, last in zip(corners[:-1], corners[1:], strict=True):
+        for first, last in pairwise(corners):
             way = last - first
             length = float(np.linalg.norm(way))
             if length < TINY:

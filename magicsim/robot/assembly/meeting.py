@@ -1,8 +1,8 @@
 """What a base does to a plug: an elastic foundation with Coulomb friction against the motion, and the jack's springs.
 
 Every element of the plug's surface that lies below the base's, by d, and faces it is pushed out with the pressure
-`stiffness_n_mm3` d along the base's normal (an elastic foundation, Johnson, Contact Mechanics, 1985, 4.3). Plug and base
-are far stiffer than the skin that holds the plug, so the stiffness has to be high, and how high matters little; it is
+`stiffness_n_mm3` d along the base's normal (an elastic foundation, Johnson, Contact Mechanics, 1985, 4.3). Plug and
+base are far stiffer than the skin that holds the plug, so the stiffness has to be high, and how high matters little; it is
 assumed. Friction is kinetic, against the carriage's motion. The contacts of the jack resist a pin in the hole by a
 force along the axis that comes with its depth.
 """

@@ -66,7 +66,7 @@ def run_assembly(
 
     Args:
         scene: The fingers, and a plug between them.
-        out: Folder of the result: `trials.json`, `series.png`, and both fingers' frames of the first trial of each kind.
+        out: Folder of the result: `trials.json`, `series.png`, and the frames of the first trial of each kind.
         trials: How many; a third each are beside the axis, at an angle, and aligned.
         seed: Of the misalignments.
         quality: Of the sensors, see `magicsim.robot.quality`.

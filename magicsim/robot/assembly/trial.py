@@ -1,7 +1,7 @@
 """One trial: the gripper takes the plug, brings it to the base through the six stages, and frames are taken."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -37,8 +37,8 @@ LONGEST_STEP_MM = 0.5
 class Setup:
     """What does not change from trial to trial."""
 
-    jack: Jack = Jack()
-    contact: Contact = Contact()
+    jack: Jack = field(default_factory=Jack)
+    contact: Contact = field(default_factory=Contact)
     squeeze_mm: float = SQUEEZE_MM
     """How much closer than touching the faces grip [mm]."""
     timeline: Sequence[Step] = TIMELINE
@@ -128,8 +128,10 @@ def play(
         ConvergenceError: A place has no valid equilibrium.
     """
     gripper.go_back(gripped.moment)
-    plug, load, moments = gripped.plug, gripped.load, []
-    axis, depth = object_pose(plug, gripper.place), None
+    plug, load = gripped.plug, gripped.load
+    moments: list[Moment] = []
+    axis = object_pose(plug, gripper.place)
+    depth: float | None = None
     tip = plug.length_mm / 2 + plug.pin_length_mm
     for step in gripped.setup.timeline:
         if tell is not None:
