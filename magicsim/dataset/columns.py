@@ -6,6 +6,7 @@ from magicsim.dataset.features import Column, array, image, value, vector
 from magicsim.dataset.force_error import as_metadata
 from magicsim.dataset.recipes.draw import drawn_names
 from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.scenes.taxels import TaxelSettings
 
 DRAWN = "drawn."
 """How the names of columns with drawn values begin."""
@@ -82,6 +83,8 @@ def _large(recipe: Recipe, size: tuple[int, int]) -> list[Column]:
         large.append(
             array("displacements_mm", (None, 3), "of each lattice node, in the order of `sensors.parquet` [mm]")
         )
+    if labels.taxels is not None:
+        large += _touch(labels.taxels, recipe)
     if recipe.design.markers is not None:
         large += [
             array(
@@ -90,3 +93,26 @@ def _large(recipe: Recipe, size: tuple[int, int]) -> list[Column]:
             array("markers_px", (None, 2), "column and row at which the camera sees each marker [px]", dtype="float64"),
         ]
     return large
+
+
+def _touch(taxels: TaxelSettings, recipe: Recipe) -> list[Column]:
+    """Of the taxels, row by row, row 0 at +y and column 0 at -x."""
+    size, count = (taxels.rows, taxels.columns), taxels.rows * taxels.columns
+    told = f"{taxels.rows} x {taxels.columns} taxels over the face, row by row, row 0 at +y"
+    load = ("taxel_force_n", f"force of the object on each of {told} [N]")
+    if taxels.unit == "MPa":
+        load = ("taxel_traction_mpa", f"force of the object per undeformed area on each of {told} [MPa]")
+    found = [
+        array(load[0], (count, 3), load[1], dtype="float64"),
+        array("taxel_torque_nmm", (count, 3), "torque of those forces about the origin [N mm]", dtype="float64"),
+    ]
+    images = {}
+    if taxels.skin:
+        images["skin_stretch"] = "principal stretch of the skin below each taxel, 1 at rest"
+        images["skin_von_mises_mpa"] = "von Mises stress of the skin below each taxel [MPa]"
+    if taxels.has_infill(recipe.design):
+        images["infill_shear"] = "shear of the infill below each taxel, of all layers of cells, 0 at rest"
+    for name, meaning in images.items():
+        found.append(array(name, size, f"largest {meaning}"))
+        found.append(value(f"max_{name}", "float64", f"largest of `{name}`"))
+    return found

@@ -17,6 +17,7 @@ from magicsim.geometry.pose import Pose
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.touch_truth import touch_columns
 
 DEPTH_STEP_MM = 2.0**-12
 """Depth maps are rounded to this step [mm], far below their error: what is rounded compresses."""
@@ -93,7 +94,8 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
     truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
     pose = _pose(scene, state)
     depth, mask = frame.labels.depth_map_mm, frame.labels.contact_mask
-    return {
+    touch, taxels = frame.labels.touch, scene.output.taxels
+    return (touch_columns(touch, taxels) if touch is not None and taxels is not None else {}) | {
         "image": _png(cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)),
         "step": truth.index,
         "time_s": truth.time_s,

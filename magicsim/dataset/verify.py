@@ -23,6 +23,8 @@ from magicsim.workers.log import ERRORS, changed_lines
 
 BALANCE = 1e-6
 """Largest relative difference between contact force and reaction, as the solver accepts it."""
+TAXEL_ROUNDING = 1e-9
+"""Largest difference of the sum over all taxels from force and torque, as a share and in N and N mm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,12 +153,23 @@ def _rows(file: pq.ParquetFile, entry: ShardEntry, config_hash: str) -> Iterator
             yield "holds rows whose force is not finite or not balanced"
         if ((np.linalg.norm(force, axis=1) > 0) != np.array(table["contact"])).any():
             yield "holds rows whose contact flag contradicts their force"
+    if {"taxel_force_n", "force_n"} <= set(file.schema_arrow.names):
+        yield from _taxels(file.read(columns=["taxel_force_n", "taxel_torque_nmm", "force_n", "torque_nmm"]))
     for number in range(file.num_row_groups):
         for name in ("image", "contact_mask"):
             if name in file.schema_arrow.names:
                 images = file.read_row_group(number, columns=[name])[name].to_pylist()
                 if any(not _decodes(each["bytes"]) for each in images):
                     yield f"{name}: a PNG of row group {number} cannot be decoded"
+
+
+def _taxels(table: pa.Table) -> Iterator[str]:
+    """Where forces or torques of the taxels do not add up to those of the object."""
+    for taxels, whole in (("taxel_force_n", "force_n"), ("taxel_torque_nmm", "torque_nmm")):
+        total = np.array([np.sum(each, axis=0) for each in table[taxels].to_pylist()])
+        expected = np.array(table[whole].to_pylist())
+        if not np.allclose(total, expected, rtol=TAXEL_ROUNDING, atol=TAXEL_ROUNDING):
+            yield f"holds rows whose {taxels} does not add up to {whole}"
 
 
 def _decodes(png: bytes) -> bool:

@@ -14,7 +14,7 @@ from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, Keyframe, OutputSettings, SceneConfig
 
-NO_OUTPUT = OutputSettings(contact_mask=False, displacements=False, preview=False, report=False)
+NO_OUTPUT = OutputSettings.nothing()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

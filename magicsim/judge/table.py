@@ -13,7 +13,9 @@ import pyarrow.parquet as pq
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.judge.verdicts import Judgement
+from magicsim.scenes.taxels import TaxelSettings
 from magicsim.simulation.episode import Episode, SimulatedFrame
+from magicsim.simulation.touch_truth import TOUCH_COLUMNS, touch_columns
 
 TABLE = "episode.parquet"
 """Name of the table in a folder of results."""
@@ -30,15 +32,19 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
     Only labels that were not asked for are null: elsewhere a text is empty and a number NaN where there is nothing.
     """
     skipped = len(episode.references)
-    marked = episode.scene.design.markers is not None
-    rows = [_row(frame) | (_marker_row(frame) if marked else {}) for frame in episode.frames]
+    marked, taxels = episode.scene.design.markers is not None, episode.scene.output.taxels
+    rows = [
+        _row(frame) | (_marker_row(frame) if marked else {}) | (_touch_row(frame, taxels) if taxels else {})
+        for frame in episode.frames
+    ]
     for judgement in judgements:
         for row, frame in zip(rows, episode.frames, strict=True):
             number = frame.truth.index - skipped
             verdict = judgement.verdicts[number].as_dict() if number >= 0 else {}
             for key in (*NUMBERS, *WORDS):
                 row[f"{judgement.profile}_{key}"] = verdict.get(key, math.nan if key in NUMBERS else "")
-    pq.write_table(pa.Table.from_pylist(rows, schema=_schema(judgements, marked=marked)), path, compression="zstd")
+    schema = _schema(judgements, marked=marked, touch=rows[0] if taxels else {})
+    pq.write_table(pa.Table.from_pylist(rows, schema=schema), path, compression="zstd")
 
 
 def write_lattice(path: Path, lattice: Lattice) -> None:
@@ -47,7 +53,7 @@ def write_lattice(path: Path, lattice: Lattice) -> None:
     pq.write_table(pa.table(columns), path, compression="zstd")
 
 
-def _schema(judgements: Sequence[Judgement], *, marked: bool) -> pa.Schema:
+def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, Any]) -> pa.Schema:
     number, vector = pa.float64(), pa.list_(pa.float64(), 3)
     picture = pa.struct({"bytes": pa.binary(), "path": pa.string()})
     fields = [
@@ -60,6 +66,11 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool) -> pa.Schema:
     ]  # fmt: skip
     if marked:
         fields += [(name, pa.list_(pa.list_(number))) for name in ("markers_mm", "markers_px")]
+    fields += [
+        (name, number if name.startswith("max_") else pa.list_(pa.list_(number)))
+        for name in TOUCH_COLUMNS
+        if name in touch
+    ]
     for judgement in judgements:
         fields += [(f"{judgement.profile}_{key}", number) for key in NUMBERS]
         fields += [(f"{judgement.profile}_{key}", pa.string()) for key in WORDS]
@@ -100,6 +111,12 @@ def _marker_row(frame: SimulatedFrame) -> dict[str, Any]:
         "markers_mm": places.tolist() if places is not None else None,
         "markers_px": pixels.tolist() if pixels is not None else None,
     }
+
+
+def _touch_row(frame: SimulatedFrame, settings: TaxelSettings) -> dict[str, Any]:
+    touch = frame.labels.touch
+    found = touch_columns(touch, settings) if touch is not None else {}
+    return {name: each.tolist() if isinstance(each, np.ndarray) else each for name, each in found.items()}
 
 
 def _png(mask: np.ndarray[Any, np.dtype[np.bool_]]) -> bytes:

@@ -214,12 +214,16 @@ class Renderer(PlainRenderer):
                 scene, field, particles=particles, seed=seed, outside=outside
             )
             return self._gathered(view, field, lit)
-        before = lifted(placed) if placed is not None and _reaches(placed) else placed
+        before = self._lifted(view, placed) if placed is not None and _reaches(placed) else placed
         world = self.world(view).scene
         field = touched_light(world, self._before_contact(before), careful, seed=seed)
         field = self._arrived(view, world, None, field)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
         return self._gathered(view, field, found)
+
+    def _lifted(self, _view: View, placed: Array) -> Array:
+        """Object vertices of the last state before contact, the same for all depths of one press [mm]."""
+        return lifted(placed)
 
     def _arrived(self, _view: View, _scene: Any, _outside: Outside | None, field: LightField) -> LightField:
         """The light with that of what else shines on the block: here nothing."""

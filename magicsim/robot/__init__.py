@@ -11,17 +11,37 @@ if TYPE_CHECKING:
     from magicsim.robot.capture import SimulatedCapture
     from magicsim.robot.digit import DigitCamera
     from magicsim.robot.environment import GraspLift
+    from magicsim.robot.fingers import ObjectPlace
+    from magicsim.robot.grip.linkage import Linkage
+    from magicsim.robot.grip.load import Load
+    from magicsim.robot.grip.outcome import Hold
     from magicsim.robot.gripper import Gripper
     from magicsim.robot.live import LiveSensor, live_sensor
     from magicsim.robot.workspace import Workspace
 
-__all__ = ["DigitCamera", "GraspLift", "Gripper", "LiveSensor", "SimulatedCapture", "Workspace", "live_sensor"]
+__all__ = [
+    "DigitCamera",
+    "GraspLift",
+    "Gripper",
+    "Hold",
+    "Linkage",
+    "LiveSensor",
+    "Load",
+    "ObjectPlace",
+    "SimulatedCapture",
+    "Workspace",
+    "live_sensor",
+]
 
 _HOMES = {
     "DigitCamera": "magicsim.robot.digit",
     "GraspLift": "magicsim.robot.environment",
     "Gripper": "magicsim.robot.gripper",
+    "Hold": "magicsim.robot.grip.outcome",
+    "Linkage": "magicsim.robot.grip.linkage",
     "LiveSensor": "magicsim.robot.live",
+    "Load": "magicsim.robot.grip.load",
+    "ObjectPlace": "magicsim.robot.fingers",
     "SimulatedCapture": "magicsim.robot.capture",
     "Workspace": "magicsim.robot.workspace",
     "live_sensor": "magicsim.robot.live",

@@ -54,7 +54,7 @@ class Cost:
 
 
 class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
-    """Two fingers close on an object on a table and lift it; one of them is seen (see `magicsim.robot.lift`).
+    """Two fingers close on an object on a table and lift it; one of them sees it and the other (`magicsim.robot.lift`).
 
     Observation: `image`, uint8 RGB of shape (rows, columns, 3); `proprioception`, float32 of shape (4,): distance of
     the faces [mm], height of the fingers [mm], closing speed of each finger and rising speed in the last step [mm/s].
@@ -128,6 +128,12 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         check_number("force_limit_n", force_limit_n, 0, MOST)
         self._scene, self._object = config, config.object
         self._half_width_mm = _half_width_mm(config.object)
+        if deepest_mm >= self._half_width_mm:
+            msg = (
+                f"deepest_mm = {deepest_mm:g} is not allowed: the fingers would pass through each other, must be below "
+                f"{self._half_width_mm:.4g}, half of the object's width"
+            )
+            raise ConfigError(msg)
         self.weight_n, self.start_gap_mm, self.offset_mm = weight_n, start_gap_mm, offset_mm
         self.target_mm, self.hold_steps, self.max_steps = target_mm, hold_steps, max_steps
         self.speed_mm_s, self.force_limit_n, self.render_mode = speed_mm_s, force_limit_n, render_mode
@@ -241,7 +247,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     def _observed_space(self) -> spaces.Dict:
         camera, speed = self._scene.rig.camera, self.speed_mm_s
-        limits = [[2 * (gap + self._half_width_mm) for gap in self._limits["gap_mm"]], self._limits["finger_mm"]]
+        limits = [[self._width_mm(gap) for gap in self._limits["gap_mm"]], self._limits["finger_mm"]]
         low, high = np.array([*limits, (-speed, speed), (-speed, speed)], np.float32).T
         slack = 1e-3  # of rounding in float32
         return spaces.Dict(
@@ -258,12 +264,18 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     def _observe(self, lift: Lift, speeds_mm_s: npt.NDArray[np.float64]) -> Observation:
         solved = time.perf_counter()
-        self._frame, state = lift.live.frame(), lift.state
+        state = lift.state
+        lift.live.face(self._width_mm(state.gap_mm))  # the other finger is in the picture
+        self._frame = lift.live.frame()
         self.cost = Cost(solve_s=solved - self._begun, light_s=time.perf_counter() - solved)
         if self.render_mode == "human":
             self._show(self._frame.image)
-        values = [2 * (state.gap_mm + self._half_width_mm), state.finger_mm, *speeds_mm_s]
+        values = [self._width_mm(state.gap_mm), state.finger_mm, *speeds_mm_s]
         return {"image": self._frame.image.copy(), "proprioception": np.array(values, np.float32)}
+
+    def _width_mm(self, gap_mm: float) -> float:
+        """Distance of the faces with the object's sides at a gap from each [mm]."""
+        return 2 * (gap_mm + self._half_width_mm)
 
     @staticmethod
     def _info(lift: Lift) -> dict[str, Any]:

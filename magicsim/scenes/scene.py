@@ -16,6 +16,7 @@ from magicsim.geometry.markers import DotMarkers, PictureMarkers
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.scenes.rig import PlaceMm, Rig
+from magicsim.scenes.taxels import TaxelSettings
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
@@ -96,12 +97,19 @@ class OutputSettings(Config):
     """Displacements of all lattice nodes for every frame."""
     depth_map: bool = False
     """How far the contact face is pressed in, in image space, for every frame."""
+    taxels: TaxelSettings | None = None
+    """Forces on a grid of taxels, stretch and stress of the skin, shear of the infill; none by default."""
     preview: bool = True
     """Animated preview."""
     mcap: bool = False
     """The episode as an MCAP file (extra `mcap`)."""
     report: bool = True
     """HTML report, which needs the detectors."""
+
+    @classmethod
+    def nothing(cls) -> Self:
+        """Frames and the table of truth alone."""
+        return cls(contact_mask=False, displacements=False, preview=False, report=False)
 
 
 class SceneConfig(Config):

@@ -15,6 +15,7 @@ from magicsim.frame_class import FrameClass
 from magicsim.notebook.pictures import picture_row
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
+from magicsim.simulation.touch_truth import TouchFields
 
 Frame = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
@@ -86,6 +87,8 @@ class FrameLabels:
     """Centres of the markers in the sensor's frame, displaced, shape (markers, 3) [mm]; None without markers."""
     markers_px: npt.NDArray[np.float64] | None = None
     """Where the camera sees them, column and row, whole at pixel centres, shape (markers, 2) [px]."""
+    touch: TouchFields | None = None
+    """Forces on taxels, stretch and stress of the skin, shear of the infill."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +99,7 @@ class SimulatedFrame:
     """RGB, shape (rows, columns, 3)."""
     truth: FrameTruth
     labels: FrameLabels
-    """What was asked for beside them; the three properties below refuse what was not."""
+    """What was asked for beside them; the properties below refuse what was not."""
 
     @property
     def contact_mask(self) -> npt.NDArray[np.bool_]:
@@ -124,6 +127,21 @@ class SimulatedFrame:
             OutputError: The scene does not ask for it.
         """
         return _asked_for(self.labels.depth_map_mm, "depth_map_mm", "output.depth_map")
+
+    @property
+    def touch(self) -> TouchFields:
+        """Forces on taxels, stretch and stress of the skin, shear of the infill.
+
+        Raises:
+            OutputError: The scene does not ask for them.
+        """
+        if self.labels.touch is None:
+            msg = (
+                "touch was not computed: add [output.taxels] with rows and columns to the scene, or "
+                "--set output.taxels.rows=16"
+            )
+            raise OutputError(msg)
+        return self.labels.touch
 
 
 def _asked_for(found: npt.NDArray[ScalarT] | None, name: str, setting: str) -> npt.NDArray[ScalarT]:

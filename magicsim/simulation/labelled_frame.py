@@ -17,6 +17,7 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import FrameLabels, SimulatedFrame
+from magicsim.simulation.touch_truth import TouchFields
 from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
 
 
@@ -57,6 +58,7 @@ class Shot:
         displacements_mm: npt.NDArray[np.float32] | None,
         is_reference: bool,
         markers_mm: npt.NDArray[np.float64] | None = None,
+        touch: TouchFields | None = None,
     ) -> tuple[SimulatedFrame, CameraMemory]:
         """One frame, and what the camera's next one inherits.
 
@@ -69,6 +71,7 @@ class Shot:
             displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
             is_reference: Whether the frame makes the references.
             markers_mm: Centres of the markers, shape (markers, 3) [mm], where there are any.
+            touch: Fields of touch, where they are asked for.
         """
         output, landing = self.output, self.landing_mm
         image, later = self.camera.take(radiance, memory, at)
@@ -86,6 +89,7 @@ class Shot:
                 else None,
                 markers_mm=markers_mm,
                 markers_px=project_px(markers_mm, self.design, self.rig) if markers_mm is not None else None,
+                touch=touch,
             ),
         )
         return frame, later

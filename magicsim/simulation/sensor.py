@@ -10,11 +10,12 @@ import numpy.typing as npt
 from magicsim.camera.effects.video import check_codec
 from magicsim.camera.exposure import Exposure, FloatImage, meter
 from magicsim.camera.stream import CameraStream
-from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.contact.face import POINT_SPACING_MM, point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.indentation.timed import body_branches
 from magicsim.deform.lattice.follow import follow_map
+from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver
@@ -30,11 +31,13 @@ from magicsim.light.safe_gap import check_walls
 from magicsim.light.world.finish import Finish
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig
+from magicsim.scenes.taxels import TaxelSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.scenes.view import View
 from magicsim.simulation.marker_truth import MarkerTracks
 from magicsim.simulation.meshes import attach_meshes, deformed_vertices
 from magicsim.simulation.plan import ScenePlan, as_seen, can_touch
+from magicsim.simulation.touch_truth import TouchTruth
 
 STEP_S = 1 / 15
 """Time between states of a sensor that has no frame rate [s]."""
@@ -210,7 +213,7 @@ class Sensor:
                 options=self._newton,
                 friction=self.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
-                branches=body_branches(self.design, self.lattice) if self.contact.rate_dependent else None,
+                branches=self._branches(),
             )
         start = previous if not previous.is_rest else None
         return self._solver.solve(indenter, start, dt_s=self.step_s)
@@ -219,6 +222,23 @@ class Sensor:
         """Displacements of all nodes of the design's lattice, shape (printed nodes, 3) [mm]."""
         moved = self._printed_nodes.displaced(deformation.displacements_mm) - self.printed.nodes_mm
         return moved.astype(np.float32)
+
+    def touch_truth(self, settings: TaxelSettings) -> TouchTruth:
+        """What tells the fields of touch of this sensor's deformations.
+
+        Args:
+            settings: Which taxels, and what of them.
+        """
+        return TouchTruth.of(
+            self.design,
+            self.lattice,
+            settings,
+            point_spacing_mm=point_spacing_mm(self.object.shape()) if self.object is not None else POINT_SPACING_MM,
+            branches=self._branches(),
+        )
+
+    def _branches(self) -> Branches | None:
+        return body_branches(self.design, self.lattice) if self.contact.rate_dependent else None
 
     def markers_mm(self, deformation: Deformation | Displacement) -> npt.NDArray[np.float64] | None:
         """Centres of the markers, shape (markers, 3) [mm]; None where the design has none."""

@@ -99,6 +99,7 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     untouched = sensor.radiance(UNTOUCHED, sensor.rest)
     shot = Shot.of(scene.design, scene.rig, scene.output, sensor_camera(sensor, untouched))
     memory = shot.camera.begin(scene.frames_per_second)
+    touch = sensor.touch_truth(scene.output.taxels) if scene.output.taxels is not None else None
     for each in stream_states(sensor, plan, untouched):
         at = Instant(
             seed=scene.seed,
@@ -115,6 +116,7 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             displacements_mm=sensor.printed_displacements_mm(each.deformation) if scene.output.displacements else None,
             is_reference=each.is_reference,
             markers_mm=sensor.markers_mm(each.deformation),
+            touch=touch.fields(each.deformation) if touch is not None else None,
         )
         yield frame
 

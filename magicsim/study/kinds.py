@@ -11,6 +11,7 @@ from magicsim.study.protocol import Study
 from magicsim.study.settings import StudyConfig
 
 KINDS: dict[str, str] = {
+    "limits": "magicsim.study.mechanics.limits:Limits",
     "localisation": "magicsim.study.learned.localisation:Localisation",
 }
 """Kind of a study, as its file names it, and `module:class` of what does it."""

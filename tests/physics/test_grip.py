@@ -57,7 +57,7 @@ def test_held_object_is_in_balance_with_weight_and_outer_wrench_in_any_direction
     down = np.array([1, -2, 1]) / np.sqrt(6)
     outer = 0.4 * pressed * down + [0.1, 0, 0]
     np.testing.assert_allclose(np.add(truth.force_n, outer), 0, atol=1.5 * tolerance)
-    torque = np.cross([0.3, 0.2, 0], 0.4 * pressed * down) + [1, -1, 2]  # tilts are small
+    torque = np.cross([0.3, 0.2, 0], 0.4 * pressed * down) + np.array([1, -1, 2])  # tilts are small
     np.testing.assert_allclose(np.add(truth.torque_nmm, torque), 0, atol=4 * tolerance + 0.05)
     assert truth.place.y_mm < 0 < truth.place.x_mm  # it gives way along the load
     assert truth.place.z_mm > 0

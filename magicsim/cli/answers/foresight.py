@@ -2,7 +2,7 @@
 
 import os
 
-from magicsim.dataset.recipes.estimate import estimate_scene, lattice_nodes
+from magicsim.dataset.recipes.estimate import estimate_scene, lattice_nodes, taxel_bytes
 from magicsim.errors import ConfigError
 from magicsim.scenes.scene import SceneConfig
 from magicsim.workers.options import usable_cores
@@ -25,7 +25,7 @@ def check_memory(scene: SceneConfig) -> None:
         msg = (
             f"{frames} frames of {camera.columns} x {camera.rows} pixels with their labels take about "
             f"{needed / 1e9:.0f} GB of memory, and there are {there / 1e9:.0f} GB: make several episodes, or leave out "
-            "output.displacements, output.contact_mask or output.depth_map"
+            "output.displacements, output.contact_mask, output.depth_map or output.taxels"
         )
         raise ConfigError(msg)
 
@@ -42,7 +42,8 @@ def episode_bytes(scene: SceneConfig) -> int:
     window, output = scene.rig.camera.window, scene.output
     pixel = IMAGE_BYTES + MASK_BYTES * output.contact_mask + DEPTH_BYTES * output.depth_map
     nodes = NODE_BYTES * lattice_nodes(scene) if output.displacements else 0
-    return round((scene.references + scene.frame_count) * (window.columns * window.rows * pixel + nodes))
+    frame = window.columns * window.rows * pixel + nodes + taxel_bytes(scene)
+    return round((scene.references + scene.frame_count) * frame)
 
 
 def long_work(scene: SceneConfig) -> str | None:

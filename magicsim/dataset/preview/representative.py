@@ -4,7 +4,7 @@ from typing import Any
 
 from magicsim.dataset.recipes.draw import DrawnEpisode
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import FrameState, timeline
 
 SAMPLES, PARTICLES = 3, 10_000
@@ -56,5 +56,5 @@ def _coarse(data: dict[str, Any]) -> SceneConfig:
     samples, particles = min(SAMPLES, render["samples"]), min(PARTICLES, render["particles"])
     render |= {"samples": samples, "particles": particles, "anchor_samples": 0}
     data["contact"]["friction"] = 0.0
-    data["output"] = dict.fromkeys(data["output"], False)
+    data["output"] = OutputSettings.nothing()
     return SceneConfig.model_validate(data | {"references": 0})

@@ -19,6 +19,8 @@ CAMERA_S, PARTICLE_S, SOLVE_S, MOVE_S, EPISODE_S, START_S = 2.2e-6, 7e-6, 1.0, 0
 start with its compilation; of the default design on one x86-64 core."""
 LOOK_S, RECORD_S = 3e-6, 4e-6
 """Core seconds of a pixel that is seen by recorded paths, and of a camera sample that is recorded."""
+TAXEL_SHARE = 0.3
+"""Bytes of compressed fields of touch over those in memory: most taxels touch nothing."""
 IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES, ROW_BYTES = 2.0, 0.02, 1.0, 6.0, 3000
 """A pixel of a frame, of a mask, of a depth map in contact, a lattice node in contact, the rest of a row."""
 LOOKED_AT, COUNTED = 64, 256
@@ -112,8 +114,18 @@ def episode_cost(scene: SceneConfig) -> tuple[float, float]:
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)
     size = frames * (ROW_BYTES + pixels * (IMAGE_BYTES + MASK_BYTES * scene.output.contact_mask))
     size += pressed * pixels * DEPTH_BYTES * scene.output.depth_map
+    size += pressed * taxel_bytes(scene) * TAXEL_SHARE
     size += pressed * lattice_nodes(scene) * NODE_BYTES * scene.output.displacements
     return seconds, size
+
+
+def taxel_bytes(scene: SceneConfig) -> int:
+    """Bytes of the fields of touch of a frame in memory; 0 where none are asked for."""
+    taxels = scene.output.taxels
+    if taxels is None:
+        return 0
+    images = 2 * taxels.skin + taxels.has_infill(scene.design)
+    return taxels.rows * taxels.columns * 8 * (6 + images)
 
 
 def lattice_nodes(scene: SceneConfig) -> float:

@@ -16,6 +16,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed
+from magicsim.scenes.taxels import TaxelSettings
 
 MAX_SENSORS = 100_000
 """Most printed sensors: each has a row in `sensors.parquet`, which is made before the first episode."""
@@ -113,6 +114,8 @@ class Labels(Config):
     """How far the contact face is pressed in, in image space."""
     displacements: bool = True
     """Displacements of every lattice node."""
+    taxels: TaxelSettings | None = None
+    """Forces on a grid of taxels, stretch and stress of the skin, shear of the infill; none by default."""
 
 
 class Recipe(Config):

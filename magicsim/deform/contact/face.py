@@ -78,25 +78,60 @@ def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM
         lattice: The block; where its zone ends, the points are as coarse as `MIN_POINTS` allows.
         point_spacing_mm: Largest distance between neighbouring points where contact is expected [mm].
     """
-    x, y = lattice.planes_mm[:2]
-    zone = lattice.zone
-    along_x, along_y = (
-        _along(planes, _counts(planes, point_spacing_mm, (zone.low_mm[axis], zone.high_mm[axis]) if zone else None))
-        for axis, planes in enumerate((x, y))
-    )
+    x, along_x, along_y = lattice.planes_mm[0], *_axes(lattice, point_spacing_mm)
     rows = (along_y.first[:, None] + np.arange(along_y.shape.shape[1]))[:, None, :, None] * len(x)
     columns = (along_x.first[:, None] + np.arange(along_x.shape.shape[1]))[None, :, None, :]
-    facets = len(along_x.first) * len(along_y.first)
-    facet = (along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]).ravel()
-    order = np.argsort(facet, kind="stable")
+    facets, order = len(along_x.first) * len(along_y.first), _by_facet(along_x, along_y)
     face = ContactFace(
         patches=(rows + columns).reshape(facets, -1).astype(np.int64),
-        facet=facet[order],
+        facet=_facets(along_x, along_y)[order],
         shape=_product(along_y.shape, along_x.shape)[order],
         slopes=np.stack([_product(along_y.shape, along_x.slope), _product(along_y.slope, along_x.shape)], -1)[order],
         area_mm2=np.outer(along_y.width_mm, along_x.width_mm).ravel()[order],
     )
     return face if lattice.face is None else _tilted(face, lattice)
+
+
+def point_boxes_mm(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM) -> tuple[Array, Array]:
+    """Rectangles of the undeformed face that the contact points stand for, in the order of `contact_face`.
+
+    They tile the face; of a curved one, its projection along z.
+
+    Args:
+        lattice: The block.
+        point_spacing_mm: That of the contact face.
+
+    Returns:
+        Smallest and largest x and y, each of shape (points, 2) [mm].
+    """
+    along_x, along_y = _axes(lattice, point_spacing_mm)
+    order = _by_facet(along_x, along_y)
+
+    def on_plane(y: Array, x: Array) -> Array:
+        return np.stack([np.tile(x, len(y)), np.repeat(y, len(x))], 1)[order]
+
+    low = on_plane(along_y.low_mm, along_x.low_mm)
+    return low, low + on_plane(along_y.width_mm, along_x.width_mm)
+
+
+def _axes(lattice: Lattice, spacing_mm: float) -> "tuple[_Axis, _Axis]":
+    """Points along x and y."""
+    zone = lattice.zone
+    along_x, along_y = (
+        _along(planes, _counts(planes, spacing_mm, (zone.low_mm[axis], zone.high_mm[axis]) if zone else None))
+        for axis, planes in enumerate(lattice.planes_mm[:2])
+    )
+    return along_x, along_y
+
+
+def _facets(along_x: "_Axis", along_y: "_Axis") -> Index:
+    """Facet of each point, x fastest, shape (points,)."""
+    return np.asarray((along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]).ravel())
+
+
+def _by_facet(along_x: "_Axis", along_y: "_Axis") -> Index:
+    """Order in which the points of a facet follow one another, shape (points,)."""
+    return np.argsort(_facets(along_x, along_y), kind="stable")
 
 
 def _tilted(face: ContactFace, lattice: Lattice) -> ContactFace:
@@ -119,6 +154,8 @@ class _Axis:
     """Weights, shape (points, stencil)."""
     slope: Array
     """Their derivatives, shape (points, stencil) [1/mm]."""
+    low_mm: Array
+    """Where the length begins that each point stands for, shape (points,) [mm]."""
     width_mm: Array
     """Length that each point stands for, shape (points,) [mm]."""
 
@@ -142,6 +179,7 @@ def _along(planes: Array, counts: Index) -> _Axis:
         interval=interval.astype(np.int64),
         shape=shape,
         slope=slope,
+        low_mm=planes[interval] + number * (width / counts)[interval],
         width_mm=(width / counts)[interval],
     )
 

@@ -137,7 +137,7 @@ def cell_correctors(
     chi = fluctuation(fields, _unit_cell(first - corner[0], grid, fields.half_wall)) * grid.pitch_mm[:, None]
     return CellCorrectors(
         follow=follow_map(lattice, points_mm),
-        gradient=_mean_gradient(lattice, corner, grid.pitch_mm, design),
+        gradient=mean_gradient(lattice, corner, grid.pitch_mm, design),
         fluctuation_mm=chi.reshape(-1, 18),
     )
 
@@ -155,10 +155,16 @@ def _unit_cell(points_mm: Array, grid: CellGrid, half_wall: float) -> Array:
     )
 
 
-def _mean_gradient(lattice: Lattice, corner_mm: Array, pitch_mm: Array, design: ElastomerDesign) -> sp.csr_matrix:
+def mean_gradient(lattice: Lattice, corner_mm: Array, pitch_mm: Array, design: ElastomerDesign) -> sp.csr_matrix:
     """Mean displacement gradient of boxes from nodal displacements, shape (3 boxes, nodes) [1/mm].
 
     The mean over a box of a trilinear field's gradient is its gradient in the middle.
+
+    Args:
+        lattice: The block.
+        corner_mm: Corners of smallest x, y and z of the boxes, shape (boxes, 3) [mm].
+        pitch_mm: Edges of a box, shape (3,) [mm].
+        design: The block's design, whose face may be curved.
     """
     crossings = (corner_mm[:, None] + CORNERS * pitch_mm).reshape(-1, 3)
     centre = shape_gradients(np.full((1, 3), 0.5))[0] / pitch_mm  # (8, 3)

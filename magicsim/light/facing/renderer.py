@@ -9,6 +9,7 @@ import numpy.typing as npt
 from magicsim.light.facing.body import FingerBody, both_placed, with_object
 from magicsim.light.facing.glow import Glow
 from magicsim.light.facing.shine import facing_light
+from magicsim.light.frame.frame_light import lifted
 from magicsim.light.renderer import Renderer
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.world.outside import Outside
@@ -59,6 +60,11 @@ class FacingRenderer(Renderer):
             return None
         thing = view.indenter.pose.to_sensor(self._object_vertices) if view.indenter is not None else None
         return both_placed(self.body, view.facing_mm, thing, len(self._object_vertices))
+
+    def _lifted(self, view: View, placed: Array) -> Array:
+        """The object lifted, the finger at whole millimetres: what is common to both states cancels, whatever it is."""
+        thing = lifted(placed[: len(self._object_vertices)])
+        return both_placed(self.body, max(1.0, round(view.facing_mm or 0.0)), thing, len(thing))
 
     def _within_reach(self, view: View) -> View:
         return view

@@ -83,8 +83,8 @@ def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_
     if found.search is Search.LOST:
         if not room[0] < settled.z_mm < room[1]:
             msg = (
-                f"load is not allowed: it presses the object to z_mm = {settled.z_mm:.3g}, and the workspace's gaps end "
-                f"at {room[0]:.3g} and {room[1]:.3g}"
+                f"load is not allowed: it presses the object to z_mm = {settled.z_mm:.3g}; gaps of the workspace allow "
+                f"{room[0]:.3g} to {room[1]:.3g}"
             )
             raise ConfigError(msg)
         pair.take_away(width_mm)

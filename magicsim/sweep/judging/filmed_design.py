@@ -141,7 +141,7 @@ def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: 
             "references": 0,
             "object": thing,
             "render": render_of(sensor, quality),
-            "output": OutputSettings(**dict.fromkeys(OutputSettings.model_fields, False)),
+            "output": OutputSettings.nothing(),
             "keyframes": _keyframes(touched_places(sensor, quality, seed=seed), quality),
         }
     )

@@ -143,6 +143,18 @@ def test_frames_come_in_pairs_of_one_moment_with_noise_of_their_own(seeing: Grip
     assert seeing.frames().upper.truth.index == 1
 
 
+def test_each_finger_sees_the_other_behind_the_object(seeing: Gripper):
+    seeing.reset(seed=4)
+    seeing.close(seeing.touching_width_mm + 4)
+    with_other = seeing.frames()
+    for finger in (seeing.upper, seeing.lower):
+        assert finger.state.facing_mm == seeing.width_mm
+        finger.face(None)
+    alone = seeing.frames()
+    for one, other in ((with_other.upper, alone.upper), (with_other.lower, alone.lower)):
+        assert one.image.mean() > other.image.mean() + 2
+
+
 @pytest.mark.slow
 def test_half_a_turn_about_y_swaps_the_images():
     more = ["render.samples=32", "render.particles=40000", "render.anchor_samples=64", "render.anchor_particles=40000"]

@@ -122,7 +122,7 @@ def test_outputs_not_asked_for_are_left_out():
     planned = plan("{frame=0}", "output.contact_mask=false", "output.report=false")
     left_out = {decision.stage for decision in planned.left_out if decision.stage.startswith("output")}
     kept = {decision.stage for decision in planned.kept if decision.stage.startswith("output")}
-    assert left_out == {"output contact_mask", "output depth_map", "output mcap", "output report"}
+    assert left_out == {"output contact_mask", "output depth_map", "output taxels", "output mcap", "output report"}
     assert kept == {"output displacements", "output preview"}
 
 

@@ -1,0 +1,1 @@
+"""Studies of what the block does: forces, stretch and stress, shear, displacement."""
