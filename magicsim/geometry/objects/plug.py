@@ -40,8 +40,6 @@ class PlugObject(ObjectBase):
         check_edge(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
         if self.pin_radius_mm >= self.radius_mm - self.edge_radius_mm:
             most = self.radius_mm - self.edge_radius_mm
-            msg = (
-                f"pin_radius_mm = {self.pin_radius_mm:g} is not allowed: must be below the handle's end, {most:g}"
-            )
+            msg = f"pin_radius_mm = {self.pin_radius_mm:g} is not allowed: must be below the handle's end, {most:g}"
             raise ValueError(msg)
         return self

@@ -1,10 +1,10 @@
 """What a base does to a plug: an elastic foundation with Coulomb friction against the motion, and the jack's springs.
 
 Every element of the plug's surface that lies below the base's, by d, and faces it is pushed out with the pressure
-`stiffness_n_mm3` d along the base's normal (an elastic foundation, Johnson, Contact Mechanics, 1985, 4.3). Plug and
-base are far stiffer than the skin that holds the plug, so the stiffness has to be high, and how high matters little; it is
-assumed. Friction is kinetic, against the carriage's motion. The contacts of the jack resist a pin in the hole by a
-force along the axis that comes with its depth.
+`stiffness_n_mm3` d along the base's normal, on its area as the base sees it (an elastic foundation, Johnson, Contact
+Mechanics, 1985, 4.3). Plug and base are far stiffer than the skin that holds the plug, so the stiffness has to be high;
+it is assumed. Friction is kinetic, against the carriage's motion. The contacts of the jack resist a pin in the hole by
+a force along the axis that comes with its depth.
 """
 
 from dataclasses import dataclass, field, replace
@@ -68,9 +68,9 @@ class MetLoad(Load):
         points = pose.to_sensor(self.elements.points_mm)
         local = self.base.to_object(points)
         depth, normal = self.jack.distance(local)
-        facing = np.einsum("ei,ei->e", self.elements.normals @ (self.base.rotation.T @ pose.rotation).T, normal) < 0
-        pressed = np.where(facing, np.maximum(-depth, 0.0), 0.0)
-        size = self.contact.stiffness_n_mm3 * pressed * self.elements.area_mm2
+        outward = self.elements.normals @ (self.base.rotation.T @ pose.rotation).T
+        facing = np.maximum(-np.einsum("ei,ei->e", outward, normal), 0.0)
+        size = self.contact.stiffness_n_mm3 * np.maximum(-depth, 0.0) * facing * self.elements.area_mm2
         force = size[:, None] * normal
         axis = np.array([0.0, 1.0, 0.0])
         if self.way != 0:

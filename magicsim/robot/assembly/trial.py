@@ -41,6 +41,8 @@ class Setup:
     contact: Contact = field(default_factory=Contact)
     squeeze_mm: float = SQUEEZE_MM
     """How much closer than touching the faces grip [mm]."""
+    place: ObjectPlace = PLACE
+    """Where the fingers take the handle."""
     timeline: Sequence[Step] = TIMELINE
     references: int = 30
     """Frames of the untouched fingers, for the detectors."""
@@ -98,7 +100,7 @@ def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) ->
         MetLoad.of_mass(MASS_G, down=(0.0, 1.0, 0.0)), elements=plug_elements(plug), jack=setup.jack,
         contact=setup.contact,
     )  # fmt: skip
-    gripper.close(gripper.touching_width_mm - setup.squeeze_mm, place=PLACE)
+    gripper.close(gripper.touching_width_mm - setup.squeeze_mm, place=setup.place)
     if gripper.hold(load=load) is Hold.DROPPED:
         msg = f"squeeze_mm = {setup.squeeze_mm:g} is not allowed: a plug of {load.weight_n:.3g} N drops at once"
         raise ConfigError(msg)
@@ -139,6 +141,7 @@ def play(
         slid = 0.0
         if step.stage is Stage.OPEN:
             gripper.close(gripper.touching_width_mm + OPEN_MM, place=gripper.place)
+            load = load.at(load.base, way=0.0)
         elif step.depth_mm is not None:
             if step.is_aligned and not (moments and moments[-1].step.is_aligned):
                 # Lifted off and brought above the jack by sight
