@@ -13,7 +13,7 @@ class PlugObject(ObjectBase):
     """A round handle about its y axis with a pin towards +y."""
 
     kind: Literal["plug"]
-    radius_mm: Size = 5.0
+    radius_mm: Size
     """Of the handle [mm]."""
     length_mm: Size = 12.0
     """Of the handle [mm]."""

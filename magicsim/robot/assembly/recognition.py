@@ -46,7 +46,7 @@ class Recognition:
     misaligned: Rate
     """Misaligned trials whose change is above it."""
     by_kind: Mapping[str, Rate]
-    """The same by kind of misalignment."""
+    """Misaligned trials of each kind above it."""
     auc: float | None
     """Probability that a misaligned trial changes more than an aligned one; 1/2 is chance. None without both."""
 
