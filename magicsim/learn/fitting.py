@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.learn.baselines import constant_answers, linear_answers, neighbour_answers
+from magicsim.learn.model_file import parse_config
 from magicsim.learn.outputs import model_config
 from magicsim.learn.samples import Samples
 from magicsim.learn.settings import LearningSettings
@@ -90,7 +91,7 @@ def fit_stretch(task: FitTask) -> FitOutcome:
 
     samples = _samples(task.read, task.folder, task.settings)
     split = split_of(samples, task.fit, task.settings, seed=task.seed)
-    config = model_config(
+    config = parse_config(task.start) if task.start is not None else model_config(
         samples, split.train, task.settings, network=task.fit.network, frame_size=task.frame_size,
         recipe_hash=task.recipe_hash, study=task.study,
     )  # fmt: skip

@@ -58,20 +58,26 @@ def read_config(path: Path) -> ModelConfig:
         ConfigError: There is no such file, or it is no model of magicsim.
     """
     try:
-        with path.open("rb") as file:
-            length = int.from_bytes(file.read(8), "little")
-            if length > path.stat().st_size:
-                raise ValueError
-            header = json.loads(file.read(length))
-        values = json.loads(header["__metadata__"][HEADER])
-        values["labels"] = tuple(
-            Label(**{**each, "choices": tuple(each["choices"])}) for each in values["labels"]
-        )  # fmt: skip
-        for name in ("input_mean", "input_sd", "target_mean", "target_sd"):
-            values[name] = tuple(values[name])
-        return ModelConfig(**values)
+        return parse_config(path.read_bytes())
     except FileNotFoundError:
         msg = f"model file '{path}' does not exist"
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         msg = f"'{path}' is not a model of magicsim: give a file model.safetensors that a study wrote"
     raise ConfigError(msg)
+
+
+def parse_config(content: bytes) -> ModelConfig:
+    """What the header of a model file's content says.
+
+    Raises:
+        ValueError: It is no model; or a `KeyError` or `TypeError`.
+    """
+    length = int.from_bytes(content[:8], "little")
+    if length > len(content):
+        msg = "the header is longer than the file"
+        raise ValueError(msg)
+    values = json.loads(json.loads(content[8 : 8 + length])["__metadata__"][HEADER])
+    values["labels"] = tuple(Label(**{**each, "choices": tuple(each["choices"])}) for each in values["labels"])
+    for name in ("input_mean", "input_sd", "target_mean", "target_sd"):
+        values[name] = tuple(values[name])
+    return ModelConfig(**values)

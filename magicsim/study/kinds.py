@@ -11,8 +11,13 @@ from magicsim.study.protocol import Study
 from magicsim.study.settings import StudyConfig
 
 KINDS: dict[str, str] = {
+    "alignment": "magicsim.study.learned.alignment:Alignment",
+    "compare": "magicsim.study.compare:Compare",
+    "fusion": "magicsim.study.fusion:Fusion",
     "limits": "magicsim.study.mechanics.limits:Limits",
     "localisation": "magicsim.study.learned.localisation:Localisation",
+    "ranging": "magicsim.study.learned.ranging:Ranging",
+    "resolution": "magicsim.study.learned.resolution:Resolution",
 }
 """Kind of a study, as its file names it, and `module:class` of what does it."""
 EXTRAS = {"torch": "learn", "safetensors": "learn"}

@@ -5,17 +5,30 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Protocol
 
-from magicsim.folder.ledger import Ledger
 from magicsim.study.result import StudyResult
 from magicsim.study.settings import StudyConfig
 from magicsim.workers.options import WorkerOptions
+
+
+class Files(Protocol):
+    """Writes files of a folder, each whole or not there; `magicsim.folder.ledger.Ledger` is one."""
+
+    @property
+    def out(self) -> Path:
+        """The folder."""
+
+    def place(self, name: str, content: bytes) -> None:
+        """Gives a file its content under its name below the folder."""
+
+    def remove(self, name: str) -> None:
+        """Removes a file; one that is not there is no error."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Workshop:
     """Where a stage works."""
 
-    ledger: Ledger
+    ledger: Files
     """Writes the folder's files; the stage's own names begin with its name."""
     options: WorkerOptions
     """Where and how to compute; changes no result."""

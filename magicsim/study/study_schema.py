@@ -25,6 +25,9 @@ def study_schema() -> dict[str, Any]:
         for name in BY_NAME:
             if name in properties:
                 properties[name] = {"anyOf": [{"type": "string"}, properties[name]]}
+        if "others" in properties:  # names, or tables that leave out what the first design gives
+            properties["others"] = {"type": "array", "items": {"anyOf": [{"type": "string"}, {"type": "object"}]}}
+        properties["study_changes"] = {"type": "object", "description": "Keys of the compared study that change."}
         properties[QUICK] = {"type": "object", "description": "What --quick changes."}
         properties["recipe_changes"] = {"type": "object", "description": "Keys of the recipe that this study changes."}
         table["required"] = [name for name in table.get("required", []) if name not in FROM_ELSEWHERE]

@@ -80,7 +80,12 @@ def share_name(share: float) -> str:
 
 
 def learning_stage(
-    config: LearnedConfig, stages: Sequence[DatasetStage], read: Read, *, frames_per_episode: int
+    config: LearnedConfig,
+    stages: Sequence[DatasetStage],
+    read: Read,
+    *,
+    frames_per_episode: int,
+    name: str = "learning",
 ) -> LearningStage:
     """The models of a study on its first dataset, which answer on the others too.
 
@@ -89,10 +94,11 @@ def learning_stage(
         stages: Of the data.
         read: Makes samples.
         frames_per_episode: How many of an episode's frames count, about.
+        name: Of the stage.
     """
     recipe = stages[0].recipe
     return LearningStage(
-        name="learning", fits=planned_fits(config.learning, units=count_units(recipe)), dataset=stages[0].name,
+        name=name, fits=planned_fits(config.learning, units=count_units(recipe)), dataset=stages[0].name,
         recipe=recipe, read=read, settings=config.learning, frames=recipe.episodes * frames_per_episode,
         study=config.kind, seed=config.seed, also=tuple((stage.name, stage.name, True) for stage in stages[1:]),
     )  # fmt: skip

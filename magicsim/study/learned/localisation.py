@@ -8,22 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.dataset.recipes.path_recipe import PathRecipe, TouchPath
+from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError
 from magicsim.learn.baselines import change_features
+from magicsim.learn.fitting import Read
 from magicsim.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim.learn.settings import LearningSettings
-from magicsim.study.learned.answers import Answers, checked_parts, read_answers
-from magicsim.study.learned.data import data_stages, learning_stage, refuse_few
-from magicsim.study.learned.error_tables import (
-    absolute_error,
-    answer_figures,
-    compared_table,
-    curve_figures,
-    curve_table,
-    methods_table,
-)
+from magicsim.study.learned.error_tables import absolute_error, answer_figures, compared_table
+from magicsim.study.learned.learned_study import LearnedStudy
 from magicsim.study.learned.settings import LearnedConfig
-from magicsim.study.protocol import Stage
 from magicsim.study.result import StudyResult
 from magicsim.study.settings import StudyConfig
 
@@ -54,19 +47,21 @@ class LocalisationConfig(LearnedConfig):
     kind: Literal["localisation"]
 
 
-class Localisation:
+class Localisation(LearnedStudy):
     """The study `localisation`."""
 
     settings: ClassVar[type[StudyConfig]] = LocalisationConfig
-    packages: ClassVar[tuple[str, ...]] = ("torch", "safetensors")
+    large: ClassVar[dict[str, bool]] = {"contact_mask": True}
 
-    def __init__(self, config: LocalisationConfig) -> None:
-        """Takes the settings."""
-        self.config = config
-        self._data = data_stages(config, {"contact_mask": True})
-        self._learning = learning_stage(
-            config, self._data, read_touches, frames_per_episode=touched_frames(self._data[0].recipe.paths)
-        )
+    @classmethod
+    def reader(cls) -> Read:
+        """Touched frames."""
+        return read_touches
+
+    @staticmethod
+    def frames_per_episode(recipe: Recipe) -> int:
+        """Touched frames."""
+        return touched_frames(recipe.paths)
 
     def refuse(self) -> None:
         """Refuses a recipe without presses or with too few.
@@ -74,40 +69,18 @@ class Localisation:
         Raises:
             ConfigError: With what is wrong.
         """
-        refuse_few(self.config)
-        if not touched_frames(self._data[0].recipe.paths):
+        super().refuse()
+        if not touched_frames(self.data[0].recipe.paths):
             msg = "recipe.paths has no touch: study 'localisation' needs one"
             raise ConfigError(msg)
 
-    def stages(self) -> Sequence[Stage]:
-        """Data and models."""
-        return [*self._data, self._learning]
-
     def conclude(self, folder: Path) -> StudyResult:
         """Errors by label and method, on unseen presses and units, normal and sheared, and what they rest on."""
-        learning, seed = self._learning, self.config.seed
-        seen = read_answers(folder, learning, "press")
-        if seen is None:
-            msg = f"'{folder}' holds no answers of the study's models"
-            raise ConfigError(msg)
-        errors = methods_table(folder, learning, LABELS, seed=seed)
-        curve = curve_table(folder, learning, LABELS, seed=seed)
-        tables = (
-            errors,
-            compared_table(
-                {name: seen.where(seen.column("group") == group) for name, group in GROUPS.items()}, LABELS,
-                name="shear", title="With and without shear", seed=seed,
-            ),
-            compared_table(
-                {"presses on known units": seen, "unknown units": read_answers(folder, learning, "unit")}, LABELS,
-                name="units", title="Unseen units", seed=seed,
-                note="Units differ by the tolerances of the recipe.",
-            ),
-            curve,
-            compared_table(
-                checked_parts(folder, learning, seen), LABELS, name="checks", title="What it rests on", seed=seed,
-                note="The same presses without noise of the camera, and with four times the samples and particles.",
-            ),
+        seen, seed = self.seen(folder), self.config.seed
+        errors, units, curve, checks = self.number_tables(folder, LABELS)
+        shear = compared_table(
+            {name: seen.where(seen.column("group") == group) for name, group in GROUPS.items()}, LABELS,
+            name="shear", title="With and without shear", seed=seed,
         )  # fmt: skip
         headline = {
             f"{label.name}_{label.unit.lower()}": absolute_error(seen, "model", label, seed=seed).value
@@ -115,18 +88,11 @@ class Localisation:
         }
         return StudyResult(
             headline=headline | {"frames": len(seen), "presses": len(np.unique(seen.column("press")))},
-            tables=tables,
-            figures=(*curve_figures(curve, errors, LABELS), *answer_figures(seen, LABELS)),
-            facts=self._facts(seen),
+            tables=(errors, shear, units, curve, checks),
+            figures=(*self.curves(errors, curve, LABELS), *answer_figures(seen, LABELS)),
+            facts=self.facts(seen, "touched frames"),
             notes=NOTES,
         )
-
-    def _facts(self, seen: Answers) -> dict[str, str]:
-        return {
-            "Frames": f"{len(seen)} touched frames of {len(np.unique(seen.column('press')))} presses",
-            "Units": str(len(np.unique(seen.column("unit")))),
-            "Networks": ", ".join(self.config.learning.networks),
-        }
 
 
 def touched_frames(paths: Sequence[PathRecipe]) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import WORK
-from magicsim.learn.fitting import ANSWERS, Also, Fit, FitOutcome, FitTask, Read, fit_stretch, prepare_learning
+from magicsim.learn.fitting import ANSWERS, MODEL, Also, Fit, FitOutcome, FitTask, Read, fit_stretch, prepare_learning
 from magicsim.learn.settings import LearningSettings
 from magicsim.study.protocol import Workshop
 from magicsim.study.stages.dataset_stage import dataset_folder
@@ -44,6 +44,8 @@ class LearningStage:
     seed: int
     also: tuple[tuple[str, str, bool], ...] = ()
     """Further datasets to answer on: a name, the dataset's stage, and whether its presses are those of the training."""
+    start: tuple[str, str] | None = None
+    """Stage and fit whose model every fit begins with, instead of random weights."""
     stretch_s: float = 60.0
     """Time between two checkpoints of a model [s]."""
 
@@ -110,6 +112,8 @@ class LearningStage:
                 for name, stage, same in self.also
             ),
         )  # fmt: skip
+        if self.start is not None:
+            task = replace(task, start=(folder / MODELS / self.start[0] / self.start[1] / MODEL).read_bytes())
         return replace(task, checkpoint=checkpoint.read_bytes() if checkpoint.is_file() else None)
 
     def _checkpoint(self, fit: Fit) -> str:

@@ -1,0 +1,164 @@
+"""Pose of a cylinder that is pressed along the face, and what a model of one unit is worth on others."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.learn.baselines import change_features
+from magicsim.learn.fitting import Fit, Read
+from magicsim.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
+from magicsim.learn.settings import LearningSettings
+from magicsim.study.learned.answers import Answers, read_answers
+from magicsim.study.learned.error_tables import absolute_error, answer_figures, compared_table
+from magicsim.study.learned.learned_study import LearnedStudy
+from magicsim.study.learned.localisation import touched_frames
+from magicsim.study.learned.settings import LearnedConfig
+from magicsim.study.protocol import Stage
+from magicsim.study.result import Cell, StudyResult
+from magicsim.study.settings import StudyConfig
+from magicsim.study.stages.dataset_stage import DatasetStage
+
+LABELS = (
+    Label(name="p_x", unit="mm"), Label(name="p_y", unit="mm"), Label(name="p_z", unit="mm"),
+    Label(name="r_z", unit="deg"),
+    Label(name="f_x", unit="N"), Label(name="f_y", unit="N"), Label(name="f_z", unit="N"),
+)  # fmt: skip
+UNITS, PEN = "other-units", "pen"
+"""Names of the further datasets."""
+UNIT_SEED = 1_000_003
+"""Added to the seed, for units and presses that the first data know nothing of."""
+NOTES = (
+    "P is the middle of the cylinder (x, y) and its depth (z); r_z the angle of its axis to the sensor's y. The "
+    "cylinder is longer than the face, so that its place along its axis shows little.",
+    "The model learns on one printed unit; the others differ by the recipe's tolerances. Half of their presses are "
+    "learned from in fine-tuning, the other half is the test of both.",
+    "Against the protocol: fewer frames, and no average over the two fingers of a gripper.",
+)
+
+
+class AlignmentConfig(LearnedConfig):
+    """Settings of the study."""
+
+    kind: Literal["alignment"]
+    units: Annotated[int, Field(ge=1, le=100)] = 2
+    """Further printed units."""
+    unit_episodes: Annotated[int, Field(ge=4, le=100_000)] = 60
+    """Presses on each of them, of which half is kept for the test."""
+    pen_episodes: Annotated[int, Field(ge=0, le=100_000)] = 20
+    """Presses of a thinner cylinder that no model has seen, on the first unit."""
+    pen_radius_mm: Annotated[float, Field(gt=0, le=50)] = 4.5
+    fine_tuning: LearningSettings = LearningSettings(learning_rate=3e-4, epochs=40)
+    """How the model is trained on the further units."""
+
+
+class Alignment(LearnedStudy):
+    """The study `alignment`."""
+
+    settings: ClassVar[type[StudyConfig]] = AlignmentConfig
+    config: AlignmentConfig
+
+    def __init__(self, config: AlignmentConfig) -> None:
+        """Takes the settings, and lays out data of one unit, of others, and of an unseen object."""
+        super().__init__(config)
+        first = self.data[0].recipe
+        self._units = DatasetStage(name=UNITS, recipe=self._other_units(first))
+        self._pen = [DatasetStage(name=PEN, recipe=self._pens(first))] if config.pen_episodes else []
+        also = (*self.learning.also, *((stage.name, stage.name, False) for stage in (self._units, *self._pen)))
+        self.learning = replace(self.learning, also=also)
+        frames = self._units.recipe.episodes * touched_frames(self._units.recipe.paths)
+        self._tuning = replace(
+            self.learning, name="fine-tuning", dataset=UNITS, recipe=self._units.recipe, settings=config.fine_tuning,
+            frames=frames, also=(), start=(self.learning.name, "press-0"),
+            fits=(Fit(name="press-0", network=config.learning.networks[0], fold=0, folds=2),),
+        )  # fmt: skip
+
+    @classmethod
+    def reader(cls) -> Read:
+        """Touched frames."""
+        return read_cylinders
+
+    @staticmethod
+    def frames_per_episode(recipe: Recipe) -> int:
+        """Touched frames."""
+        return touched_frames(recipe.paths)
+
+    def stages(self) -> Sequence[Stage]:
+        """All data, the models, and the fine-tuned one."""
+        return [*self.data, self._units, *self._pen, self.learning, self._tuning]
+
+    def conclude(self, folder: Path) -> StudyResult:
+        """Errors on the first unit, on others without and with fine-tuning, and on an unseen object."""
+        seen, seed = self.seen(folder), self.config.seed
+        errors, _, curve, checks = self.number_tables(folder, LABELS)
+        tuned = read_answers(folder, self._tuning, "press")
+        plain = self._first_model(folder, UNITS)
+        if plain is not None and tuned is not None:
+            plain = plain.where(np.isin(plain.column("press"), tuned.column("press")))
+        parts = {
+            "the unit that it was trained on": seen, "other units": plain, "other units, fine-tuned": tuned,
+            "an unseen, thinner cylinder": self._first_model(folder, PEN),
+        }  # fmt: skip
+        units = compared_table(parts, LABELS, name="units", title="Other units, an unseen object", seed=seed)
+        headline: dict[str, Cell] = {
+            f"{label.name}_{label.unit.lower()}": absolute_error(seen, "model", label, seed=seed).value
+            for label in LABELS
+        }
+        return StudyResult(
+            headline=headline | {"frames": len(seen)},
+            tables=(errors, units, curve, checks),
+            figures=(*self.curves(errors, curve, LABELS), *answer_figures(seen, LABELS)),
+            facts=self.facts(seen, "touched frames"),
+            notes=NOTES,
+        )
+
+    def _first_model(self, folder: Path, name: str) -> Answers | None:
+        """Answers of the model of the first fold on a further dataset: the one that is fine-tuned."""
+        first = replace(self.learning, fits=self.learning.fits[:1])
+        return read_answers(folder, first, "press", f"answers-{name}.parquet")
+
+    def _other_units(self, first: Recipe) -> Recipe:
+        each = self.config.unit_episodes
+        found = first.model_copy(update={"seed": first.seed + UNIT_SEED, "episodes": each * self.config.units})
+        return found.model_copy(update={"episodes_per_sensor": each})
+
+    def _pens(self, first: Recipe) -> Recipe:
+        thinner = first.objects[0].model_copy(update={"radius_mm": self.config.pen_radius_mm})
+        return first.model_copy(update={"objects": (thinner,), "episodes": self.config.pen_episodes})
+
+
+def read_cylinders(folder: Path, settings: LearningSettings) -> Samples:
+    """Touched frames of a dataset."""
+    return read_samples(
+        folder, LABELS, _touched, columns=("contact", "object_position_mm", "object_rotation", "depth_mm", "force_n"),
+        long_side_px=settings.long_side_px,
+    )  # fmt: skip
+
+
+def axis_angle_deg(rotation: np.ndarray) -> np.ndarray:
+    """Angle from the sensor's y axis, about z, of an object's own y axis, in (-90, 90] degrees, shape (n,).
+
+    Args:
+        rotation: Matrices from the object's frame to the sensor's, row by row, shape (n, 9).
+    """
+    along_x, along_y = rotation[:, 1], rotation[:, 4]
+    angle = np.degrees(np.arctan2(-along_x, along_y))
+    return np.asarray(90 - np.mod(90 - angle, 180))
+
+
+def _touched(episode: EpisodeRows) -> Chosen:
+    rows = np.array(episode.columns["contact"], bool)
+    places = np.array([each or (np.nan,) * 3 for each in episode.columns["object_position_mm"]], float)[:, :2]
+    rotation = np.array([each or (np.nan,) * 9 for each in episode.columns["object_rotation"]], float)
+    depth, forces = (np.array(episode.columns[name], float) for name in ("depth_mm", "force_n"))
+    references = np.array(episode.columns["is_reference"], bool)
+    return Chosen(
+        rows=rows,
+        targets=np.column_stack([places, depth, axis_angle_deg(rotation), forces]),
+        features=change_features(episode.images, episode.images[references].mean(0)),
+        group=np.zeros(len(rows), np.int64),
+    )

@@ -1,0 +1,162 @@
+"""Studies that learn, on made frames in seconds; PyTorch is optional."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from magicsim.errors import ConfigError, OutputError
+from magicsim.study.learned.alignment import axis_angle_deg
+from magicsim.study.learned.localisation import mask_features
+from magicsim.study.learned.ranging import bin_names, gap_bin
+from magicsim.study.running import run_study
+from magicsim.study.study_file import load_study
+from magicsim.workers.attempt import attempt
+from magicsim.workers.outcome import Outcome
+
+from .made_touches import MADE
+
+TINY = (
+    "rig.camera.columns=24", "rig.camera.rows=32", "camera_scale=1.0", "check_episodes=3", "learning.epochs=12",
+    "learning.folds=2", "learning.folds_used=1", "learning.long_side_px=0", "learning.curve=[0.5]",
+)  # fmt: skip
+
+
+def made(name: str, *overrides: str):
+    """A study in its small form whose data are made."""
+    study = load_study(name, [*TINY, *overrides], quick=True)
+    for stage in study.stages():
+        if hasattr(stage, "simulator"):
+            object.__setattr__(stage, "simulator", MADE)
+    return study
+
+
+@pytest.fixture(autouse=True)
+def in_process(monkeypatch):
+    """Attempts in this process: starting one with PyTorch takes seconds."""
+
+    def run_here(function, tasks, options, *, prepare=None):
+        del options
+        for key, task in tasks:
+            reply = attempt(function, task, prepare, 1)
+            yield Outcome(
+                key=key, result=reply.result, failures=(reply.failure,) if reply.failure else (), seconds=reply.seconds
+            )
+
+    for home in ("magicsim.study.stages.learning_stage", "magicsim.dataset.generate"):
+        monkeypatch.setattr(f"{home}.run_tasks", run_here)
+
+
+def run(study, out: Path, **options):
+    pytest.importorskip("torch")
+    pytest.importorskip("safetensors")
+    return run_study(study, out, variant=lambda: "none", **options)
+
+
+def rows(out: Path, table: str) -> list[dict]:
+    return pq.read_table(out / f"tables/{table}.parquet").to_pylist()
+
+
+def contents(out: Path) -> dict[str, bytes]:
+    return {path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+
+
+def test_localisation_beats_a_constant(tmp_path: Path):
+    run(made("localisation", "recipe.episodes=24", "recipe.episodes_per_sensor=12", "learning.epochs=20"), tmp_path)
+    errors = {(row["label"], row["answer"]): row for row in rows(tmp_path, "errors")}
+    assert errors["p_x", "small"]["error"] < 0.7 * errors["p_x", "constant answer"]["error"]
+    assert errors["f_z", "small"]["error"] < errors["f_z", "constant answer"]["error"]
+    assert errors["p_y", "linear fit of geometric features"]["error"] < 0.5  # the true contact's centroid
+    assert {row["frames_of"] for row in rows(tmp_path, "units")} == {"presses on known units", "unknown units"}
+    checks = {row["frames_of"] for row in rows(tmp_path, "checks")}
+    assert checks == {"as they are", "without-noise", "finer-rendering"}
+
+
+def test_training_that_is_killed_resumes_to_the_same_bytes(tmp_path: Path, monkeypatch):
+    changes = ("recipe.episodes=8", "recipe.episodes_per_sensor=8", "learning.epochs=4", "check_episodes=0")
+    run(made("localisation", *changes), tmp_path / "whole")
+    study = made("localisation", *changes)
+    object.__setattr__(study.learning, "stretch_s", 0.0)  # a checkpoint after every pass
+    kept, count = type(study.learning)._take, iter(range(100))
+
+    def killed(*given):
+        if next(count) == 3:
+            raise KeyboardInterrupt
+        kept(*given)
+
+    monkeypatch.setattr(type(study.learning), "_take", killed)
+    with pytest.raises(KeyboardInterrupt):
+        run(study, tmp_path / "killed")
+    monkeypatch.setattr(type(study.learning), "_take", kept)
+    assert list((tmp_path / "killed/.work").glob("*.checkpoint"))
+    run(study, tmp_path / "killed", resume=True)
+    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+
+
+def test_ranging_tells_presence_place_and_gap(tmp_path: Path):
+    run(made("ranging", "recipe.episodes=24", "recipe.episodes_per_sensor=24"), tmp_path / "out")
+    found = {(row["gap"], row["answer"]): row["share"] for row in rows(tmp_path / "out", "detection")}
+    assert found["0 to 1 mm", "model"] > 0.9
+    results = json.loads((tmp_path / "out/results.json").read_text())
+    assert results["headline"]["gap_mm"] < 7
+    assert len(results["tables"]["presence"]) == 2 * len(bin_names())
+
+
+def test_resolution_names_sizes(tmp_path: Path):
+    run(made("resolution", "recipe.episodes=16", "recipe.episodes_per_sensor=16", "check_episodes=0"), tmp_path / "out")
+    shares = rows(tmp_path / "out", "shares")
+    model = [row["share"] for row in shares if row["answer"] == "model" and row["texture"] == "lines"]
+    assert model == sorted(model)  # a wider tolerance never makes an answer wrong
+    matrix = rows(tmp_path / "out", "confusion-dots")
+    assert sum(row["count"] for row in matrix) == 8  # half of the presses
+    assert all(row["right"] == (row["truth"] == row["answer"]) for row in matrix)
+
+
+def test_alignment_fine_tunes_on_other_units(tmp_path: Path):
+    changes = (
+        "recipe.episodes=12",
+        "recipe.episodes_per_sensor=12",
+        "fine_tuning.epochs=3",
+        "fine_tuning.long_side_px=0",
+    )
+    run(made("alignment", *changes), tmp_path / "out")
+    parts = {row["frames_of"]: row for row in rows(tmp_path / "out", "units") if row["label"] == "r_z"}
+    assert parts["other units"]["frames"] == parts["other units, fine-tuned"]["frames"]
+    assert parts["other units"]["error"] != parts["other units, fine-tuned"]["error"]
+
+
+def test_folder_of_another_recipe_and_few_episodes_are_refused(tmp_path: Path):
+    study = made("localisation", "recipe.episodes=8")
+    run(study, tmp_path / "out")
+    with pytest.raises(OutputError, match="holds another study"):
+        run(made("localisation", "recipe.episodes=8", "recipe.references=2"), tmp_path / "out", resume=True)
+    with pytest.raises(ConfigError, match=r"recipe.episodes = 3 is not allowed with learning.folds = 2"):
+        made("localisation", "recipe.episodes=3")
+    with pytest.raises(ConfigError, match=r"design.coat is opaque"):
+        load_study("ranging", design="gelsight-type-markers")
+    with pytest.raises(ConfigError, match=r"recipe.* depth"):
+        made("localisation", "recipe.paths=[{kind='touch',depth=1.0}]")
+
+
+def test_places_and_depths_fit_every_design():
+    for design in ("mini-magictac", "gelsight-type-markers", "marker-type"):
+        config = load_study("localisation", design=design, quick=True).config
+        [path] = config.dataset_recipe().paths
+        width, length = config.design.footprint_mm
+        assert path.x_mm.high == pytest.approx(0.55 * width / 2)
+        assert path.y_mm.high == pytest.approx(0.55 * length / 2)
+        assert path.depth_mm.high == pytest.approx(min(2.0, 0.4 * config.design.height_mm))
+
+
+def test_geometry_of_masks_angles_and_bins():
+    mask = np.zeros((10, 20), bool)
+    mask[4:6, 10:12] = True
+    np.testing.assert_allclose(mask_features(mask), [0.45, 0.525, 0.02, np.sqrt(0.02)])
+    assert not mask_features(np.zeros((4, 4), bool)).any()
+    turn = np.radians(30.0)
+    matrix = np.array([[np.cos(turn), -np.sin(turn), 0, np.sin(turn), np.cos(turn), 0, 0, 0, 1]])
+    np.testing.assert_allclose(axis_angle_deg(matrix), 30.0)
+    np.testing.assert_allclose(axis_angle_deg(-matrix), 30.0)  # an axis has no sense
+    assert gap_bin(np.array([0.0, 0.5, 1.0, 24.0, 25.0])).tolist() == [1, 1, 2, 5, 5]
