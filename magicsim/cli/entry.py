@@ -12,7 +12,6 @@ from cyclopts import CycloptsError
 from cyclopts.exceptions import UnknownCommandError
 
 from magicsim.cli import (  # noqa: F401
-    assembly,
     benchmark,
     calibrate,
     catalogue,
