@@ -47,7 +47,7 @@ def data_stages(config: LearnedConfig, labels: dict[str, bool]) -> list[DatasetS
 
 
 def planned_fits(settings: LearningSettings, *, units: int) -> tuple[Fit, ...]:
-    """The models: folds by press, shares of the data for the learning curve, other networks, folds by unit.
+    """The models: folds by press, shares of the data for the learning curve, other networks on a fold, folds by unit.
 
     Args:
         settings: How to learn.
@@ -56,16 +56,13 @@ def planned_fits(settings: LearningSettings, *, units: int) -> tuple[Fit, ...]:
     first, *others = settings.networks
     used = min(settings.folds, settings.folds_used)
 
-    def fits(name: str, network: str = first, share: float = 1.0) -> list[Fit]:
-        return [
-            Fit(name=f"{name}-{k}", network=network, fold=k, folds=settings.folds, share=share) for k in range(used)
-        ]
+    def fits(name: str, share: float = 1.0) -> list[Fit]:
+        return [Fit(name=f"{name}-{k}", network=first, fold=k, folds=settings.folds, share=share) for k in range(used)]
 
     found = fits("press")
     for share in sorted(settings.curve):
         found += fits(share_name(share), share=share)
-    for other in others:
-        found += fits(other, network=other)
+    found += [Fit(name=f"{other}-0", network=other, fold=0, folds=settings.folds) for other in others]
     folds = min(settings.folds, units)
     if folds > 1:
         found += [
