@@ -4,16 +4,24 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from prediction_limit_tables import limit_tables
 from relaxation_curve import READING_S, SPEEDS_MM_S, ramp_ratio
 
-YIELD_STRAINS = (0.3, 1.0)
-"""Of the infill."""
 Rows = list[dict[str, Any]]
 HEAD = """# Predictions
 
-Written by `python benchmarks/predictions.py` before any comparison; its docstring says what the uncertainty after each
-value contains. The moduli meet two hardness readings and nothing else ([](validation.md)); they are the stiffness some
-seconds after contact, and the tables by speed say what time does to them.
+Written before any comparison by `python benchmarks/predictions.py` (forces of presses and of sheared presses) and
+`python benchmarks/prediction_limits.py` (skin, infill, lateral forces: variants of `magicsim study limits`); their
+docstrings say what is computed. The moduli meet two hardness readings and nothing else ([](validation.md)); they are
+the stiffness some seconds after contact, and the tables by speed say what time does to them. Nothing was fitted to
+results.
+
+What is here: force of domed cylinders of 2 and 4 mm on skins of 0.3, 0.6 and 0.8 mm from 0.2 to 4.5 mm deep, at the
+stiffness of the readings and at 1 and 0.1 mm/s; largest forces of a dome of 6 mm under shear; largest stretch and
+stress of the skin at each half millimetre; where the infill below the indenter begins to flow over the height of a
+cell; lateral forces of an indenter that is not above the middle of a cell. Variants change one thing: reading time
+and speed, walls of 0.2 mm, friction, infill, the yield stress of the infill, the lattice. There is no column for
+measurements yet.
 """
 
 
@@ -24,11 +32,11 @@ def markdown(results: dict[str, Any]) -> str:
         setting, variants = results["press"]["setting"], list(results["press"]["variants"])
         lines += _press(results["press"]["rows"], _how(setting, variants))
         lines += ["", *_timed(results["press"]["rows"])]
-    if "effects" in results:
-        lines += ["", *_effects(results["effects"])]
     if "shear" in results:
         setting, variants = results["shear"]["setting"], list(results["shear"]["variants"])
         lines += ["", *_shear(results["shear"]["rows"], _how(setting, variants))]
+    if "limits" in results:
+        lines += ["", *limit_tables(results["limits"], results.get("press", {}).get("rows", []))]
     return "\n".join(lines) + "\n"
 
 
@@ -74,62 +82,6 @@ def _timed(rows: Rows) -> list[str]:
                 early, late = (force * ratios[pair][reading][place] for reading in READING_S)
                 cells.append(f"{early:.3g} (to {late:.3g})")
             lines.append(_line(cells))
-    return lines
-
-
-def _effects(effects: dict[str, Rows]) -> list[str]:
-    """What walls and mounting change, and the skin's stretch."""
-    lines = [
-        "## Walls, mounting, and the skin", "",
-        "By `python benchmarks/prediction_effects.py`, homogenised core: change of the force with walls of 0.2 mm and "
-        "the moduli nearest to both readings, and on a table (friction 0.7); largest stretch and difference of "
-        "principal stresses [MPa] of the skin in the nominal case.", "",
-    ]  # fmt: skip
-    names = ["walls 0.2 mm", "on a table"]
-    lines += _head(["indenter", "depth [mm]", "force [N]", *names, "stretch", "stress [MPa]", "cell's shear"])
-    for key, rows in effects.items():
-        case, variant = key.rsplit(", ", 1)
-        if variant != "nominal":
-            continue
-        for place, row in enumerate(rows):
-            if "force_n" not in row:
-                lines.append(_line([case, row["depth_mm"], "refused", "", "", "", "", ""]))
-                continue
-            changes = []
-            for name in names:
-                other = effects.get(f"{case}, {name}", [])
-                force = other[place].get("force_n") if place < len(other) else None
-                changes.append("-" if force is None else f"{100 * (force / row['force_n'] - 1):+.0f} %")
-            kept = [row[key] for key in ("skin_stretch", "skin_stress_mpa", "cell_shear")]
-            lines.append(_line([case, row["depth_mm"], row["force_n"], *changes, *kept]))
-    lines += ["", *_flow(effects)]
-    return lines
-
-
-def _flow(effects: dict[str, Rows]) -> list[str]:
-    """Where a whole printed cell below the axis has reached a yield strain."""
-    lines = [
-        "The infill of the uppermost cell flows over the height of the cell where its least shear strain passes the "
-        "yield strain, yield stress over modulus, which nobody has published; two that gels have (assumed):", "",
-    ]  # fmt: skip
-    lines += _head(["indenter", *(f"depth, force at a yield strain of {strain:g}" for strain in YIELD_STRAINS)])
-    for key, rows in effects.items():
-        case, variant = key.rsplit(", ", 1)
-        if variant != "nominal":
-            continue
-        known = [row for row in rows if "force_n" in row]
-        shear, depth, force = (
-            np.array([0.0, *(row[name] for row in known)]) for name in ("cell_shear", "depth_mm", "force_n")
-        )
-        cells = []
-        for strain in YIELD_STRAINS:
-            if shear.max() < strain:
-                cells.append(f"not down to {depth[-1]:g} mm")
-                continue
-            last = int(np.argmax(shear >= strain))
-            at = np.interp(strain, shear[last - 1 : last + 1], depth[last - 1 : last + 1])
-            cells.append(f"{at:.2f} mm, {np.interp(at, depth, force):.2f} N")
-        lines.append(_line([case, *cells]))
     return lines
 
 

@@ -9,7 +9,7 @@
 The moduli are fitted to two hardness readings by `calibrate_moduli.py` and to nothing else; what they say of the seven
 other readings is in `docs/validation.md`. Every case is computed with a nominal setting and with variants that change
 one thing at a time; the uncertainty is the root of the sum of their squared differences, along a press the largest
-within 0.4 mm of depth. `prediction_effects.py` adds what walls of 0.2 mm and a table change, and the skin's stretch.
+within 0.4 mm of depth. `prediction_limits.py` adds what decides damage, with walls of 0.2 mm.
 
 Forces scale with the moduli where all of them are scaled (the infill's bulk modulus is beyond feeling), so a result
 at one body's stiffness is one at another's with another infill's, and the variant with a stiffer infill says how much

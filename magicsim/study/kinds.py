@@ -13,9 +13,11 @@ from magicsim.study.settings import StudyConfig
 KINDS: dict[str, str] = {
     "alignment": "magicsim.study.learned.alignment:Alignment",
     "compare": "magicsim.study.compare:Compare",
+    "deformation-law": "magicsim.study.mechanics.deformation_law:DeformationLaw",
     "fusion": "magicsim.study.fusion:Fusion",
     "limits": "magicsim.study.mechanics.limits:Limits",
     "localisation": "magicsim.study.learned.localisation:Localisation",
+    "manufacturing": "magicsim.study.mechanics.manufacturing:Manufacturing",
     "ranging": "magicsim.study.learned.ranging:Ranging",
     "resolution": "magicsim.study.learned.resolution:Resolution",
 }
