@@ -40,7 +40,7 @@ def _skin(variants: Variants) -> list[str]:
     depths = list(dict.fromkeys(row["depth_mm"] for row in rows if row.get("depth_mm") is not None))
     heads = list(dict.fromkeys((row["diameter_mm"], row["skin_mm"]) for row in rows))
     for name, title in {**SKIN, "fz_n": "force, effective core [N]"}.items():
-        lines += ["", f"### {title.capitalize()}", ""]
+        lines += ["", f"### {title[0].upper()}{title[1:]}", ""]
         lines += _head(["depth [mm]", *(f"{diameter:g} mm, skin {skin:g}" for diameter, skin in heads)])
         for depth in depths:
             lines.append(_line([depth, *(_with_changes(variants, (*case, depth), name) for case in heads)]))
@@ -82,7 +82,8 @@ def _flow(variants: Variants, presses: Rows) -> list[str]:
             case = f"{row['diameter_mm']:g} mm, skin {row['skin_mm']:g}"
             told = [variant, case, f"{1000 * row['yield_mpa']:.3g}"]
             if row.get("depth_mm") is None:
-                lines.append(_line([*told, f"none down to {row['deepest_mm']:g}", "", *("" for _ in speeds), "", ""]))
+                none = f"none down to {row['deepest_mm']:g}" if row["deepest_mm"] else "not computed"
+                lines.append(_line([*told, none, "", *("" for _ in speeds), "", ""]))
                 continue
             at_speed = [_at_speed(presses, row, speed) for speed in SPEEDS_MM_S]
             values = [f"{row[key]:.3g}" if row.get(key) is not None else "" for key in ("depth_mm", "fz_n")]
@@ -123,7 +124,8 @@ def _beside(rows: Rows) -> list[str]:
         if row["refused"]:
             lines.append(_line([case, row.get("depth_mm"), _reason(row), "", "", ""]))
             continue
-        lines.append(_line([case, row["depth_mm"], *(f"{row[name]:.3g}" for name in names)]))
+        values = [f"{row[name]:.3g}" if row.get(name) is not None else "" for name in names]
+        lines.append(_line([case, row["depth_mm"], *values]))
     return lines
 
 

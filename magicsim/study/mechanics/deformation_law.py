@@ -33,6 +33,14 @@ Array = npt.NDArray[np.float64]
 Fields = Mapping[str, npt.NDArray[Any]]
 Length = Annotated[float, Field(gt=0, le=25)]
 Angle = Annotated[float, Field(ge=-360, le=360)]
+HEADS = {
+    "fx_n": "Fx", "fy_n": "Fy", "fz_n": "Fz", "torque_nmm": "torque about z", "grid_mm": "grid moved",
+    "grid_extent_mm": "radius of what moved", "image_px": "image moved", "image_change": "mean change of the image",
+    "direction_deg": "direction of shear", "grid_error_deg": "error of the grid's direction",
+    "image_error_deg": "error of the image's direction", "twist_deg": "twist", "grid_turn_deg": "grid turned",
+    "image_turn_deg": "image turned", "grid_sense": "grid turned rightly", "image_sense": "image turned rightly",
+}  # fmt: skip
+"""Heads of columns on the page."""
 MOVED_MM = 0.05
 """Displacement from which a node counts for the extent [mm]."""
 SPREAD = 2.0
@@ -238,7 +246,10 @@ def _area_mm2(landing_mm: Array) -> float:
 def _table(name: str, title: str, rows: tuple[Row, ...]) -> Table:
     ends = {"_mm": "mm", "_deg": "degrees", "_n": "N", "_nmm": "N mm", "_px": "px"}
     columns = tuple(
-        Column(name=key, unit=next((unit for end, unit in ends.items() if key.endswith(end)), "")) for key in rows[0]
+        Column(
+            name=key, title=HEADS.get(key, ""), unit=next((unit for end, unit in ends.items() if key.endswith(end)), "")
+        )
+        for key in rows[0]
     )
     return Table(name=name, title=title, columns=columns, rows=rows)
 
@@ -248,7 +259,7 @@ def _figures(presses: Sequence[Row]) -> tuple[Figure, ...]:
     titles = {"grid_mm": "largest displacement of the grid [mm]", "grid_extent_mm": "radius of what moved [mm]"}
     return tuple(
         Figure(
-            name=name, title=title.capitalize(),
+            name=name, title=title[0].upper() + title[1:],
             svg=plot_series(
                 [Series(name="grid", x=forces, y=[float(row[name] or 0) for row in presses])],
                 x_title="normal force [N]", y_title=title, name=name.replace("_", "-"), label=f"{title} against force",

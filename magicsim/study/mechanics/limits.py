@@ -27,6 +27,7 @@ from magicsim.study.stages.pieces import PiecesStage, read_pieces, read_refusals
 
 Array = npt.NDArray[np.float64]
 UNITS = {"fx_n": "N", "fy_n": "N", "fz_n": "N", "skin_von_mises_mpa": "MPa"}
+HEADS = {"fx_n": "Fx", "fy_n": "Fy", "fz_n": "Fz", "skin_von_mises_mpa": "von Mises stress of the skin"}
 FORCES, SKIN = ("fx_n", "fy_n", "fz_n"), ("skin_stretch", "skin_von_mises_mpa")
 INFILL = ("least_infill_shear", "most_infill_shear")
 TITLES = {
@@ -229,7 +230,10 @@ def _sheared(config: LimitsConfig) -> list[LimitShear]:
 
 def _table(name: str, title: str, names: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Table:
     keys = ("diameter_mm", "skin_mm", *names, "refused")
-    columns = tuple(Column(name=key, unit=UNITS.get(key, "mm" if key.endswith("_mm") else "")) for key in keys)
+    columns = tuple(
+        Column(name=key, title=HEADS.get(key, ""), unit=UNITS.get(key, "mm" if key.endswith("_mm") else ""))
+        for key in keys
+    )
     filled: tuple[Row, ...] = tuple({key: row.get(key) for key in keys} for row in rows)
     return Table(name=name, title=title, columns=columns, rows=filled, shown=200)
 
@@ -238,8 +242,9 @@ def _flow_table(rows: Sequence[Row]) -> Table:
     columns = (
         Column(name="diameter_mm", unit="mm"), Column(name="skin_mm", unit="mm"),
         Column(name="yield_mpa", title="assumed yield stress", unit="MPa", digits=4),
-        Column(name="depth_mm", unit="mm"), Column(name="fz_n", unit="N"), Column(name="skin_stretch"),
-        Column(name="skin_von_mises_mpa", unit="MPa"), Column(name="deepest_mm", title="deepest computed", unit="mm"),
+        Column(name="depth_mm", unit="mm"), Column(name="fz_n", title="Fz", unit="N"), Column(name="skin_stretch"),
+        Column(name="skin_von_mises_mpa", title=HEADS["skin_von_mises_mpa"], unit="MPa"),
+        Column(name="deepest_mm", title="deepest computed", unit="mm"),
     )  # fmt: skip
     filled: tuple[Row, ...] = tuple({column.name: row.get(column.name) for column in columns} for row in rows)
     return Table(
@@ -260,4 +265,4 @@ def _figure(rows: Sequence[Mapping[str, Any]], name: str) -> Figure:
         series, x_title="depth [mm]", y_title=TITLES[name], name=name, label=f"{TITLES[name]} against depth",
         from_zero=name != "skin_stretch",
     )  # fmt: skip
-    return Figure(name=name, title=TITLES[name].capitalize(), svg=drawn)
+    return Figure(name=name, title=TITLES[name][0].upper() + TITLES[name][1:], svg=drawn)
