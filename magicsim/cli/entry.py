@@ -27,6 +27,7 @@ from magicsim.cli import (  # noqa: F401
     scene,
     study,
     sweep,
+    task,
 )
 from magicsim.cli.app import app
 from magicsim.errors import ConfigError, MagicsimError, unknown_choice

@@ -45,9 +45,10 @@ def doctor(
 
 @app.command
 def schema(
-    kind: Literal["design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study"] = "scene", *,
-    settings: Settings = None,
-    seed: Seed = None, json: Json = False,
+    kind: Literal[
+        "design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study", "item"
+    ] = "scene", *,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Print the JSON Schema of a kind of configuration file."""
     from magicsim.cli.answers.schema import schema_of

@@ -18,6 +18,7 @@ FOLDERS = {
     "suite": "detectors/suites",
     "sweep": "geometry/sweeps",
     "study": "scenes/studies",
+    "item": "scenes/items",
 }
 """Folder of each kind of preset, below the packaged copy or the checkout."""
 

@@ -28,6 +28,7 @@ __all__ = ["BALANCE_N", "GripFrames", "GripMoment", "GripTruth", "Gripper", "fin
 
 TILT_DEG = 15.0
 """How far an object may tilt in a gripper whose workspace is not given [degrees]."""
+WHERE = {Hold.DROPPED: "dropped", Hold.AWAY: "been taken away"}
 MOST_SLIDE_MM = 3.0
 """Way of the object in one motion beyond which no friction will hold it any more [mm]; assumed."""
 
@@ -179,8 +180,11 @@ class Gripper:
         width = self.width_mm if width_mm is None else width_mm
         self._check_width(width)
         check_number("most_slide_mm", most_slide_mm, 0.01, 100)
-        if self.outcome is Hold.DROPPED:
-            msg = "hold is not allowed: the object has dropped; put it between the fingers with close(width, place=...)"
+        if self.outcome.is_empty:
+            msg = (
+                f"hold is not allowed: the object has {WHERE[self.outcome]}; put it between the fingers with "
+                "close(width, place=...)"
+            )
             raise ConfigError(msg)
         acting = self._state.load if load is None else load
         before = self._pair.moments()
@@ -192,7 +196,12 @@ class Gripper:
         self._state = GripState(width_mm=width, place=held.place, hold=held.hold, load=acting, slid_mm=held.slid_mm)
         return held.hold
 
-    def turn_to(self, angle_deg: float, *, dt_s: float, load: Load | None = None) -> Hold:
+    def remove_object(self) -> None:
+        """Takes the object away; the fingers stay where they are, and `close` puts it between them again."""
+        self._pair.take_away(self.width_mm)
+        self._state = GripState(width_mm=self.width_mm, place=self.place, hold=Hold.AWAY)
+
+    def turn_to(self, angle_deg: float, *, dt_s: float, load: Load | None = None, floats: bool = False) -> Hold:
         """Turns the cranks towards an angle for some time, no faster than they can, and stops where the motors stall.
 
         An object that is held (`load` is given, or it was held before) goes along with the fingertips on their arcs;
@@ -202,6 +211,7 @@ class Gripper:
             angle_deg: Where to; beyond the linkage's range its end counts.
             dt_s: Time [s].
             load: What acts on the object if only the fingers hold it from now on.
+            floats: Whether one that is placed gives way along the closing axis, see `close`.
 
         Returns:
             What became of the object.
@@ -216,14 +226,14 @@ class Gripper:
         before, start, limit_n = self.now(), self.width_mm, self.linkage.force_limit_n
         acting = load if load is not None or self.outcome is Hold.PLACED else self._state.load
         pressed = self._pair.normal_n
-        self._go(target, acting)
+        self._go(target, acting, floats=floats)
         reached = self._pair.normal_n
         if reached <= limit_n or self.linkage.width_mm(target) >= start:
             return self.outcome
         share = max(0.0, (limit_n - pressed) / (reached - pressed)) if reached > pressed else 0.0
         self.go_back(before)
         width = start + share * (self.linkage.width_mm(target) - start)
-        self._go(self.linkage.angle_deg(width), acting)
+        self._go(self.linkage.angle_deg(width), acting, floats=floats)
         self._state = replace(self._state, is_stalled=True)
         return self.outcome
 
@@ -262,17 +272,17 @@ class Gripper:
         """Releases."""
         self.release()
 
-    def _go(self, angle_deg: float, load: Load | None) -> None:
+    def _go(self, angle_deg: float, load: Load | None, *, floats: bool) -> None:
         """Turns the cranks at once, the object held under a load, or staying where it is in the room."""
         width, along = self.linkage.width_mm(angle_deg), self.linkage.along_mm(self.angle_deg)
-        if self.outcome is Hold.DROPPED:
+        if self.outcome.is_empty:
             self._pair.face(width)
             self._state = replace(self._state, width_mm=width, slid_mm=0.0, is_stalled=False)
         elif load is not None:
             self.hold(width, load=load)
         else:
             rise = self.linkage.along_mm(angle_deg) - along
-            self.close(width, place=replace(self.place, y_mm=self.place.y_mm - rise))
+            self.close(width, place=replace(self.place, y_mm=self.place.y_mm - rise), floats=floats)
 
     def _check_width(self, width_mm: float) -> None:
         if width_mm < LEAST_WIDTH_MM:
@@ -286,11 +296,8 @@ def _facing(scene: SceneConfig, target: AnyObject) -> SceneConfig:
 
 
 def _facing_range(workspace: Workspace) -> Workspace:
-    turned = {
-        name: (-getattr(workspace, name)[1], -getattr(workspace, name)[0])
-        for name in ("x_mm", "twist_deg", "tilt_x_deg")
-    }
-    return replace(workspace, **turned)
+    (x_low, x_high), (first, last), (back, forth) = workspace.x_mm, workspace.twist_deg, workspace.tilt_x_deg
+    return replace(workspace, x_mm=(-x_high, -x_low), twist_deg=(-last, -first), tilt_x_deg=(-forth, -back))
 
 
 def _with_next_pattern(scene: SceneConfig) -> SceneConfig:

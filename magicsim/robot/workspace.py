@@ -1,7 +1,7 @@
 """Where an object may be moved: declared before the sensor is built, because the lattice is fine only there."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import product
 
 from magicsim.config.ranges import check_number
@@ -20,6 +20,8 @@ MOST_TILT_DEG = 45.0
 """Largest tilt along each axis: contact is by the side that faces the finger [degrees]."""
 FARTHEST = {"twist_deg": MOST_TWIST_DEG, "tilt_x_deg": MOST_TILT_DEG, "tilt_y_deg": MOST_TILT_DEG}
 """Limits of the ranges that are angles [degrees]."""
+RANGES = ("x_mm", "y_mm", "twist_deg", "tilt_x_deg", "tilt_y_deg", "gap_mm")
+"""Coordinates of a pose that have a range."""
 ROUNDING = 1e-9
 """Poses beyond a limit by no more than this are on it [mm, degrees]."""
 
@@ -40,6 +42,8 @@ class Workspace:
     """Along y [degrees]."""
     gap_mm: Range = (-2.0, 30.0)
     """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed."""
+    beyond_mm: float = 0.0
+    """How far beyond the ranges of x and y an object may be that touches nothing: on its way there [mm]."""
 
     def __post_init__(self) -> None:
         """Checks the limits.
@@ -47,13 +51,14 @@ class Workspace:
         Raises:
             ConfigError: A limit is not allowed, or a pair is not in order.
         """
-        for field in fields(self):
-            low, high = getattr(self, field.name)
-            farthest = FARTHEST.get(field.name, FARTHEST_MM)
+        check_number("workspace.beyond_mm", self.beyond_mm, 0, FARTHEST_MM)
+        for name in RANGES:
+            low, high = getattr(self, name)
+            farthest = FARTHEST.get(name, FARTHEST_MM)
             for limit in (low, high):
-                check_number(f"workspace.{field.name}", limit, -farthest, farthest)
+                check_number(f"workspace.{name}", limit, -farthest, farthest)
             if low > high:
-                msg = f"workspace.{field.name} = ({low:g}, {high:g}) is not allowed: must be the smaller one first"
+                msg = f"workspace.{name} = ({low:g}, {high:g}) is not allowed: must be the smaller one first"
                 raise ConfigError(msg)
 
     def check(self, state: FrameState) -> None:
@@ -62,11 +67,13 @@ class Workspace:
         Raises:
             ConfigError: Names the coordinate and its range.
         """
-        for field in fields(self) if state.has_object else ():
-            value, (low, high) = getattr(state, field.name), getattr(self, field.name)
-            if not low - ROUNDING <= value <= high + ROUNDING:
+        beyond = self.beyond_mm if (state.gap_mm or 0) > 0 else 0.0
+        for name in RANGES if state.has_object else ():
+            value, (low, high) = getattr(state, name), getattr(self, name)
+            slack = ROUNDING + (beyond if name in {"x_mm", "y_mm"} else 0.0)
+            if not low - slack <= value <= high + slack:
                 msg = (
-                    f"{field.name} = {value:g} is not allowed: must be {low:g} to {high:g}, the workspace that this "
+                    f"{name} = {value:g} is not allowed: must be {low:g} to {high:g}, the workspace that this "
                     "sensor was built for"
                 )
                 raise ConfigError(msg)

@@ -23,6 +23,7 @@ SOURCES = {
     "suite": "detectors/suites",
     "sweep": "geometry/sweeps",
     "study": "scenes/studies",
+    "item": "scenes/items",
 }
 
 

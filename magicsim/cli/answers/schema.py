@@ -13,10 +13,11 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
 from magicsim.study.study_schema import study_schema
 from magicsim.sweep.sweep_file import SweepConfig
+from magicsim.task.item import Item
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile`, `suite`, `sweep` or `study`."""
+    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile`, `suite`, `sweep`, `study` or `item`."""
     if kind == "study":
         return study_schema()
     if kind == "profile":
@@ -29,6 +30,7 @@ def schema_of(kind: str) -> dict[str, Any]:
         "suite": SuiteConfig,
         "recipe": Recipe,
         "sweep": SweepConfig,
+        "item": Item,
     }
     schema = TypeAdapter(models[kind]).json_schema()
     named = {

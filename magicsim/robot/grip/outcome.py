@@ -12,5 +12,12 @@ class Hold(StrEnum):
     """It rests between the fingers, in balance with its load."""
     SLIPPED = "slipped"
     """It slid over the skin on its way, and rests again."""
+    AWAY = "away"
+    """There is none: its caller took it away."""
     DROPPED = "dropped"
     """No friction holds it: it is gone, and the fingers are empty."""
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is between the fingers."""
+        return self in (Hold.AWAY, Hold.DROPPED)

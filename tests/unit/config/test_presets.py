@@ -17,6 +17,7 @@ from magicsim.scenes.scene import load_scene
 from magicsim.study.study_file import load_study
 from magicsim.sweep.designs import design_with, list_designs, values_at
 from magicsim.sweep.sweep_file import load_sweep
+from magicsim.task.item import load_item
 
 ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
 
@@ -34,6 +35,7 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
         ("suite", {"small", "full"}),
         ("sweep", {"cell-skin", "print-sobol", "print-search"}),
         ("study", {"localisation"}),
+        ("item", {"orange", "banana", "biscuit-packet"}),
     ],
 )
 def test_presets_that_users_rely_on_are_shipped(kind: str, names: set[str]):
@@ -55,6 +57,8 @@ def test_every_shipped_preset_loads(kind: str, name: str):
         assert load_suite(name).schema_version == 1
     elif kind == "recipe":
         assert load_recipe(name).episodes >= 1
+    elif kind == "item":
+        assert load_item(name).mass_g > 0
     elif kind == "study":
         assert load_study(name).config.schema_version == 1
         assert load_study(name, quick=True).stages()

@@ -1,0 +1,46 @@
+"""The commands that play a task of the gripper in closed loop: `task grasp`."""
+
+from typing import Annotated, Literal
+
+from cyclopts import App, Parameter
+
+from magicsim.cli.app import Json, Out, Seed, Settings, app, print_result
+from magicsim.errors import ConfigError
+
+task_app = App(name="task", help="Play a task with two sensors on a gripper.")
+app.command(task_app)
+MOST_EPISODES = 100_000
+
+
+@task_app.command
+def grasp(
+    *, out: Out,
+    episodes: Annotated[int, Parameter(help="How many; with --resume a finished folder grows by more.")] = 50,
+    detector: Annotated[str, Parameter(help="Profile: calibrated, published or a file.")] = "calibrated",
+    room: Annotated[str, Parameter(help="office, window, bench, dark, or an image.")] = "office",
+    quality: Annotated[Literal["full", "control"], Parameter(help="How finely is solved and rendered.")] = "full",
+    resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's run.")] = False,
+    film: Annotated[bool, Parameter(negative="", help="Keep a film and a contact sheet of each episode.")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Grasp and carry: the published machine reads rendered frames and drives gripper and carriage from A to B.
+
+    Each episode draws an item, how a hand offers it, a pull, flashlights. --set changes settings, such as
+    `items=["orange"]` or `grip_n=6`.
+    """
+    if not 1 <= episodes <= MOST_EPISODES:
+        msg = f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}"
+        raise ConfigError(msg)
+    from magicsim.config.models import apply_overrides, validate
+    from magicsim.task.folder import check_folder
+    from magicsim.task.settings import GraspConfig
+
+    asked = {"detector": detector, "room": room, "quality": quality} | ({} if seed is None else {"seed": seed})
+    config = validate(GraspConfig, apply_overrides(asked, settings or []), source="task grasp")
+    check_folder(out, resume=resume)
+    from magicsim.cli.output.progress import show_progress
+    from magicsim.task.running import run_grasps
+
+    with show_progress("task grasp") as progress:
+        summary = run_grasps(config, out, episodes=episodes, resume=resume, with_film=film, progress=progress)
+    print_result(summary.as_dict(), as_json=json)

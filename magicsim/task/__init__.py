@@ -1,0 +1,1 @@
+"""Tasks of a gripper in closed loop: frames in, motions out, judged by what really happened."""

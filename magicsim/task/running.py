@@ -1,0 +1,184 @@
+"""Many episodes into one folder: each is written whole, and a run that was stopped goes on where it was."""
+
+import io
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from magicsim.config.models import validate
+from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.errors import OutputError
+from magicsim.folder.ledger import RESUMABLE
+from magicsim.folder.lock import sole_writer
+from magicsim.folder.result import output_errors
+from magicsim.light.variant import activate_variant
+from magicsim.robot.gripper import Gripper
+from magicsim.robot.live import MAX_SEED
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.task.episode import FrameRow, Image, Recorded, play
+from magicsim.task.film import contact_sheet, film
+from magicsim.task.folder import (
+    EPISODES_TABLE,
+    FRAMES_TABLE,
+    INDEX,
+    RESULTS,
+    TaskIndex,
+    check_folder,
+    episode_name,
+    open_ledger,
+    read_index,
+    refuse_another,
+    write_config,
+    write_index,
+)
+from magicsim.task.item import Item, load_item
+from magicsim.task.outcome import Outcome, judge_episode
+from magicsim.task.settings import GraspConfig, in_room
+from magicsim.task.story import Story, draw_story
+from magicsim.task.summary import TaskSummary, summarise
+from magicsim.task.world import World, build_gripper
+from magicsim.workers.versions import versions
+
+Progress = Callable[[float, float, str], None]
+NOISE = 31
+"""Keeps the seeds of the frames' noise apart from others."""
+Frames = list[tuple[Image, FrameRow]]
+
+
+def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
+    """The fingers and what is between them.
+
+    Raises:
+        MagicsimError: A preset does not exist, or does not fit.
+    """
+    scene = load_scene("grip", [f"design={config.design}", f"rig={config.rig}", *config.scene])
+    contact = scene.contact.model_copy(update={"friction": item.friction})
+    rig = in_room(scene.rig, config.room)
+    values = scene.model_dump() | {
+        "object": item.object.model_dump(), "rig": rig.model_dump(), "contact": contact.model_dump(),
+        "seed": config.seed, "frames_per_second": config.frames_per_second,
+    }  # fmt: skip
+    return validate(SceneConfig, values, source="task grasp")
+
+
+class Stage:
+    """Builds one gripper for each item and plays episodes with it."""
+
+    def __init__(self, config: GraspConfig) -> None:
+        """Checks everything that a run needs before it begins.
+
+        Raises:
+            MagicsimError: A preset does not exist, or does not fit.
+        """
+        self.config, self.profile = config, load_profile(config.detector)
+        self.items = {name: load_item(name) for name in config.items}
+        self._scenes = {name: task_scene(config, item) for name, item in self.items.items()}
+        self._grippers: dict[str, Gripper] = {}
+
+    def play(self, episode: int, *, seen: Callable[[Image, FrameRow], None] | None = None) -> tuple[Recorded, Outcome]:
+        """One episode, and what became of it.
+
+        Args:
+            episode: Its number.
+            seen: Takes every image with its row.
+        """
+        config, story = self.config, draw_story(self.config, episode)
+        seed = int(np.random.SeedSequence([config.seed, NOISE, episode]).generate_state(1)[0] % MAX_SEED)
+        world = World(self._gripper(story), self.items[story.item], story, config)
+        recorded = play(world, self.profile, episode=episode, seed=seed, seen=seen)
+        item, rate = self.items[story.item], config.frames_per_second
+        return recorded, judge_episode(recorded, item, story, frames_per_second=rate)
+
+    def _gripper(self, story: Story) -> Gripper:
+        if story.item not in self._grippers:
+            self._grippers[story.item] = build_gripper(self._scenes[story.item], self.config)
+        self._grippers[story.item].reset()
+        return self._grippers[story.item]
+
+
+def run_grasps(
+    config: GraspConfig, out: Path, *, episodes: int, resume: bool = False, with_film: bool = False,
+    progress: Progress | None = None, variant: Callable[[], str] = activate_variant,
+) -> TaskSummary:  # fmt: skip
+    """Plays episodes, or what an earlier run left of them, and writes their folder.
+
+    Args:
+        config: The task.
+        out: Folder of the result.
+        episodes: How many; a finished folder grows by more.
+        resume: Whether to go on with the run in the folder.
+        with_film: Whether to keep a film and a contact sheet of each episode that is played now.
+        progress: Told how far it is: episodes done, all of them, a note.
+        variant: Names the renderer's variant, and makes it active.
+
+    Raises:
+        MagicsimError: The task cannot be played, or the folder is not ours or holds another task.
+    """
+    stage = Stage(config)
+    check_folder(out, resume=resume)
+    with output_errors(out, then=RESUMABLE), sole_writer(out):
+        out.mkdir(parents=True, exist_ok=True)
+        ledger = open_ledger(out)
+        index = TaskIndex(config_hash=config.config_hash(), versions=versions(), variant=variant(), episodes=episodes)
+        earlier = read_index(out)
+        if earlier is not None:
+            refuse_another(out, earlier, index)
+        write_config(ledger, config)
+        write_index(ledger, index)
+        for episode in range(episodes):
+            if progress is not None:
+                progress(episode, episodes, f"episode {episode}")
+            if ledger.is_intact(episode_name(episode)):
+                continue
+            frames: Frames = []
+            recorded, outcome = stage.play(episode, seen=_keeping(frames) if with_film else None)
+            values = {"outcome": asdict(outcome), "rows": [asdict(row) for row in recorded.rows]}
+            if with_film:
+                ledger.place(f"films/{episode:05d}.jpg", contact_sheet(frames))
+                ledger.place(f"films/{episode:05d}.webp", film(frames, frames_per_second=config.frames_per_second))
+            ledger.place(episode_name(episode), (json.dumps(values, allow_nan=False) + "\n").encode())
+        played = [_read(out, episode) for episode in range(episodes)]
+        found = [Outcome(**each["outcome"]) for each in played]
+        summary = summarise(found, detector=config.detector, room=config.room, out=str(out))
+        ledger.place(FRAMES_TABLE, _parquet([row for each in played for row in each["rows"]]))
+        ledger.place(EPISODES_TABLE, _parquet([_flat(each["outcome"]) for each in played]))
+        ledger.place(RESULTS, (json.dumps(summary.as_dict(), allow_nan=False, indent=1) + "\n").encode())
+        files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
+        write_index(ledger, index.model_copy(update={"is_complete": True, "files": files}))
+        ledger.close()
+    return summary
+
+
+def _keeping(frames: Frames) -> Callable[[Image, FrameRow], None]:
+    def keep(image: Image, row: FrameRow) -> None:
+        frames.append((image, row))
+
+    return keep
+
+
+def _read(out: Path, episode: int) -> dict[str, Any]:
+    path = out / episode_name(episode)
+    try:
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        msg = f"'{path}' is not an episode of a task: {error}; without it, --resume plays it again"
+        raise OutputError(msg) from None
+    return found
+
+
+def _flat(outcome: dict[str, Any]) -> dict[str, Any]:
+    """An outcome as a row: seconds in each stage as columns."""
+    times = {f"seconds_{stage.lower()}": value for stage, value in outcome["seconds_in"].items()}
+    return {name: value for name, value in outcome.items() if name != "seconds_in"} | times
+
+
+def _parquet(rows: list[dict[str, Any]]) -> bytes:
+    sink = io.BytesIO()
+    pq.write_table(pa.Table.from_pylist(rows), sink, compression="zstd")
+    return sink.getvalue()

@@ -1,0 +1,94 @@
+"""Counts over all episodes, each with its exact interval, and the time in each stage."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from magicsim.evaluation.statistics.intervals import exact_share
+from magicsim.task.outcome import Outcome
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Count:
+    """How many of how many, and the exact 95 % interval of the share (Clopper and Pearson)."""
+
+    count: int
+    of: int
+    low: float | None
+    """None of nothing."""
+    high: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskSummary:
+    """What `magicsim task grasp` reports."""
+
+    detector: str
+    room: str
+    episodes: int
+    completed: Count
+    delivered: Count
+    """Of the episodes in which nobody pulled the item away."""
+    slips_missed: Count
+    """Of the items that were pulled away."""
+    false_closes: Count
+    """Episodes with one at least, as below."""
+    false_slips: Count
+    grasped_early: Count
+    """Taken as grasped before the watched finger touched, of those that were taken as grasped."""
+    offers_missed: Count
+    drops: Count
+    crushed: Count
+    failed: Count
+    """Ended because no equilibrium was found."""
+    seconds_in: dict[str, float]
+    """Mean time in each stage [s]."""
+    by_item: dict[str, Count]
+    """Completed episodes of each item."""
+    out: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON has it."""
+        from dataclasses import asdict
+
+        return asdict(self)
+
+
+def counted(flags: Sequence[bool]) -> Count:
+    """A count with its interval."""
+    share = exact_share(sum(flags), len(flags))
+    return Count(count=sum(flags), of=len(flags), low=share.low, high=share.high)
+
+
+def summarise(outcomes: Sequence[Outcome], *, detector: str, room: str, out: str) -> TaskSummary:
+    """Sums up a run.
+
+    Args:
+        outcomes: All episodes.
+        detector: Profile that read the frames.
+        room: Where the gripper stood.
+        out: Folder of the run.
+    """
+    stages = outcomes[0].seconds_in if outcomes else {}
+    items = sorted({each.item for each in outcomes})
+    grasped = [each.grasped_at_gap_mm for each in outcomes if each.grasped_at_gap_mm is not None]
+    return TaskSummary(
+        detector=detector,
+        room=room,
+        episodes=len(outcomes),
+        completed=counted([each.is_completed for each in outcomes]),
+        delivered=counted([each.is_delivered for each in outcomes if not each.is_pulled]),
+        slips_missed=counted([each.is_slip_missed for each in outcomes if each.is_pulled]),
+        false_closes=counted([each.false_closes > 0 for each in outcomes]),
+        false_slips=counted([each.false_slips > 0 for each in outcomes]),
+        grasped_early=counted([gap > 0 for gap in grasped]),
+        offers_missed=counted([each.is_offer_missed for each in outcomes]),
+        drops=counted([each.is_dropped for each in outcomes]),
+        crushed=counted([each.is_crushed for each in outcomes]),
+        failed=counted([bool(each.error) for each in outcomes]),
+        seconds_in={
+            stage: round(sum(each.seconds_in[stage] for each in outcomes) / len(outcomes), 3) for stage in stages
+        },
+        by_item={item: counted([each.is_completed for each in outcomes if each.item == item]) for item in items},
+        out=out,
+    )

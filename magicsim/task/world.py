@@ -1,0 +1,205 @@
+"""Gripper, carriage, item and hands: what a command does to them, frame by frame. No image is looked at here."""
+
+import math
+from dataclasses import dataclass, replace
+
+from magicsim.detectors.grasp import GraspStage
+from magicsim.robot.fingers import ObjectPlace, half_extents_mm
+from magicsim.robot.grip.linkage import Linkage
+from magicsim.robot.grip.load import Load
+from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.gripper import Gripper
+from magicsim.robot.workspace import Workspace
+from magicsim.scenes.scene import SceneConfig
+from magicsim.task.carriage import Carriage, driven
+from magicsim.task.item import Item
+from magicsim.task.policy import Command
+from magicsim.task.settings import GraspConfig
+from magicsim.task.story import Story
+
+BEYOND_MM = 60.0
+"""From where, in front of the fingertips, a hand brings an item [mm]."""
+SLIDE_MM = 4.0
+"""Room in the workspace for an item that is held and slips [mm]."""
+DEEPEST_MM, TILT_DEG, TWIST_DEG = 2.0, 10.0, 25.0
+PATIENCE_S = 3.0
+"""How long a hand offers an item that nobody takes [s]."""
+FINE_MM, FINE_STEP_MM = 0.6, 0.15
+"""Room on each side below which fingers close by less in a frame [mm]: they slow down before they press."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Happened:
+    """What became true in one step."""
+
+    event: str = ""
+    """`appears`, `offered`, `let_go`, `pulled`, `dropped`, `delivered`, `withdrawn`, or nothing."""
+    light: bool = False
+
+
+class World:
+    """One episode's world, moved by `step`."""
+
+    def __init__(self, gripper: Gripper, item: Item, story: Story, config: GraspConfig) -> None:
+        """Fingers open at A, nothing between them."""
+        self.gripper, self.item, self.story, self.config = gripper, item, story, config
+        self.carriage = Carriage()
+        self.open_mm = gripper.touching_width_mm + 2 * config.open_gap_mm
+        self._dt_s = 1 / config.frames_per_second
+        self._frame, self._transport, self._offered = 0, -1, -1
+        self._hand_y_mm, self._is_delivered = BEYOND_MM, False
+        self._pull_n, self._has_stalled = 0.0, False
+        gripper.close(self.open_mm, place=ObjectPlace())
+        gripper.remove_object()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the fingers are as far open as at the start."""
+        return self.gripper.width_mm >= self.open_mm - 1e-6
+
+    @property
+    def has_item(self) -> bool:
+        """Whether the item is between the fingers or before them."""
+        return not self.gripper.outcome.is_empty
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the fingers alone hold it."""
+        return self.gripper.outcome in (Hold.HELD, Hold.SLIPPED)
+
+    @property
+    def is_at_b(self) -> bool:
+        """Whether the carriage stands at B."""
+        return self.carriage.place_mm == self.config.distance_mm
+
+    def step(self, stage: GraspStage, asked: Command) -> Happened:
+        """Lets one frame's time pass.
+
+        Args:
+            stage: Of the machine, which a hand sees in what the gripper does.
+            asked: What gripper and carriage do.
+
+        Raises:
+            ConvergenceError: No valid equilibrium was found.
+        """
+        frame, self._frame = self._frame, self._frame + 1
+        self._transport = self._transport + 1 if stage is GraspStage.TRANSPORTING else -1
+        if self._is_delivered and self.is_open and self.has_item:
+            self.gripper.remove_object()  # it stays on its tray at B
+        event = "" if self._is_delivered else self._hands(stage, frame)
+        self._drive(asked)
+        event = self._move_fingers(asked) or event
+        return Happened(event=event, light=self._shine(frame))
+
+    def deliver(self) -> str:
+        """A tray at B takes the item: it is placed, no longer held.
+
+        Returns:
+            The event, nothing where the fingers are empty.
+        """
+        if not self.is_held:
+            return ""
+        self.gripper.close(self.gripper.width_mm, place=self.gripper.place)
+        self._is_delivered = True
+        return "delivered"
+
+    def _hands(self, stage: GraspStage, frame: int) -> str:
+        """Brings the item, goes along until it feels a firm grip, lets go, pulls, takes back what nobody takes."""
+        story, gripper = self.story, self.gripper
+        if frame == story.appears:
+            self._place()
+            return "appears"
+        if gripper.outcome is Hold.PLACED and self._hand_y_mm > 0:
+            self._hand_y_mm = max(0.0, self._hand_y_mm - story.speed_mm_s * self._dt_s)
+            self._place()
+            if self._hand_y_mm == 0:
+                self._offered = frame
+                return "offered"
+        elif gripper.outcome is Hold.PLACED and stage is GraspStage.TRANSPORTING and self._has_stalled:
+            lost = gripper.hold(load=self._load()) is Hold.DROPPED
+            return "dropped" if lost else "let_go"
+        elif self.is_held and story.pull is not None and self._transport >= story.pull:
+            self._pull_n += self.config.pull_n_s * self._dt_s
+            if gripper.hold(load=self._load()) is Hold.DROPPED:
+                return "pulled"
+        elif gripper.outcome is Hold.PLACED and stage is GraspStage.WAITING and self._is_tired(frame):
+            gripper.remove_object()
+            return "withdrawn"
+        return ""
+
+    def _is_tired(self, frame: int) -> bool:
+        return self._offered >= 0 and frame - self._offered > PATIENCE_S * self.config.frames_per_second
+
+    def _place(self) -> None:
+        story = self.story
+        up = half_extents_mm(self.item.object)[0]
+        clear = self.config.close_mm_s * self._dt_s + FINE_STEP_MM  # a hand on its way does not run into a finger
+        z_mm = min(self.open_mm / 2 - story.near_mm, self.gripper.width_mm / 2 - clear) - up
+        place = ObjectPlace(y_mm=story.y_mm + self._hand_y_mm, z_mm=z_mm, twist_deg=story.twist_deg)
+        self.gripper.close(self.gripper.width_mm, place=place)
+
+    def _load(self) -> Load:
+        """Weight, what the carriage's acceleration adds, and the pull of a hand."""
+        turn = math.radians(self.story.pull_deg)
+        inertia = -self.item.mass_g * 1e-6 * self.carriage.acceleration_mm_s2  # kg m/s2
+        force = (inertia + self._pull_n * math.cos(turn), self._pull_n * math.sin(turn), 0.0)
+        return Load.of_mass(self.item.mass_g, force_n=force)
+
+    def _drive(self, asked: Command) -> None:
+        config, before = self.config, self.carriage
+        targets = {"to_b": config.distance_mm, "to_a": 0.0, "stay": before.place_mm}
+        self.carriage = driven(
+            before, targets[asked.carriage], dt_s=self._dt_s, most_mm_s=config.carriage_mm_s,
+            most_mm_s2=config.carriage_mm_s2,
+        )  # fmt: skip
+
+    def _move_fingers(self, asked: Command) -> str:
+        """Closes until the motors stall, or opens; what is held answers to the carriage's acceleration."""
+        gripper, config = self.gripper, self.config
+        width = gripper.width_mm
+        if asked.fingers == "close" and not self._has_stalled:
+            near = self.has_item and width < gripper.touching_width_mm + 2 * FINE_MM
+            width -= 2 * (FINE_STEP_MM if near else config.close_mm_s * self._dt_s)
+        elif asked.fingers == "open":
+            width, self._has_stalled = min(width + 2 * config.open_mm_s * self._dt_s, self.open_mm), False
+        least = gripper.linkage.width_mm(gripper.linkage.least_deg)
+        if not self.has_item:
+            width = max(width, least, self.open_mm - 4 * config.open_gap_mm)
+        held = self.is_held
+        if width != gripper.width_mm:
+            # A hand gives way along the closing axis.
+            gripper.turn_to(gripper.linkage.angle_deg(max(width, least)), dt_s=self._dt_s, floats=True)
+            self._has_stalled = gripper.truth().is_stalled
+        elif held and gripper.truth().load != self._load():
+            gripper.hold(load=self._load())
+        return "dropped" if held and gripper.outcome is Hold.DROPPED else ""
+
+    def _shine(self, frame: int) -> bool:
+        story = self.story
+        spans = ((story.light_before, frame), (story.light_held, self._transport))
+        for (span, now), shift in zip(spans, story.light_x_mm, strict=True):
+            if span is not None and span[0] <= now < span[1]:
+                self.gripper.upper.shine(x_mm=shift)
+                return True
+        self.gripper.upper.shine(on=False)
+        return False
+
+
+def build_gripper(scene: SceneConfig, config: GraspConfig) -> Gripper:
+    """The gripper of the task, its motors as strong as the task says.
+
+    Args:
+        scene: Fingers, item, friction.
+        config: The task.
+
+    Raises:
+        MagicsimError: It cannot be built.
+    """
+    space = Workspace(
+        x_mm=(-SLIDE_MM, SLIDE_MM), y_mm=(-SLIDE_MM, SLIDE_MM), twist_deg=(-TWIST_DEG, TWIST_DEG),
+        tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG), gap_mm=(-DEEPEST_MM, 60.0),
+        beyond_mm=BEYOND_MM,
+    )  # fmt: skip
+    return Gripper(
+        scene, workspace=space, linkage=replace(Linkage(), force_limit_n=config.grip_n), quality=config.quality
+    )

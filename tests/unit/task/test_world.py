@@ -1,0 +1,107 @@
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from magicsim.detectors.grasp import GraspStage
+from magicsim.geometry.objects.kinds import parse_object
+from magicsim.robot.gripper import Gripper
+from magicsim.scenes.scene import load_scene
+from magicsim.task.item import Item
+from magicsim.task.policy import command
+from magicsim.task.settings import GraspConfig
+from magicsim.task.story import draw_story
+from magicsim.task.world import BEYOND_MM, World, build_gripper
+
+BLOCK = (
+    "design=uniform-block", "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2",
+    "design.lattice.cells_across=0", "rig.camera.columns=24", "rig.camera.rows=32", "contact.friction=0.8",
+)  # fmt: skip
+BALL = parse_object("sphere:radius_mm=4")
+ITEM = Item(schema_version=1, object=BALL, mass_g=20.0, friction=0.8, crush_n=10.0)
+CONFIG = GraspConfig(
+    grip_n=1.0,
+    open_gap_mm=2.0,
+    close_mm_s=8,
+    distance_mm=40.0,
+    pull_n_s=60.0,
+    near_mm=(1.0, 1.0),
+    hand_mm_s=(900, 900),
+)
+STORY = replace(
+    draw_story(CONFIG, 0), appears=1, near_mm=1.0, y_mm=0.5, twist_deg=0.0, light_before=None, light_held=None,
+    pull=None,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def gripper() -> Iterator[Gripper]:
+    """Two blocks that are solved and not rendered."""
+    scene = load_scene("grip", BLOCK).model_copy(update={"object": BALL})
+    with build_gripper(scene, CONFIG) as gripper:
+        yield gripper
+
+
+def events(world: World, stages: list[GraspStage]) -> list[str]:
+    return [world.step(stage, command(stage, is_open=world.is_open)).event for stage in stages]
+
+
+def gripped(gripper: Gripper, **story: object) -> World:
+    """A world in which the fingers have closed on the offered ball until their motors stalled."""
+    gripper.reset()
+    world = World(gripper, ITEM, replace(STORY, **story), CONFIG)
+    assert events(world, [GraspStage.WAITING] * 3) == ["", "appears", "offered"]
+    assert gripper.upper.state.gap_mm == pytest.approx(1.0)
+    events(world, [GraspStage.CLOSING] * 15)
+    assert gripper.truth().is_stalled
+    assert gripper.truth().upper.force_n[2] == pytest.approx(1.0, rel=0.25)
+    return world
+
+
+def test_item_is_offered_gripped_carried_and_delivered(gripper: Gripper):
+    world = gripped(gripper)
+    stalled = gripper.width_mm
+    told = events(world, [GraspStage.TRANSPORTING] * 12)
+    assert told[0] == "let_go"
+    assert set(told[1:]) == {""}
+    assert world.is_held
+    assert world.is_at_b
+    assert gripper.width_mm == stalled
+    assert gripper.truth().force_n[1] == pytest.approx(0.02 * 9.80665, rel=0.2)
+    assert world.deliver() == "delivered"
+    events(world, [GraspStage.RETURNING] * 14)
+    assert not world.has_item
+    assert world.is_open
+    assert world.carriage.place_mm == 0
+
+
+def test_pull_takes_the_item_out_of_the_fingers(gripper: Gripper):
+    world = gripped(gripper, pull=1, pull_deg=0.0)
+    told = events(world, [GraspStage.TRANSPORTING] * 6)
+    assert told[0] == "let_go"
+    assert "pulled" in told[1:]
+    assert not world.has_item
+
+
+def test_item_that_nobody_takes_is_withdrawn(gripper: Gripper):
+    gripper.reset()
+    world = World(gripper, ITEM, STORY, CONFIG)
+    told = events(world, [GraspStage.WAITING] * 52)
+    assert told.count("withdrawn") == 1
+    assert not world.has_item
+
+
+def test_empty_fingers_close_on_nothing_and_open_again(gripper: Gripper):
+    gripper.reset()
+    world = World(gripper, ITEM, replace(STORY, appears=99), CONFIG)
+    events(world, [GraspStage.CLOSING] * 5)
+    assert gripper.width_mm < world.open_mm
+    events(world, [GraspStage.RETURNING] * 5)
+    assert world.is_open
+
+
+def test_hand_begins_in_front_of_the_fingertips(gripper: Gripper):
+    gripper.reset()
+    world = World(gripper, ITEM, replace(STORY, speed_mm_s=60.0), CONFIG)
+    events(world, [GraspStage.WAITING] * 2)
+    assert gripper.place.y_mm == pytest.approx(STORY.y_mm + BEYOND_MM)
