@@ -35,7 +35,7 @@ CHANGES: tuple[dict[str, int | float | str], ...] = (
     {"polarity": "dark", "similarity": "iou"}, {"polarity": "bright", "similarity": "iou"},
     {"tau_b": 25}, {"tau_b": 35}, {"tau_b": 45}, {"tau_b": 60},
     {"grid_blur_px": 0}, {"grid_blur_px": 3}, {"grid_blur_px": 9}, {"grid_blur_px": 5, "grid_blur_sigma_px": 2.0},
-    {"grid_reference": "majority"},
+    {"grid_reference": "majority"}, {"surround_px": 6, "tau_b": 95}, {"surround_px": 6, "tau_b": 100},
     {"grey": "mean"}, {"grey_rounding": "down"}, {"entropy_bins": 64}, {"entropy_bins": 16},
     {"difference_blur_px": 3}, {"difference_blur_px": 5}, {"difference_blur_px": 9},
     {"constant_channel": "skip"},

@@ -35,11 +35,12 @@ TRAINING = (
      ("rig.room='window'",)),
 )  # fmt: skip
 CANDIDATES = Candidates(
-    tau_b=(15, 25, 35, 45, 60),
+    tau_b=(15, 25, 35, 45, 60, 90, 95, 100, 105),
     polarity=("dark", "bright"),
     similarity=("recall", "iou"),
     grid_blur_px=(3, 5),
     difference_blur_px=(0, 5),
+    surround_px=(0, 4, 6),
 )
 COMMENT = """Fitted by detectors/calibrate.py on six simulated episodes of mini-magictac with the lights and lens of
 digit-office (a box, two cylinders, a small dark ball, a flat punch, a ball of an orange's size; seeds 101 to 106): in

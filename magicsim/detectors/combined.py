@@ -131,6 +131,7 @@ def _check_match(references: References, profile: DetectorProfile) -> None:
         ("grid_blur_px", grid.blur_px, profile.grid_blur_px),
         ("grid_blur_sigma_px", grid.blur_sigma_px, profile.grid_blur_sigma_px),
         ("grid_reference", grid.kind, profile.grid_reference),
+        ("surround_px", grid.surround_px, profile.surround_px),
         ("difference_blur_px", background.blur_px, profile.difference_blur_px),
         ("background_count", len(background.images), profile.background_count),
     ):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import cv2
 
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.grid import FULL, GridReference, blur, grid_mask
+from magicsim.detectors.grid import FULL, GridReference, blur, grid_mask, levelled
 from magicsim.detectors.profiles.profile import DetectorProfile, Similarity
 from magicsim.detectors.verdict import Contact
 
@@ -37,11 +37,11 @@ class GridAreas:
 
 def grid_areas(frame: Frame, grid: GridReference) -> GridAreas:
     """Measure the overlap of a frame, shape (rows, columns, 3), with a reference of the same shape."""
-    return mask_areas(blur(frame, grid.blur_px, grid.blur_sigma_px), grid)
+    return mask_areas(levelled(blur(frame, grid.blur_px, grid.blur_sigma_px), grid.surround_px), grid)
 
 
 def mask_areas(blurred: Frame, grid: GridReference) -> GridAreas:
-    """As `grid_areas`, for a frame that is blurred already."""
+    """As `grid_areas`, for a frame that is blurred and levelled already."""
     mask = grid_mask(blurred, tau_b=grid.tau_b, polarity=grid.polarity)
     shared = cv2.sumElems(cv2.bitwise_and(grid.counts, mask))
     shown = cv2.sumElems(mask)

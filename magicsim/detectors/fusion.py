@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame, check_frame
-from magicsim.detectors.grid import FULL, GridReference, blur, grid_mask
+from magicsim.detectors.grid import FULL, GridReference, blur, grid_mask, levelled
 from magicsim.detectors.profiles.profile import DetectorProfile, GridKind, Polarity
 from magicsim.errors import FrameError
 
@@ -66,6 +66,7 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
             blur_px=profile.grid_blur_px,
             blur_sigma_px=profile.grid_blur_sigma_px,
             kind=profile.grid_reference,
+            surround_px=profile.surround_px,
         ),
     )
 
@@ -103,6 +104,7 @@ def fuse_grid(
     blur_px: int,
     blur_sigma_px: float = 0.0,
     kind: GridKind = "presence",
+    surround_px: int = 0,
 ) -> GridReference:
     """Average of the binarised frames: G_ref = (1 / N) sum of b(blur(F_i)), per channel.
 
@@ -115,13 +117,15 @@ def fuse_grid(
         blur_px: Side of the Gaussian kernel before binarising [px]; 0 is none.
         blur_sigma_px: Its standard deviation [px]; 0 takes OpenCV's for the side.
         kind: Whether the average itself is kept or what the majority of frames shows.
+        surround_px: Standard deviation of the surroundings that a pixel is compared with [px]; 0 compares with `tau_b`.
 
     Raises:
         FrameError: No channel of any frame shows the grid; a similarity to nothing has no meaning.
     """
     counts = np.zeros(frames[0].shape, dtype=np.uint8)
     for frame in frames:
-        counts += grid_mask(blur(frame, blur_px, blur_sigma_px), tau_b=tau_b, polarity=polarity) // FULL
+        level = levelled(blur(frame, blur_px, blur_sigma_px), surround_px)
+        counts += grid_mask(level, tau_b=tau_b, polarity=polarity) // FULL
     if kind == "majority":
         counts = np.where(counts > len(frames) // 2, np.uint8(len(frames)), np.uint8(0))
     red, green, blue = cv2.sumElems(counts)[:3]
@@ -141,4 +145,5 @@ def fuse_grid(
         blur_px=blur_px,
         blur_sigma_px=blur_sigma_px,
         kind=kind,
+        surround_px=surround_px,
     )

@@ -11,6 +11,8 @@ from magicsim.detectors.profiles.profile import GridKind, Polarity
 
 FULL = 255
 """Mask value of a pixel that shows the grid."""
+PER_CENT = 100.0
+"""Level of a pixel that is as bright as its surroundings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +36,8 @@ class GridReference:
     """Its standard deviation [px]; 0 takes OpenCV's for the side."""
     kind: GridKind = "presence"
     """What was kept of the binarised frames."""
+    surround_px: int = 0
+    """Standard deviation of the surroundings that a pixel is compared with [px]; 0 compares with `tau_b`."""
 
     @property
     def presence(self) -> npt.NDArray[np.float64]:
@@ -58,14 +62,33 @@ def blur(image: Frame, size_px: int, sigma_px: float = 0.0) -> Frame:
     return np.asarray(cv2.GaussianBlur(image, (size_px, size_px), sigma_px), dtype=np.uint8)
 
 
+def levelled(blurred: Frame, surround_px: int) -> Frame:
+    """Brightness of each pixel in per cent of its surroundings', rounded to 8 bit; an image as it is for 0.
+
+    What an approaching object does to the light as a whole, and a camera to its gain, falls out of it: walls stay
+    darker than what lies between them. Surroundings are a Gaussian mean, mirrored at the edge; where they are black,
+    all is.
+
+    Args:
+        blurred: Image after `blur`, shape (rows, columns, 3).
+        surround_px: Standard deviation of the mean [px].
+    """
+    if surround_px == 0:
+        return blurred
+    values = blurred.astype(np.float32)
+    surroundings = cv2.GaussianBlur(values, (0, 0), surround_px)
+    return np.asarray(cv2.divide(values, surroundings, scale=PER_CENT, dtype=cv2.CV_8U), dtype=np.uint8)
+
+
 def grid_mask(blurred: Frame, *, tau_b: int, polarity: Polarity) -> npt.NDArray[np.uint8]:
     """Pixels that show the grid: `FULL` there and 0 elsewhere, per channel.
 
     Dark grid: F <= tau_b. Bright grid: F > tau_b.
 
     Args:
-        blurred: Image after `blur`, shape (rows, columns, 3).
-        tau_b: Grey level; a pixel above it is bright, one at or below it is dark.
+        blurred: Image after `blur` and `levelled`, shape (rows, columns, 3).
+        tau_b: Grey level, or per cent of the surroundings' where the image was levelled; a pixel above it is bright,
+            one at or below it is dark.
         polarity: Whether dark or bright pixels are the grid.
     """
     mode = cv2.THRESH_BINARY if polarity == "bright" else cv2.THRESH_BINARY_INV

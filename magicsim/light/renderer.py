@@ -23,8 +23,10 @@ from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouche
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.records.untouched_store import default_store
 from magicsim.light.transport.light_field import LightField
+from magicsim.light.transport.light_starts import ROOM_PART
 from magicsim.light.transport.regions import Regions
 from magicsim.light.world.finish import Finish
+from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside, Outsides
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
@@ -133,8 +135,9 @@ class Renderer(PlainRenderer):
         settings = self.settings
         names = lights_of(self.world(View()))
         each = max(1, settings.anchor_particles // max(1, len(names)))
+        particles = {name: max(1, each // ROOM_PART) if name == ENVIRONMENT else each for name in names}
         return self._state(
-            untouched_key(self.elastomer.design, self.rig, settings), dict.fromkeys(names, each),
+            untouched_key(self.elastomer.design, self.rig, settings), particles,
             seed=settings.anchor_seed, samples=settings.anchor_samples, recorded=each // RECORDED_PARTS,
         )  # fmt: skip
 
@@ -160,7 +163,7 @@ class Renderer(PlainRenderer):
             most = max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
             state = untouched(
                 self.world(View()).scene, particles, seed=seed, samples=min(samples, most), recorded=recorded,
-                regions=regions,
+                with_room=regions is not None, regions=regions,
             )  # fmt: skip
             self._untouched.keep(key, state, on_disk=regions is None)
         return state
@@ -216,7 +219,7 @@ class Renderer(PlainRenderer):
             return self._gathered(view, field, lit)
         before = self._lifted(view, placed) if placed is not None and _reaches(placed) else placed
         world = self.world(view).scene
-        field = touched_light(world, self._before_contact(before), careful, seed=seed)
+        field = touched_light(world, self._before_contact(before), careful, self._contact(placed), seed=seed)
         field = self._arrived(view, world, None, field)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
         return self._gathered(view, field, found)
@@ -232,6 +235,13 @@ class Renderer(PlainRenderer):
     def _gathered(self, _view: View, _before: LightField, lit: LightField) -> LightField:
         """The light with what the object sends out by itself, after what falls on it was gathered: here nothing."""
         return lit
+
+    def _contact(self, placed: Array | None) -> SurfaceMesh | None:
+        """The object's surface where it may touch, None without an object."""
+        if placed is None or self.object_mesh is None:
+            return None
+        faces = self.object_mesh.faces
+        return SurfaceMesh(vertices=placed, faces=faces[(placed[faces, 2] >= -CLEAR_MM).any(1)])
 
     def _before_contact(self, placed: Array | None) -> Before:
         """Light of the last state before contact, kept for other depths of one press."""
@@ -262,9 +272,9 @@ class Renderer(PlainRenderer):
             if mesh is not None and now is not None:
                 far = np.linalg.norm(now - mesh.vertices, axis=1) > self.settings.reuse_mm
                 moved |= reach @ far.astype(np.float32) > 0
-        if placed is not None and self.object_mesh is not None:
-            touching = self.object_mesh.faces[(placed[self.object_mesh.faces, 2] >= -CLEAR_MM).any(1)]
-            moved |= regions.reach(placed, touching).sum(1).A1 > 0
+        contact = self._contact(placed)
+        if contact is not None:
+            moved |= regions.reach(contact.vertices, contact.faces).sum(1).A1 > 0
         return paths.meet(regions.bits(moved), pixels)
 
     def _regions(self) -> Regions:

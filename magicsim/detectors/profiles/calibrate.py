@@ -13,7 +13,12 @@ import numpy.typing as npt
 
 from magicsim.detectors.profiles.profile import DetectorProfile, Polarity, Similarity
 from magicsim.detectors.profiles.thresholds import COMPARED_DECIMALS, fit_contact, fit_proximity, rest_limit
-from magicsim.detectors.scoring.episode import Episode, measure_brightening, measure_similarity, scored_classes
+from magicsim.detectors.scoring.episode import (
+    Episode,
+    measure_brightening,
+    measure_similarity,
+    scored_classes,
+)
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
 
@@ -30,7 +35,7 @@ class Candidates:
     """Values to try for each option; every combination is one candidate."""
 
     tau_b: Sequence[int] = (20, 35, 50, 65, 80, 100)
-    """Grey levels that separate grid from background."""
+    """Grey levels that separate grid from background, or per cent of the surroundings' brightness."""
     polarity: Sequence[Polarity] = ("dark", "bright")
     """Sides of tau_b that may be the grid."""
     similarity: Sequence[Similarity] = ("recall", "iou", "dice")
@@ -39,6 +44,8 @@ class Candidates:
     """Kernels before binarising [px]."""
     difference_blur_px: Sequence[int] = (0, 5, 9)
     """Kernels before the difference [px]."""
+    surround_px: Sequence[int] = (0,)
+    """Standard deviations of surroundings [px]; 0 compares with a grey level."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +129,7 @@ def fit_profile(
     if missing:
         msg = f"training episodes hold no frame of class {', '.join(missing)}; every class is needed"
         raise ConfigError(msg)
-    options = list(product(tried.tau_b, tried.polarity, tried.grid_blur_px))
+    options = list(product(tried.tau_b, tried.polarity, tried.grid_blur_px, tried.surround_px))
     at_rest = _untouched_frames(episodes)
     similarities = measure_similarity(episodes, base, options, tried.similarity)
     scores: list[CandidateScore] = []
@@ -130,7 +137,7 @@ def fit_profile(
         entropy, correlation = measure_brightening(episodes, base, difference_blur_px)
         near = fit_proximity(entropy, correlation, classes, least_tau_e=rest_limit(entropy, at_rest, margin_sd))
         noise = (entropy >= near.tau_e) & (correlation >= near.tau_c)
-        for ((tau_b, polarity, grid_blur_px), measure), similarity in similarities.items():
+        for ((tau_b, polarity, grid_blur_px, surround_px), measure), similarity in similarities.items():
             profile = replace(
                 base,
                 tau_e=near.tau_e,
@@ -139,6 +146,7 @@ def fit_profile(
                 polarity=polarity,
                 similarity=measure,
                 grid_blur_px=grid_blur_px,
+                surround_px=surround_px,
                 difference_blur_px=difference_blur_px,
             )
             touch = None

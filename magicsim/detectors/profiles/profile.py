@@ -84,6 +84,16 @@ class DetectorProfile:
         default="presence",
         metadata=limited("What the grid reference keeps of the binarised frames.", choices=get_args(GridKind)),
     )
+    # Not published: an object that covers the room, or a live exposure, changes the brightness of the whole image.
+    surround_px: int = field(
+        default=0,
+        metadata=limited(
+            "Standard deviation of the surroundings that a pixel is compared with [px]; tau_b is then in per cent of "
+            "their brightness. 0 compares with the grey level tau_b, as published.",
+            0,
+            63,
+        ),
+    )
     # The luma of ITU-R BT.601 is what a conversion to grey means where nothing else is said.
     grey: Grey = field(
         default="luma",

@@ -48,7 +48,7 @@ def fit_widths(profile: DetectorProfile, episodes: Sequence[Episode]) -> Detecto
     labels = np.array(scored_classes(episodes), dtype=object)
     clear, near, contact, light = (labels == each for each in FrameClass)
     missing = [str(each) for each in FrameClass if each not in labels]
-    option = (profile.tau_b, profile.polarity, profile.grid_blur_px)
+    option = (profile.tau_b, profile.polarity, profile.grid_blur_px, profile.surround_px)
     if missing:
         msg = f"training episodes hold no frame of class {', '.join(missing)}; every class is needed"
         raise ConfigError(msg)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from magicsim.detectors.contact import grid_similarity, mask_areas
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import fuse_background, fuse_grid
-from magicsim.detectors.grid import blur
+from magicsim.detectors.grid import blur, levelled
 from magicsim.detectors.profiles.profile import DetectorProfile, Polarity, Similarity
 from magicsim.detectors.proximity import brightening_correlation, brightening_entropy, filter_channels
 from magicsim.errors import ConfigError, FrameError
@@ -18,8 +18,8 @@ from magicsim.frame_class import FrameClass
 Features = npt.NDArray[np.float64]
 """One feature of every scored frame, shape (frames,)."""
 
-GridOption = tuple[int, Polarity, int]
-"""tau_b, polarity and grid blur [px]."""
+GridOption = tuple[int, Polarity, int, int]
+"""tau_b, polarity, grid blur [px] and surroundings [px]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +79,8 @@ def measure_similarity(
 ) -> Mapping[tuple[GridOption, Similarity], Features | None]:
     """Grid similarity S of the scored frames for every option and measure, each of shape (frames,).
 
-    A frame is blurred once for each kernel and binarised once for each option, whatever the measures.
+    A frame is blurred and levelled once for each pair of kernels and binarised once for each option, whatever the
+    measures.
 
     Args:
         episodes: Labelled frames.
@@ -100,12 +101,12 @@ def measure_similarity(
     for episode in episodes:
         references = _checked_references(episode, base)
         frames = _scored_frames(episode, references[0].shape)
-        for size in sorted({option[2] for option in options}):
-            blurred = [blur(frame, size, base.grid_blur_sigma_px) for frame in frames]
+        for size, surround_px in sorted({option[2:] for option in options}):
+            level = [levelled(blur(frame, size, base.grid_blur_sigma_px), surround_px) for frame in frames]
             for option in options:
-                if option[2] != size or option in empty:
+                if option[2:] != (size, surround_px) or option in empty:
                     continue
-                tau_b, polarity, _ = option
+                tau_b, polarity = option[:2]
                 try:
                     grid = fuse_grid(
                         references,
@@ -114,11 +115,12 @@ def measure_similarity(
                         blur_px=size,
                         blur_sigma_px=base.grid_blur_sigma_px,
                         kind=base.grid_reference,
+                        surround_px=surround_px,
                     )
                 except FrameError:
                     empty.add(option)
                     continue
-                areas = [mask_areas(image, grid) for image in blurred]
+                areas = [mask_areas(image, grid) for image in level]
                 for similarity in similarities:
                     values[option, similarity] += [grid_similarity(each, similarity) for each in areas]
     return {key: None if key[0] in empty else np.array(found) for key, found in values.items()}

@@ -87,7 +87,7 @@ def reflectance(scene: Any, design: ElastomerDesign, *, seed: int = 0) -> Array:
     record = LightRecord.empty(1, ASKED)
     tracks = integrator.light_pass(scene, integrator.inventory.shapes(scene), starts, record=record)
     del tracks
-    return np.asarray(_out_of_face(record.read(), design)[:, 6:9].sum(0) / ASKED, np.float64)
+    return np.asarray(_out_of_face(record.read()[0], design)[:, 6:9].sum(0) / ASKED, np.float64)
 
 
 def _out_of_face(escapes: npt.NDArray[np.float32], design: ElastomerDesign) -> Array:

@@ -1,8 +1,8 @@
 """Light of a frame, anchored to the untouched sensor: its careful light and what the frame changes beyond noise."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Self
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +12,22 @@ from magicsim.light.transport.light_field import LightField
 
 Array = npt.NDArray[np.float64]
 Counts = tuple[int, int, int]
-SMOOTHING_CELLS = 2.0
-"""Standard deviation of the local mean [cells]: below a scattering free path of 3 mm."""
+SMOOTHING_CELLS = (2.0, 4.0, 8.0)
+"""Standard deviations of local means [cells]: the first below a scattering free path of 3 mm."""
+CHANGED_SHARE = 0.3
+"""Expected change of light, in units of what comes from the contact: a touched face sends back less than a bare one,
+which reflects all light that comes slantwise, or more, as the object is dark or bright. A grey box on all of the face
+changes light by 0.2 of that, in the root mean square; from 0.1 to 0.5 for other objects (assumed)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Expected:
+    """Shares of the light that may be others in a frame, see `contact_share`."""
+
+    cells: Array
+    """Of each cell, shape (cells,)."""
+    voxels: Array
+    """Of each voxel of the body, shape (voxels,)."""
 
 
 def anchored_light(
@@ -22,14 +36,16 @@ def anchored_light(
     careful: Mapping[str, LightField],
     counts: Counts | None,
     voxels: Counts | None,
+    *,
     growth: Array | float = 1.0,
+    expected: Expected | None = None,
 ) -> dict[str, LightField]:
     """The careful fields, changed as much as a frame's differ from them, less the noise shared with the cheap ones.
 
     What changes fluence from cell to cell is scattering over a free path of several cells, so the change is taken
     between local means: noise falls several times, and fields that equal the cheap ones give the careful ones.
-    Of that change the part counts that is not noise: a light touch changes fluence by less than its noise. What was
-    dark takes the frame's own light.
+    Where it is known how large a change may be, only the part of it counts that is not noise. What was dark takes the
+    frame's own light.
 
     Args:
         now: Each light's field in the frame.
@@ -39,62 +55,66 @@ def anchored_light(
         voxels: Voxels of the body along x, y and z, or None where it does not scatter.
         growth: What each voxel holds of the body over what it held when untouched, shape (voxels, 1): a voxel that
             is squeezed empty is not a dark one.
+        expected: How large changes may be, or None where all that is found counts.
     """
-    states = {name: (now[name], cheap[name], careful[name]) for name in now}
-    fluence = _carried_over([(a.fluence, b.fluence, c.fluence) for a, b, c in states.values()], counts)
-    body = _carried_over([(a.body, growth * b.body, growth * c.body) for a, b, c in states.values()], voxels)
-    return {
-        name: replace(now[name], fluence=in_cells, body=in_voxels)
-        for name, in_cells, in_voxels in zip(now, fluence, body, strict=True)
-    }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Change:
-    """By what one light's field differs from the careful one, between local means of shape (cells, 3)."""
-
-    level: Array
-    """The careful field."""
-    mean: float
-    """Relative change of the whole field."""
-    mean_noise: float
-    """Variance of that, from one sample of it."""
-    rest: Array
-    """Change of each cell beside that."""
-    rest_noise: float
-    """Energy of the noise in that."""
-
-    @classmethod
-    def between(cls, now: Array, cheap: Array, careful: Array, counts: Counts) -> Self:
-        noise = cheap - careful
-        share = _share(now - careful, noise, careful)
-        level, change, own = (_local_mean(each, counts) for each in (careful, now - careful - share * noise, noise))
-        mean, mean_own = (_ratio(each.sum(), level.sum()) for each in (change, own))
-        unshared = 1 - share**2
-        return cls(
-            level=level,
-            mean=float(mean),
-            mean_noise=float(unshared * mean_own**2),
-            rest=change - mean * level,
-            rest_noise=unshared * _energy(own - mean_own * level, level),
+    found = {}
+    for name, each in now.items():
+        fluence = _carried_over(
+            (each.fluence, cheap[name].fluence, careful[name].fluence), counts, expected.cells if expected else None
         )
+        body = _carried_over(
+            (each.body, growth * cheap[name].body, growth * careful[name].body),
+            voxels,
+            expected.voxels if expected else None,
+        )
+        found[name] = replace(each, fluence=fluence, body=body)
+    return found
 
-    def factor(self, mean_part: float) -> Array:
-        """By what the careful field is multiplied, where of the change of the whole a part counts."""
-        rest_part = _signal(_energy(self.rest, self.level), self.rest_noise)
-        return 1 + mean_part * self.mean + rest_part * _ratio(self.rest, self.level)
 
-
-def _carried_over(fields: Sequence[tuple[Array, Array, Array]], counts: Counts | None) -> list[Array]:
-    """The careful field of each of several lights, carried over to the frame."""
+def _carried_over(fields: tuple[Array, Array, Array], counts: Counts | None, expected: Array | None) -> Array:
+    """The careful field of one light, carried over to the frame."""
+    now, cheap, careful = fields
     if counts is None:
-        return [careful for _, _, careful in fields]
-    changes = [_Change.between(*each, counts) for each in fields]
-    mean_part = _signal(sum(one.mean**2 for one in changes), sum(one.mean_noise for one in changes))
-    return [
-        np.where(careful > 0, careful * np.maximum(change.factor(mean_part), 0), now)
-        for change, (now, _, careful) in zip(changes, fields, strict=True)
-    ]
+        return careful
+    noise = cheap - careful
+    share = _share(now - careful, noise, careful)
+    change = now - careful - share * noise
+    if expected is None:
+        relative = _ratio(*(_local_mean(each, counts, SMOOTHING_CELLS[0]) for each in (change, careful)))
+    else:
+        relative = _known_part(change, noise, careful, counts, CHANGED_SHARE * expected, 1 - share**2)
+    return np.where(careful > 0, careful * np.maximum(1 + relative, 0), now)
+
+
+def _known_part(change: Array, noise: Array, level: Array, counts: Counts, expected: Array, unshared: float) -> Array:
+    """Relative change, of each length the part that is more than noise: Wiener's filter for a size that is expected.
+
+    Lengths are the differences between local means of `SMOOTHING_CELLS`. Each counts by s^2 / (s^2 + n^2), with s^2 the
+    local mean square of what is expected and n^2 the mean square of that length's noise.
+
+    Args:
+        change: What the frame changes, with noise, shape (cells, 3).
+        noise: One sample of a state's noise, of the same shape.
+        level: The careful field, of the same shape.
+        counts: Cells along x, y and z.
+        expected: Relative size of the change, shape (cells,).
+        unshared: Part of the noise's variance that the change still has, 0 to 1.
+    """
+    found, lit = np.zeros_like(change), level > 0
+    if not lit.any():
+        return found
+    squares = np.broadcast_to(expected[:, None] ** 2, change.shape)
+    parts = zip(_lengths(change, level, counts), _lengths(noise, level, counts), strict=True)
+    for width, (part, own) in zip(SMOOTHING_CELLS, parts, strict=True):
+        signal, variance = _local_mean(squares, counts, width), unshared * float((own[lit] ** 2).mean())
+        found += part * np.divide(signal, signal + variance, out=np.zeros_like(signal), where=signal > 0)
+    return found
+
+
+def _lengths(values: Array, level: Array, counts: Counts) -> list[Array]:
+    """Local means over those of the level, each less the next wider one; the last is as it is."""
+    means = [_ratio(_local_mean(values, counts, width), _local_mean(level, counts, width)) for width in SMOOTHING_CELLS]
+    return [fine - coarse for fine, coarse in pairwise(means)] + means[-1:]
 
 
 def _share(change: Array, noise: Array, level: Array) -> float:
@@ -102,26 +122,16 @@ def _share(change: Array, noise: Array, level: Array) -> float:
 
     The ratio of the two noisy fields, which takes off all of the noise, adds what they do not share.
     """
-    squared = _energy(noise, level)
+    squared = float(_ratio(noise**2, level).sum())
     return float(np.clip(_ratio(change * noise, level).sum() / squared, 0, 1)) if squared > 0 else 0.0
-
-
-def _signal(energy: float, noise: float) -> float:
-    """Part of a change that is more than noise of known energy, 0 to 1: the positive part of James and Stein (1961)."""
-    return max(0.0, 1 - noise / energy) if energy > 0 else 1.0
-
-
-def _energy(values: Array, level: Array) -> float:
-    """Sum of squares in units of a variance that is as the level."""
-    return float(_ratio(values**2, level).sum())
 
 
 def _ratio(values: Array, level: Array) -> Array:
     return np.divide(values, level, out=np.zeros_like(level), where=level > 0)
 
 
-def _local_mean(fluence: Array, counts: Counts) -> Array:
+def _local_mean(values: Array, counts: Counts, width: float) -> Array:
     """Gaussian mean over neighbouring cells, shape (cells, 3), cells in x-fastest order."""
     nx, ny, nz = counts
-    grid = fluence.reshape(nz, ny, nx, 3)
-    return gaussian_filter(grid, (SMOOTHING_CELLS,) * 3 + (0.0,), mode="nearest", truncate=2.5).reshape(-1, 3)
+    grid = values.reshape(nz, ny, nx, 3)
+    return gaussian_filter(grid, (width,) * 3 + (0.0,), mode="nearest", truncate=2.5).reshape(-1, 3)

@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.light.frame.anchored_light import anchored_light
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.frame.anchored_light import Expected, anchored_light
+from magicsim.light.frame.contact_share import contact_share
+from magicsim.light.frame.room_change import room_change
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_light
 from magicsim.light.transport.integrator import FluenceIntegrator
@@ -75,13 +78,17 @@ def before_contact(scene: Any, outside: Outside, careful: Untouched, cheap: Unto
     )
 
 
-def touched_light(world: Any, before: Before, careful: Untouched, *, seed: int) -> LightField:
+def touched_light(
+    world: Any, before: Before, careful: Untouched, contact: SurfaceMesh | None, *, seed: int
+) -> LightField:
     """Light in the deformed block and on the object.
 
     Args:
         world: The loaded scene of the frame.
         before: Light of the last state before contact.
         careful: The untouched sensor.
+        contact: The object's surface where it touches, which tells how large changes may be; all that is found counts
+            where nobody knows.
         seed: Of the frame.
     """
     integrator: FluenceIntegrator = world.integrator()
@@ -93,9 +100,21 @@ def touched_light(world: Any, before: Before, careful: Untouched, *, seed: int) 
     growth = np.divide(held, held_before, out=np.zeros_like(held), where=held_before > 0)
     voxels = integrator.voxels.counts if integrator.voxels is not None else None
     states = [_by_channel(each) for each in (now, before.traced, before.careful)]
-    found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth)
+    expected = _expected(world, integrator, contact) if contact is not None else None
+    found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth=growth, expected=expected)
     anchored = replace(total(list(found.values())), irradiance=now.irradiance)
     return total([anchored, *([lamp] if lamp is not None else [])])
+
+
+def _expected(world: Any, integrator: FluenceIntegrator, contact: SurfaceMesh) -> Expected:
+    """What share of the light of each cell and voxel comes from the contact."""
+    places = integrator.inventory.centres_mm(world)
+    parts = integrator.voxels.body_part(world, integrator.inventory.shapes(world)) if integrator.voxels else None
+    voxels = parts.centres_mm if parts is not None else np.zeros((1, 3))
+    return Expected(
+        cells=contact_share(places, contact.vertices, contact.faces),
+        voxels=contact_share(voxels, contact.vertices, contact.faces),
+    )
 
 
 def _own_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
@@ -111,33 +130,29 @@ def _own_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouche
     lit = replace(anchored_light({"": lit}, {"": known}, {"": known}, counts, voxels)[""], irradiance=back.irradiance)
     if ENVIRONMENT not in careful.fields:
         return lit
-    room = _room(scene, outside, cheap, seed=seed)
     traced, rest = (each.fields[ENVIRONMENT] for each in (cheap, careful))
+    change = room_change(scene, outside, cheap, seed=seed)
+    room = replace(traced, fluence=traced.fluence + change.fluence, body=traced.body + change.body)
     changed = anchored_light({"": room}, {"": traced}, {"": rest}, counts, voxels)[""]
     return LightField(
         fluence=lit.fluence + changed.fluence - rest.fluence,
         body=lit.body + changed.body - rest.body,
-        irradiance=lit.irradiance + room.irradiance,
+        irradiance=lit.irradiance + change.irradiance,
     )
 
 
 def _traced_before(scene: Any, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
     """Light of strips and room with something outside, by the particles of the frame."""
     integrator: FluenceIntegrator = scene.integrator()
-    fields = dict(cheap.fields)
-    if ENVIRONMENT in fields:
-        fields[ENVIRONMENT] = _room(scene, outside, cheap, seed=seed)
-    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in fields.values()]
+    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in cheap.fields.values()]
     rest = total([integrator.darkness(scene), *unseen])
-    back = follow_light(scene, outside, cheap.light, seed=seed)
-    return replace(rest, fluence=rest.fluence + back.fluence, body=rest.body + back.body, irradiance=back.irradiance)
-
-
-def _room(scene: Any, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
-    """Light of the room, of which the object keeps some out, by the particles of the frame."""
-    integrator: FluenceIntegrator = scene.integrator()
-    count = {ENVIRONMENT: cheap.particles[ENVIRONMENT]}
-    return integrator.light_fields(scene, count, seed=seed, outside=outside)[ENVIRONMENT]
+    back = [follow_light(scene, outside, cheap.light, seed=seed)]
+    if ENVIRONMENT in cheap.fields:
+        back.append(room_change(scene, outside, cheap, seed=seed))
+    fluence, body, irradiance = (
+        sum(getattr(each, name) for each in back) for name in ("fluence", "body", "irradiance")
+    )
+    return replace(rest, fluence=rest.fluence + fluence, body=rest.body + body, irradiance=irradiance)
 
 
 def _flashlight(scene: Any, outside: Outside, *, seed: int) -> LightField:

@@ -45,6 +45,8 @@ class Untouched:
     """Paths of the camera."""
     light: "RecordedLight"
     """Light of the strips that leaves the block."""
+    room: "RecordedLight | None" = None
+    """Light of the room that leaves it, if that was taken down: of all particles of the first beam."""
     held_mm3: npt.NDArray[np.float64]
     """Volume of the body in each voxel, shape (voxels, 1); 1 where the body is clear."""
     image: npt.NDArray[np.float32]

@@ -25,8 +25,9 @@ LIGHT_BACK, MIRRORED = SEEDS_PER_RENDER - 2, SEEDS_PER_RENDER - 1
 
 
 def untouched(
-    scene: Any, particles: dict[str, int], *, seed: int, samples: int, recorded: int, regions: Regions | None
-) -> Untouched:
+    scene: Any, particles: dict[str, int], *, seed: int, samples: int, recorded: int, with_room: bool,
+    regions: Regions | None,
+) -> Untouched:  # fmt: skip
     """The untouched sensor, and what its camera paths and its light pass before they leave the block.
 
     Args:
@@ -35,6 +36,7 @@ def untouched(
         seed: Random stream of both passes.
         samples: Paths of each pixel.
         recorded: Particles of each strip whose way out is taken down.
+        with_room: Whether that of the room's particles is taken down too.
         regions: Boxes to tell which of them each pixel's paths met surfaces in, if that is asked for.
     """
     integrator: FluenceIntegrator = scene.integrator()
@@ -42,8 +44,10 @@ def untouched(
     first = max(1, min(recorded, *strips.values())) if strips else 1
     record = LightRecord.empty(len(strips), first)
     fields = integrator.light_fields(scene, strips, seed=seed, record=record)
-    # Light of the room meets what stands outside before it meets the block.
-    fields |= integrator.light_fields(scene, {k: v for k, v in particles.items() if k not in strips}, seed=seed)
+    # Light of the room is kept apart: it may meet what stands outside before it meets the block.
+    room = {name: count for name, count in particles.items() if name == ENVIRONMENT}
+    room_record = LightRecord.empty(1, room[ENVIRONMENT]) if room and with_room else None
+    fields |= integrator.light_fields(scene, room, seed=seed, record=room_record)
     paths = recorded_paths(scene, seed=seed, samples=samples, regions=regions)
     field = total([integrator.darkness(scene), *fields.values()])
     columns, rows = (int(size) for size in scene.sensors()[0].film().size())
@@ -53,7 +57,8 @@ def untouched(
         fields=fields,
         particles=dict(particles),
         paths=paths,
-        light=RecordedLight.of(record.read(), first),
+        light=RecordedLight.of(*record.read(), first),
+        room=RecordedLight.of(*room_record.read(), room[ENVIRONMENT]) if room_record is not None else None,
         held_mm3=integrator.held_mm3(scene),
         image=image.reshape(rows, columns, 3).astype(np.float32),
     )

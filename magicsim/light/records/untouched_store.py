@@ -127,6 +127,7 @@ def _stored(state: Untouched) -> dict[str, Any]:
         "held": state.held_mm3, "image": state.image, "direct": paths.direct, "data": paths.response.data,
         "indices": paths.response.indices, "indptr": paths.response.indptr, "rays": np.array(paths.rays),
         "first": np.array(paths.first), "owner": paths.owner, "escapes": state.light.escapes(),
+        "owners": state.light.owners,
     }  # fmt: skip
 
 
@@ -149,7 +150,7 @@ def _restored(stored: Any) -> Untouched:
             direct=stored["direct"], response=response, columns=about["columns"], rays=stored["rays"],
             first=stored["first"], owner=stored["owner"], samples=about["samples"],
         ),
-        light=RecordedLight.of(stored["escapes"], about["recorded"]),
+        light=RecordedLight.of(stored["escapes"], stored["owners"], about["recorded"]),
         held_mm3=stored["held"],
         image=stored["image"],
     )  # fmt: skip

@@ -15,14 +15,14 @@ from magicsim.light.transport.camera_pass import gather_radiance
 from magicsim.light.transport.integrator_settings import read_medium, read_triple
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
-from magicsim.light.transport.light_starts import LightStarts, Sent, chunks
+from magicsim.light.transport.light_starts import ROOM_PART, ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.object_light import object_rays
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import CameraStarts, PathStarts
 from magicsim.light.transport.recorded_light import LightRecord
 from magicsim.light.transport.voxels import BodyPart, Voxels
 from magicsim.light.world.finish import Finish
-from magicsim.light.world.inventory import Inventory, emitter_of, light_names, room_of
+from magicsim.light.world.inventory import Inventory, beams_of, emitter_of, light_names
 from magicsim.light.world.medium import Media
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.light.world.outside import Outside
@@ -41,8 +41,8 @@ FLASHLIGHT_PART = 4
 """A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
 SEEDS_PER_RENDER = 64
 """Random streams that one seed owns: the camera's, one a light, the object's, and those of `untouched_passes`."""
-ON_OBJECT = SEEDS_PER_RENDER - 3
-"""Random stream of the rays from the object."""
+ON_OBJECT, ROOM_ON_OBJECT = SEEDS_PER_RENDER - 3, SEEDS_PER_RENDER - 4
+"""Random streams of the rays from the object, and of the room's beam around it."""
 RAYS_PER_PARTICLE = 0.5
 """Rays from the object for each particle of the light pass."""
 
@@ -113,13 +113,13 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         )
 
     def shares(self, scene: Any, outside: Outside | None = None) -> dict[str, int]:
-        """Particles of each light: all strips together get `particles`, the room as many, a flashlight alone fewer."""
+        """Particles of each light: all strips together get `particles`, the room and a flashlight alone fewer."""
         names = light_names(scene, outside)
         strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in names)
         each = max(1, self.particles // max(1, strips))
         alone = self.inventory.shapes(scene, outside).object is None
         part = FLASHLIGHT_PART if alone else 1
-        outer = {FLASHLIGHT: max(1, self.particles // part), ENVIRONMENT: self.particles}
+        outer = {FLASHLIGHT: max(1, self.particles // part), ENVIRONMENT: max(1, self.particles // ROOM_PART)}
         return {name: outer.get(name, each) for name in names}
 
     def light_fields(
@@ -142,12 +142,10 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             return dict.fromkeys(particles, dark)
         volumes = self.inventory.volumes_mm3(scene)
         sent = [
-            Sent(
-                emitter_of(scene, name, outside), 0, count, self.stream(scene, name, seed, outside),
-                name in self.inside, place, room_of(scene, name, outside),
-            )
+            each
             for place, (name, count) in enumerate(lit.items())
-        ]  # fmt: skip
+            for each in self.sent(scene, name, count, seed=seed, place=place, outside=outside)
+        ]
         tracks = sum_tracks(
             [
                 self.light_pass(scene, shapes, LightStarts.emitted(chunk), lights=len(lit), record=record)
@@ -165,6 +163,28 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             )
             for place, name in enumerate(lit)
         }
+
+    def sent(
+        self, scene: Any, name: str, count: int, *, seed: int, place: int = 0, outside: Outside | None = None
+    ) -> list[Sent]:
+        """What one light sends out: the room one beam, and a second one with fewer particles around an object.
+
+        Args:
+            scene: The loaded scene.
+            name: Of the light, one of `light_names(scene, outside)`.
+            count: Its particles; flux is in units of one over their number.
+            seed: Seed of the render.
+            place: Number of the light among all that are traced.
+            outside: What stands before the block in a scene of its own.
+        """
+        emitter, stream = emitter_of(scene, name, outside), self.stream(scene, name, seed, outside)
+        first = Sent(emitter, 0, count, stream, name in self.inside, place)
+        if name != ENVIRONMENT:
+            return [first]
+        beams = beams_of(scene, outside)
+        fewer = max(1, round(ROUND_OBJECT * count))
+        around = first._replace(particles=fewer, seed=SEEDS_PER_RENDER * seed + ROOM_ON_OBJECT, weight=count / fewer)
+        return [each._replace(beam=beam) for each, beam in zip((first, around), beams, strict=False)]
 
     def with_lit_object(
         self, scene: Any, field: LightField, *, particles: int, seed: int, outside: Outside | None = None
@@ -231,9 +251,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             particles: Number of particles, traced at once.
             seed: Random stream.
         """
-        starts = LightStarts.emitted(
-            [Sent(emitter_of(scene, name), 0, particles, seed, name in self.inside, 0, room_of(scene, name))]
-        )
+        starts = LightStarts.emitted([each._replace(seed=seed) for each in self.sent(scene, name, particles, seed=0)])
         tracks = deposit_tracks(
             scene, starts, self.inventory.shapes(scene), self.media, self.voxels, lights=1,
             max_depth=self.light_depth(self.media), balance=True, record=None,

@@ -6,12 +6,16 @@ from typing import Any, NamedTuple, Self
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.sequence import sequence
-from magicsim.light.world.room_light import Room, room_particles
+from magicsim.light.world.room_light import Beam, room_particles
 
 CHUNK = 500_000
 """Particles traced at once: bounds the memory, does not change the result."""
 TURNS = 8
 """Particles that a lane traces one after the other: 8 to 32 take the same time, 1 a third more."""
+ROOM_PART = 4
+"""The room gets the strips' particles divided by this: it brings a fraction of their light."""
+ROUND_OBJECT = 0.5
+"""Particles of the room's beam around an object for each one of the beam through the opening."""
 
 
 class Sent(NamedTuple):
@@ -29,8 +33,10 @@ class Sent(NamedTuple):
     """Whether the light shines inside the body."""
     place: int
     """Number of the light among all that are traced."""
-    room: Room | None = None
-    """Where the light comes from all around, or None where it does not."""
+    beam: Beam | None = None
+    """Part of the light that comes from all around, or None where it does not."""
+    weight: float = 1.0
+    """Of each particle: that of a light's particles over those of this beam of it."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -87,11 +93,29 @@ class LightStarts:
             seed: Random stream.
         """
         size = dr.width(numbers)
-        place = dr.arange(mi.UInt64, size)
+        # Numbers of its own for each particle, whichever others meet something.
+        streams = mi.UInt64(numbers)
         starts = cls(
-            rays=rays, weights=weights, brightest=brightest, seeds=dr.opaque(mi.UInt64, seed) + place,
-            streams=mi.UInt64(numbers), places=dr.zeros(mi.UInt32, size), inside=dr.zeros(mi.Bool, size),
+            rays=rays, weights=weights, brightest=brightest, seeds=dr.opaque(mi.UInt64, seed) + streams,
+            streams=streams, places=dr.zeros(mi.UInt32, size), inside=dr.zeros(mi.Bool, size),
             count=dr.opaque(mi.UInt32, size), particles=size,
+        )  # fmt: skip
+        dr.eval(starts)
+        return starts
+
+    def some(self, kept: Any) -> Self:
+        """Some of these particles.
+
+        Args:
+            kept: Their places, mi.UInt32.
+        """
+        rays = self.rays
+        starts = type(self)(
+            rays=mi.Ray3f(dr.gather(mi.Point3f, rays.o, kept), dr.gather(mi.Vector3f, rays.d, kept)),
+            weights=dr.gather(mi.Color3f, self.weights, kept), brightest=dr.gather(mi.Float, self.brightest, kept),
+            seeds=dr.gather(mi.UInt64, self.seeds, kept), streams=dr.gather(mi.UInt64, self.streams, kept),
+            places=dr.gather(mi.UInt32, self.places, kept), inside=dr.gather(mi.Bool, self.inside, kept),
+            count=dr.opaque(mi.UInt32, len(kept)), particles=len(kept),
         )  # fmt: skip
         dr.eval(starts)
         return starts
@@ -111,8 +135,9 @@ def _begun(part: Sent) -> tuple[Any, ...]:
     # Opaque: the compiled kernel then serves any chunk.
     stream = number + dr.opaque(mi.UInt64, part.first)
     u = sequence(mi.UInt32(stream), shift)
-    if part.room is not None:
-        ray, weight = room_particles(part.emitter, part.room, u=u)
+    if part.beam is not None:
+        ray, weight = room_particles(part.emitter, part.beam, u=u)
+        weight *= dr.opaque(mi.Float, part.weight)
     else:
         places = mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3])
         ray, weight = part.emitter.sample_ray(mi.Float(0), mi.Float(0.5), *places)

@@ -24,6 +24,10 @@ NEAR_MM = 2.0
 """Distance from the block over which an object's surface gets half as many rays: light there varies less and less."""
 LEAST_FACING = 0.1
 """Share of its rays that a surface keeps which faces away from the block."""
+RAYS_PER_MM2 = 50.0
+"""Rays for each mm2 of a surface that faces the block at no distance: where there are fewer, they are doubled."""
+DOUBLINGS = 2
+"""How often, at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +47,7 @@ def object_rays(scene: Any, shapes: Shapes, count: int, *, seed: int) -> ObjectR
     Args:
         scene: The loaded scene.
         shapes: Its shapes by their role, an object among them.
-        count: Number of rays.
+        count: Number of rays; a large object gets twice or four times as many.
         seed: Random stream.
     """
     mesh = mesh_of(shapes.object)
@@ -54,6 +58,8 @@ def object_rays(scene: Any, shapes: Shapes, count: int, *, seed: int) -> ObjectR
     away_mm = np.maximum(-corners[:, :, 2].mean(1), 0)
     share = area * np.maximum((1 + normals[:, 2]) / 2, LEAST_FACING) / (1 + away_mm / NEAR_MM) ** 2
     ends = np.cumsum(share)
+    wanted = np.log2(max(1.0, RAYS_PER_MM2 * float(ends[-1]) / count))
+    count *= 2 ** min(DOUBLINGS, int(np.ceil(wanted)))
     start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed))
     shift = [start.next_uint32() for _ in range(4)]
     triangle = np.searchsorted(ends, (np.arange(count) + 0.5) / count * ends[-1])

@@ -41,11 +41,12 @@ class LightRecord:
             rays=dr.zeros(mi.Float, FLOATS * particles),
         )
 
-    def read(self) -> npt.NDArray[np.float32]:
-        """What left, in the order of the particles, shape (escapes, 12)."""
+    def read(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
+        """What left, in the order of the particles, shape (escapes, 12), and the number of each particle."""
         found = int(self.count[0])
-        order = np.argsort(np.array(self.numbers)[:found])
-        return np.array(self.rays).reshape(-1, FLOATS)[order]
+        numbers = np.array(self.numbers)[:found]
+        order = np.argsort(numbers)
+        return np.array(self.rays).reshape(-1, FLOATS)[order], numbers[order]
 
 
 def take_down(
@@ -82,17 +83,20 @@ class RecordedLight:
     rays: Any
     weights: Any
     brightest: Any
+    owners: npt.NDArray[np.uint32]
+    """Number of the particle of each."""
     particles: int
     """Sent out by each light."""
 
     @classmethod
-    def of(cls, escapes: npt.NDArray[np.float32], particles: int) -> Self:
+    def of(cls, escapes: npt.NDArray[np.float32], owners: npt.NDArray[np.uint32], particles: int) -> Self:
         """From what `LightRecord.read` gave of lights that sent out so many particles each."""
         column = [mi.Float(each) for each in columns(escapes)]
         return cls(
             rays=mi.Ray3f(mi.Point3f(*column[:3]), mi.Vector3f(*column[3:6])),
             weights=mi.Color3f(*column[6:9]),
             brightest=column[9],
+            owners=owners,
             particles=particles,
         )
 
@@ -101,12 +105,21 @@ class RecordedLight:
         column = [*self.rays.o, *self.rays.d, *self.weights, self.brightest]
         return np.stack([np.array(each) for each in column], 1)
 
-    def met(self, outside: Outside, *, seed: int) -> LightStarts | None:
-        """The particles that meet the object, None where none does."""
+    def met(self, outside: Outside, *, seed: int, gone: npt.NDArray[np.bool_] | None = None) -> LightStarts | None:
+        """The particles that meet the object, None where none does.
+
+        Args:
+            outside: What stands there.
+            seed: Random stream.
+            gone: Which particles never come so far, shape (particles,); all do by default.
+        """
         if not dr.width(self.brightest):  # the renderer ends the process where it is to trace no rays
             return None
         si = outside.scene.ray_intersect_preliminary(self.rays)
-        kept = dr.compress(si.is_valid() & (si.shape == mi.ShapePtr(outside.object)))
+        meets = si.is_valid() & (si.shape == mi.ShapePtr(outside.object))
+        if gone is not None:
+            meets &= ~mi.Bool(gone[self.owners])
+        kept = dr.compress(meets)
         if not len(kept):
             return None
         rays = mi.Ray3f(dr.gather(mi.Point3f, self.rays.o, kept), dr.gather(mi.Vector3f, self.rays.d, kept))

@@ -1,18 +1,20 @@
 """What both passes ask of a loaded scene: its shapes by their role, its lights, its cells, its object."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.backend import mi
 from magicsim.light.transport.coating import FaceCoating
 from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.grid_state import GridState, GridStates
-from magicsim.light.world.irradiance import IrradianceKernel, irradiance_kernel
+from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.light.world.outside import Outside
-from magicsim.light.world.room_light import Room
+from magicsim.light.world.room_light import Beam, room_beams
 from magicsim.light.world.shapes import Shapes, lights, mesh_of, shape_named, wetted
 
 FloatArray = npt.NDArray[np.float64]
@@ -28,7 +30,7 @@ class Inventory:
         self.triangles_per_cell = triangles_per_cell
         self._object_mesh: SurfaceMesh | None = None
         self._grids = GridStates(triangles_per_cell)
-        self._kernels: dict[bool, IrradianceKernel] = {}
+        self._kernels: dict[tuple[bool, int], IrradianceKernel] = {}
         self._block: dict[str, Any] = {}
         self._coating: FaceCoating | None = None
 
@@ -96,18 +98,27 @@ class Inventory:
     def gathered_irradiance(
         self, scene: Any, shapes: Shapes, flux: FloatArray, areas_mm2: FloatArray, otherwise: FloatArray
     ) -> FloatArray:
-        """Irradiance of the object's triangles from samples, see `IrradianceKernel.gathered`."""
-        return self._kernel(shapes).gathered(flux, areas_mm2, wetted(scene, shapes), otherwise)
+        """Irradiance of the object's triangles from samples, see `IrradianceKernel.gathered` and `widened`."""
+        mesh, wet = mesh_of(shapes.object), wetted(scene, shapes)
+        away_mm = -mesh.vertices[mesh.faces, 2].mean(1)
+
+        @cache
+        def gathered(doublings: int) -> FloatArray:
+            return self._kernel(shapes, doublings).gathered(flux, areas_mm2, wet, otherwise)
+
+        return widened(gathered, away_mm)
 
     def _in_block(self, scene: Any, name: str) -> Any:
         return self._block[name] if self._block else shape_named(scene, name)
 
-    def _kernel(self, shapes: Shapes) -> IrradianceKernel:
+    def _kernel(self, shapes: Shapes, doublings: int = 0) -> IrradianceKernel:
         present = shapes.object is not None
-        if present not in self._kernels:  # The object is rigid, so once is enough.
+        key = (present, doublings)
+        if key not in self._kernels:  # The object is rigid, so once is enough.
             seen = mesh_of(shapes.object) if present else NOTHING
-            self._kernels[present] = irradiance_kernel((self._object_mesh if present else None) or seen)
-        return self._kernels[present]
+            mesh = (self._object_mesh if present else None) or seen
+            self._kernels[key] = irradiance_kernel(mesh, SMOOTHING_MM * 2**doublings)
+        return self._kernels[key]
 
 
 def light_names(scene: Any, outside: Outside | None = None) -> list[str]:
@@ -122,9 +133,17 @@ def emitter_of(scene: Any, name: str, outside: Outside | None = None) -> Any:
     return scene.environment() if name == ENVIRONMENT else shape_named(scene, name).emitter()
 
 
-def room_of(scene: Any, name: str, outside: Outside | None = None) -> Room | None:
-    """What the room shines on, for the room's light; None for others."""
-    if name != ENVIRONMENT:
-        return None
-    beyond = outside.scene.bbox() if outside is not None else None
-    return Room.around(scene.bbox(), beyond)
+def beams_of(scene: Any, outside: Outside | None = None) -> list[Beam]:
+    """The beams in which light of the room comes, see `room_beams`."""
+    moving = {OBJECT, GHOST, FLASHLIGHT}
+    boxes = {shape.id(): shape.bbox() for shape in scene.shapes()}
+    sensor = mi.ScalarBoundingBox3f()
+    for name, box in boxes.items():
+        if name not in moving:
+            sensor.expand(box)
+    target = outside.object.bbox() if outside is not None and outside.object is not None else boxes.get(OBJECT)
+    others = [box for name, box in boxes.items() if name in moving]
+    if outside is not None:
+        others.append(outside.scene.bbox())
+    block = boxes.get(PLACE, boxes.get(BODY))
+    return room_beams(sensor, block, boxes.get(HOUSING), target, others)

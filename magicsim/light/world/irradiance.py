@@ -4,6 +4,7 @@ A diffuse surface sends out reflectance * irradiance / pi in every direction. Tr
 finds the LEDs only by rare chance, which shows as single glaring pixels.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,13 +18,18 @@ Array = npt.NDArray[np.float64]
 SMOOTHING_MM = 0.7
 """Standard deviation of the kernel that spreads deposits over neighbouring triangles [mm]: irradiance under a
 scattering block varies over the height of the block, and a narrower kernel is noisier."""
+WIDE_FROM_MM, WIDENING_MM = 1.5, 4.0
+"""Distances from the block from which the kernel widens, and over which it becomes as wide again [mm]: light of a face
+varies over lengths like the distance from it, of which the kernel then has less than a quarter."""
+DOUBLINGS = 4
+"""How often a kernel is made twice as wide at most."""
 REACH = 2.0
 """Kernel radius in standard deviations."""
 FACING = 0.5
 """Smallest cosine between the normals of two triangles that share light: none leaks around an edge."""
-PATCH_MM = 0.35
-"""Edge of the voxels in which triangles that face alike are taken together [mm]: half the kernel's standard deviation,
-which it widens by 1 %."""
+PATCH = 0.5
+"""Edge of the voxels in which triangles that face alike are taken together, in standard deviations of the kernel, which
+it widens by 1 %."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,27 +72,50 @@ class IrradianceKernel:
         return result
 
 
-def irradiance_kernel(mesh: SurfaceMesh) -> IrradianceKernel:
-    """Gaussian kernel between the triangles of a rigid mesh and its patches, where they lie close and face alike."""
+def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
+    """Irradiance that is smoothed the more the further a triangle is from the block, shape (triangles, channels).
+
+    Args:
+        gathered: Irradiance by the kernel that is doubled in width so often, shape (triangles, channels).
+        away_mm: Distance of each triangle from the block, shape (triangles,) [mm].
+    """
+    doublings = np.log2(1 + np.maximum(away_mm - WIDE_FROM_MM, 0) / WIDENING_MM).clip(max=DOUBLINGS)
+    lower = np.minimum(doublings.astype(int), DOUBLINGS - 1)
+    part = (doublings - lower)[:, None]
+    result = np.zeros_like(gathered(0))
+    for level in range(DOUBLINGS + 1):
+        share = np.where(lower[:, None] == level, 1 - part, np.where(lower[:, None] == level - 1, part, 0))
+        if share.any():
+            result += share * gathered(level)
+    return result
+
+
+def irradiance_kernel(mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM) -> IrradianceKernel:
+    """Gaussian kernel between the triangles of a rigid mesh and its patches, where they lie close and face alike.
+
+    Args:
+        mesh: The rigid mesh.
+        width_mm: Standard deviation of the kernel [mm].
+    """
     corners = mesh.vertices[mesh.faces]
     centres = corners.mean(1)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double_area = np.linalg.norm(cross, axis=1)
-    patches = _patches(centres, cross)
+    patches = _patches(centres, cross, PATCH * width_mm)
     directions = _unit(patches @ cross)
     shares = patches @ np.maximum(double_area, 1e-30)
     places = (patches @ (centres * np.maximum(double_area, 1e-30)[:, None])) / shares[:, None]
-    near = cKDTree(centres).sparse_distance_matrix(cKDTree(places), REACH * SMOOTHING_MM, output_type="coo_matrix")
+    near = cKDTree(centres).sparse_distance_matrix(cKDTree(places), REACH * width_mm, output_type="coo_matrix")
     facing = np.einsum("ij,ij->i", _unit(cross)[near.row], directions[near.col]) > FACING
-    values = np.exp(-(near.data**2) / (2 * SMOOTHING_MM**2)) * facing
+    values = np.exp(-(near.data**2) / (2 * width_mm**2)) * facing
     # Every triangle is part of its own patch, also where that lies out of reach.
     weights = sp.csr_matrix((values, (near.row, near.col)), shape=near.shape) + 1e-9 * patches.T.tocsr()
     return IrradianceKernel(patches=patches, weights=sp.csr_matrix(weights), areas_mm2=double_area / 2)
 
 
-def _patches(centres: Array, normals: Array) -> sp.csr_matrix:
+def _patches(centres: Array, normals: Array, edge_mm: float) -> sp.csr_matrix:
     """Triangles of one voxel whose normals have the same main direction."""
-    voxels = np.floor(centres / PATCH_MM).astype(np.int64)
+    voxels = np.floor(centres / edge_mm).astype(np.int64)
     main = np.abs(normals).argmax(1)
     side = np.take_along_axis(normals, main[:, None], 1) > 0
     _, patch = np.unique(np.hstack([voxels, main[:, None], side]), axis=0, return_inverse=True)

@@ -1,8 +1,13 @@
-"""Particles that the room sends: directions by how bright it is there, places on a disk that the scene fits behind.
+"""Particles that the room sends: directions by how bright it is there, places where they can meet what is in the room.
 
-Directions are drawn from cells of equal solid angle in proportion to the room's brightness, a share `EVEN` of them
-alike in all, so that nothing between two cells gets too much weight. The particles of Mitsuba's own `envmap` (3.9.1)
-did not give the means of its path tracer.
+A sensor stands in a black housing that is open below: light of the room enters through that opening, or it meets an
+object first. So there are two beams, which share no line: one through the opening, which is the same whatever stands
+before it, and one around the object that leaves out what the first one has (`Beam.leaves_out`). A block without a
+housing is in a beam as wide as the sphere around it.
+
+Directions are drawn from cells of equal solid angle in proportion to the flux through the beam, a share `EVEN` of them
+as from an even room, so that nothing between two cells gets too much weight. The particles of Mitsuba's own `envmap`
+(3.9.1) did not give the means of its path tracer.
 """
 
 from typing import Any, NamedTuple, Self
@@ -17,76 +22,137 @@ Array = npt.NDArray[np.float64]
 RINGS, SECTORS = 64, 128
 """Cells of equal solid angle: heights of a unit sphere, and turns around the sensor's axis."""
 BEYOND = 2.0
-"""How far an object counts as lit, in radii of the scene's sphere."""
+"""How far an object counts as lit, in radii of the first beam."""
 EVEN = 0.2
-"""Share of the particles that are spread evenly."""
+"""Share of the particles that are spread as an even room would."""
+ON_BLOCK = 0.85
+"""Share of the particles that enter the opening right below the block."""
 
 
-class Room(NamedTuple):
-    """What the room shines on."""
+class Beam(NamedTuple):
+    """All lines through a disk: one that lies in the sensor's plane, or one across each direction."""
 
     centre: Any
-    """Centre of a sphere around it [mm]."""
+    """Of the disk [mm]."""
     radius_mm: float
     away_mm: float
     """Distance from there at which nothing is in the way any more."""
+    block_mm: tuple[float, float] | None = None
+    """Half of the block's footprint, of a disk that is the opening of a housing and lets in what goes up; None where
+    the disk lies across each direction."""
+    leaves_out: "Beam | None" = None
+    """What another beam sends already."""
 
     @classmethod
-    def around(cls, box: Any, beyond: Any | None) -> Self:
-        """Around a scene.
+    def into(cls, housing: Any, block: Any) -> Self:
+        """Into a housing that is open below; boxes of both."""
+        low, high = np.array(housing.min), np.array(housing.max)
+        centre = [*(low[:2] + high[:2]) / 2, low[2]]
+        half = np.maximum(np.abs(np.array(block.min)), np.abs(np.array(block.max)))[:2]
+        return cls(mi.ScalarPoint3f(*centre), float(high[0] - low[0]) / 2, 0.0, (float(half[0]), float(half[1])))
+
+    @classmethod
+    def around(cls, box: Any) -> Self:
+        """Around something, from all sides."""
+        sphere = box.bounding_sphere()
+        return cls(sphere.center, float(sphere.radius), 0.0)
+
+    def onto(self, target: Any) -> "Beam | None":
+        """Onto what stands in the room, without what this beam sends; None where that is too far off to matter.
 
         Args:
-            box: Of the scene.
-            beyond: Of what stands outside, or None; what of it is further than `BEYOND` says only hides the room.
+            target: Its box; what is further away than `BEYOND` says only hides the room.
         """
-        sphere = box.bounding_sphere()
-        away = float(sphere.radius)
-        if beyond is not None and beyond.valid():
-            far = beyond.bounding_sphere()
-            away = max(away, float(dr.norm(far.center - sphere.center)) + float(far.radius))
-            near, reach = mi.ScalarBoundingBox3f(beyond), BEYOND * float(sphere.radius)
-            near.clip(mi.ScalarBoundingBox3f(sphere.center - reach, sphere.center + reach))
-            if near.valid():
-                whole = mi.ScalarBoundingBox3f(box)
-                whole.expand(near)
-                sphere = whole.bounding_sphere()
-        return cls(sphere.center, float(sphere.radius), max(away, float(sphere.radius)))
+        near, reach = mi.ScalarBoundingBox3f(target), BEYOND * self.radius_mm
+        near.clip(mi.ScalarBoundingBox3f(self.centre - reach, self.centre + reach))
+        if not near.valid():
+            return None
+        sphere = near.bounding_sphere()
+        return Beam(sphere.center, float(sphere.radius), 2 * self.away_mm, None, self)
+
+    def has(self, ray: Any) -> Any:
+        """Which lines are among this beam's, mi.Bool."""
+        centre = mi.Point3f(self.centre)
+        if self.block_mm is None:
+            return dr.squared_norm(dr.cross(ray.o - centre, ray.d)) <= self.radius_mm**2
+        across = ray((centre.z - ray.o.z) / ray.d.z)
+        return (ray.d.z > 0) & (dr.squared_norm(across - centre) <= self.radius_mm**2)
 
 
-def room_particles(environment: Any, room: Room, *, u: list[Any]) -> tuple[Any, Any]:
+def room_beams(sensor: Any, block: Any, housing: Any | None, target: Any | None, others: list[Any]) -> list[Beam]:
+    """The beams that together hold every line along which the room's light gets somewhere, no line in two of them.
+
+    Args:
+        sensor: Box of all that stays where it is.
+        block: Box of the block.
+        housing: That of the housing, or None where it stands free.
+        target: That of the object, or None without one.
+        others: Boxes of what may stand in the way beside that.
+    """
+    first = Beam.into(housing, block) if housing is not None else Beam.around(sensor)
+    boxes = [sensor, *([target] if target is not None else []), *others]
+    spheres = [box.bounding_sphere() for box in boxes if box.valid()]
+    needed = max(float(dr.norm(each.center - first.centre)) + float(each.radius) for each in spheres)
+    # In steps, so that an object on its way does not change how places are rounded.
+    away_mm = 2.0 ** np.ceil(np.log2(needed))
+    first = first._replace(away_mm=away_mm)
+    second = first.onto(target) if target is not None else None
+    return [first] if second is None else [first, second]
+
+
+def room_particles(environment: Any, beam: Beam, *, u: list[Any]) -> tuple[Any, Any]:
     """First rays of particles, and their weights.
 
     Args:
         environment: The emitter.
-        room: What it shines on.
+        beam: Where they go.
         u: Four numbers in [0, 1) for each, mi.Float.
     """
-    shares = mi.Float(aligned(_shares(environment), np.float32))
+    shares = mi.Float(aligned(_shares(environment, beam), np.float32))
     cell, ring_part = mi.DiscreteDistribution(shares).sample_reuse(u[0])
     height = 2 * (mi.Float(cell // SECTORS) + ring_part) / RINGS - 1
     turn = dr.two_pi * (mi.Float(cell % SECTORS) + u[1]) / SECTORS
     sine = dr.safe_sqrt(1 - dr.square(height))
     way = mi.Vector3f(-sine * dr.cos(turn), -sine * dr.sin(turn), -height)
     chance = dr.gather(mi.Float, shares, cell) * (RINGS * SECTORS / (4 * dr.pi))
-    offset = mi.Frame3f(way).to_world(
-        mi.Vector3f(*mi.warp.square_to_uniform_disk_concentric(mi.Point2f(u[2], u[3])), 0)
-    )
-    radius, away = (dr.opaque(mi.Float, each) for each in (room.radius_mm, room.away_mm))
-    ray = mi.Ray3f(mi.Point3f(room.centre) + radius * offset - away * way, way)
-    return ray, _radiance(environment, way) * (dr.pi * dr.square(radius)) / chance
+    place, area = _places(beam, way, u[2], u[3])
+    away = dr.opaque(mi.Float, beam.away_mm)
+    ray = mi.Ray3f(mi.Point3f(beam.centre) + place - away * way, way)
+    weight = _radiance(environment, way) * area / chance
+    if beam.leaves_out is not None:
+        weight[beam.leaves_out.has(ray)] = 0
+    return ray, weight
 
 
-def _shares(environment: Any) -> Array:
+def _places(beam: Beam, way: Any, right: Any, up: Any) -> tuple[Any, Any]:
+    """Places on the disk, from its centre, and the area across the way that each stands for [mm2]."""
+    radius = dr.opaque(mi.Float, beam.radius_mm)
+    if beam.block_mm is None:
+        disk = mi.warp.square_to_uniform_disk_concentric(mi.Point2f(right, up))
+        return radius * mi.Frame3f(way).to_world(mi.Vector3f(*disk, 0)), dr.pi * dr.square(radius)
+    half = [dr.opaque(mi.Float, each) for each in beam.block_mm]
+    below = right < ON_BLOCK
+    beside = radius * mi.warp.square_to_uniform_disk_concentric(mi.Point2f((right - ON_BLOCK) / (1 - ON_BLOCK), up))
+    x = dr.select(below, half[0] * (2 * right / ON_BLOCK - 1), beside.x)
+    y = dr.select(below, half[1] * (2 * up - 1), beside.y)
+    is_beside = (dr.abs(x) > half[0]) | (dr.abs(y) > half[1])
+    around = dr.select(is_beside, dr.pi * dr.square(radius) / (1 - ON_BLOCK), 0)
+    area = dr.select(below, 4 * half[0] * half[1] / ON_BLOCK, around)
+    return mi.Vector3f(x, y, 0), area * dr.maximum(way.z, 0)
+
+
+def _shares(environment: Any, beam: Beam) -> Array:
     """Shares of the particles for each cell, ring after ring from below, shape (RINGS * SECTORS,)."""
     ring, sector = np.divmod(np.arange(RINGS * SECTORS), SECTORS)
     height, turn = 2 * (ring + 0.5) / RINGS - 1, 2 * np.pi * (sector + 0.5) / SECTORS
     sine = np.sqrt(1 - height**2)
     towards = np.stack([sine * np.cos(turn), sine * np.sin(turn), height])
-    bright = np.broadcast_to(
+    across = np.ones(len(height)) if beam.block_mm is None else np.maximum(-height, 0)
+    bright = across * np.broadcast_to(
         np.array(_radiance(environment, -mi.Vector3f(*(aligned(each, np.float32) for each in towards)))).sum(0),
         height.shape,
     )
-    even = np.full(len(height), 1 / len(height))
+    even = across / across.sum()
     return np.asarray(EVEN * even + (1 - EVEN) * bright / bright.sum() if bright.sum() > 0 else even)
 
 

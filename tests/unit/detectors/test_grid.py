@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.detectors.grid import blur, grid_mask
+from magicsim.detectors.grid import blur, grid_mask, levelled
 
 LEVELS = np.array([0, 35, 36, 255], dtype=np.uint8).reshape(1, 4, 1).repeat(3, axis=2)
 
@@ -23,3 +23,32 @@ def test_blur_keeps_channels_apart_and_spreads_a_point():
     assert blurred[..., [0, 2]].max() == 0
     assert 0 < blurred[4, 5, 1] < blurred[4, 4, 1] < 255
     assert blurred[4, 7, 1] == 0
+
+
+def stripes(bright=120, dark=60):
+    """Rows of two levels, three of each after the other, under light that falls off to the right."""
+    rows = np.where(np.arange(60) // 3 % 2 == 0, bright, dark)[:, None] * np.linspace(1, 0.5, 80)
+    return np.repeat(rows[:, :, None], 3, 2).astype(np.uint8)
+
+
+def test_levelled_stripes_are_what_they_are_wherever_the_light_is_weak():
+    mask = grid_mask(levelled(stripes(), 6), tau_b=100, polarity="bright")
+    assert (mask == mask[:, :1]).all()
+    assert (mask[10:50, 0, 0] > 0).mean() == 0.5
+    plain = grid_mask(stripes(), tau_b=70, polarity="bright")
+    assert not (plain == plain[:, :1]).all()
+
+
+def test_levels_do_not_change_with_the_brightness_of_all():
+    bright, dim = (levelled(stripes(2 * level, level), 6).astype(int) for level in (100, 50))
+    assert np.abs(bright - dim).max() <= 3  # a level of 25 is rounded to 2 %
+
+
+@pytest.mark.parametrize(("level", "expected"), [(0, 0), (1, 100), (200, 100)])
+def test_an_even_image_is_as_bright_as_its_surroundings(level, expected):
+    assert (levelled(np.full((20, 20, 3), level, np.uint8), 4) == expected).all()
+
+
+def test_without_surroundings_an_image_stays():
+    image = stripes()
+    assert levelled(image, 0) is image

@@ -36,7 +36,7 @@ def test_left_out_keys_keep_their_defaults(tmp_path):
 @pytest.mark.parametrize(
     ("text", "named"),
     [
-        ("tau_ee = 1.0", ["'tau_ee'", "did you mean 'tau_e'", "reference_count"]),
+        ("tau_ee = 1.0", ["'tau_ee'", "did you mean 'tau_e'", "transport_frames"]),
         ("tau_g = nan", ["tau_g = nan", "0..1"]),
         ("tau_g = '0.5'", ["tau_g = '0.5'", "0..1"]),
         ("tau_b = 300", ["tau_b = 300", "0..254"]),

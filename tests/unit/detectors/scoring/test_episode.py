@@ -20,7 +20,7 @@ def test_features_equal_those_of_detection_on_scored_frames(profile, references)
     entropy, correlation = measure_brightening([episode], profile, 0)
     assert entropy.tolist() == [each.entropy for each in verdicts]
     assert correlation.tolist() == [each.correlation for each in verdicts]
-    option = (profile.tau_b, "dark", 0)
+    option = (profile.tau_b, "dark", 0, 0)
     found = measure_similarity([episode], profile, [option], ["recall"])
     assert found[option, "recall"].tolist() == [each.similarity for each in verdicts]
     assert scored_classes([episode, episode]) == [FrameClass.CLEAR, FrameClass.LIGHT, FrameClass.CONTACT] * 2
@@ -29,9 +29,9 @@ def test_features_equal_those_of_detection_on_scored_frames(profile, references)
 def test_option_that_shows_no_grid_in_any_episode_has_no_feature(profile):
     bright = [np.full_like(grid_frame(), 90)] * 6
     episodes = [make_episode(), make_episode(references=bright)]
-    found = measure_similarity(episodes, profile, [(35, "dark", 0), (35, "bright", 0)], ["iou"])
-    assert found[(35, "dark", 0), "iou"] is None
-    assert len(found[(35, "bright", 0), "iou"]) == 6
+    found = measure_similarity(episodes, profile, [(35, "dark", 0, 0), (35, "bright", 0, 0)], ["iou"])
+    assert found[(35, "dark", 0, 0), "iou"] is None
+    assert len(found[(35, "bright", 0, 0), "iou"]) == 6
 
 
 def test_as_many_classes_as_frames_are_needed():

@@ -52,7 +52,7 @@ def recorded_light(scene, particles):
     from magicsim.light.records.untouched_passes import untouched
 
     shares = dict.fromkeys(lights(scene), particles)
-    return untouched(scene, shares, seed=SEED, samples=1, recorded=particles, regions=None).light
+    return untouched(scene, shares, seed=SEED, samples=1, recorded=particles, with_room=False, regions=None).light
 
 
 def gathered(scene, field):

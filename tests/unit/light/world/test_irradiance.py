@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 
 from magicsim.geometry.mesh import from_manifold
-from magicsim.light.world.irradiance import SMOOTHING_MM, irradiance_kernel
+from magicsim.light.world.irradiance import (
+    DOUBLINGS,
+    SMOOTHING_MM,
+    WIDE_FROM_MM,
+    WIDENING_MM,
+    irradiance_kernel,
+    widened,
+)
 
 
 def areas_mm2(mesh):
@@ -57,3 +64,28 @@ def test_light_does_not_leak_across_the_rim_of_a_contact(box):
     deposits = np.where(wetted, 3.0, 1.0) * areas_mm2(box)
     found = irradiance_kernel(box).irradiance(deposits[:, None], wetted)[:, 0]
     np.testing.assert_allclose(found, np.where(wetted, 3.0, 1.0), rtol=1e-9)
+
+
+def test_a_kernel_twice_as_wide_spreads_twice_as_far():
+    plate = from_manifold(manifold3d.Manifold.cube((20, 20, 1), True).refine_to_length(0.4))
+    centres, area = plate.vertices[plate.faces].mean(1), areas_mm2(plate)
+    on_top = centres[:, 2] > 0.499
+    middle = np.flatnonzero(on_top)[np.linalg.norm(centres[on_top, :2], axis=1).argmin()]
+    deposits = np.zeros((len(area), 1))
+    deposits[middle] = 1.0
+    flux = irradiance_kernel(plate, 2 * SMOOTHING_MM).irradiance(deposits, nothing(plate))[:, 0] * area
+    spread = np.sqrt((flux * (centres[:, 0] - centres[middle, 0]) ** 2).sum() / flux.sum())
+    assert spread == pytest.approx(2 * 0.83 * SMOOTHING_MM, rel=0.05)
+
+
+def test_surfaces_further_off_are_smoothed_more():
+    """Between two kernels the irradiance is a mean of what both give; far away the widest serves."""
+    asked = []
+
+    def gathered(level):
+        asked.append(level)
+        return np.full((4, 1), float(level))
+
+    found = widened(gathered, np.array([-1.0, WIDE_FROM_MM, WIDE_FROM_MM + WIDENING_MM * (2**1.5 - 1), 1e6]))
+    np.testing.assert_allclose(found[:, 0], [0, 0, 1.5, DOUBLINGS], atol=1e-12)
+    assert set(asked) == {0, 1, 2, DOUBLINGS}
