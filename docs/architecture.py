@@ -17,7 +17,7 @@ MAKES = {
     "simulation": "labelled frames", "workers": "many processes", "judge": "scored verdicts",
     "report": "pages", "fit": "fitted constants", "dataset": "shards", "robot": "live sensors",
     "evaluation": "detectors compared", "sweep": "designs compared", "bench": "error against time",
-    "learn": "models that read", "study": "experiments",
+    "learn": "models that read", "study": "experiments", "task": "closed loops",
     "live": "a window",
     "cli": "one function a command",
 }  # fmt: skip

@@ -27,6 +27,7 @@ OPTIONAL = (
     ("video", "av", "no H.264 camera (rig.camera.compression)", "video"),
     ("robot", "gymnasium", "no Gymnasium environment; LiveSensor and DigitCamera remain", "robot"),
     ("mujoco", "mujoco", "no sensors on a MuJoCo model (magicsim.robot.mujoco)", "mujoco"),
+    ("task", "skimage", "no magicsim task assembly (SSIM)", "task"),
     ("live", "viser", "no live window (magicsim live)", "live"),
     ("search", "optuna", 'no sweeps with sampling = "search"', "search"),
     (
@@ -44,7 +45,8 @@ OPTIONAL = (
 )
 """Name, module, cost of its absence, and the extra that brings it or for which machines there is one."""
 EXTRAS = frozenset(
-    {"video", "robot", "mujoco", "live", "search", "learn", "hf", "hdf5", "zarr", "webdataset", "mcap", "cluster"}
+    {"video", "robot", "mujoco", "task", "live", "search", "learn", "hf", "hdf5", "zarr", "webdataset", "mcap"}
+    | {"cluster"}
 )
 
 

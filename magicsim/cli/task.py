@@ -1,10 +1,11 @@
-"""The commands that play a task of the gripper in closed loop: `task grasp`."""
+"""The commands that play a task of the gripper: `task grasp` and `task assembly`."""
 
+import sys
 from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, app, print_result
+from magicsim.cli.app import Json, Out, Seed, Settings, Threads, app, fields_of, limit_threads, print_result
 from magicsim.errors import ConfigError
 
 task_app = App(name="task", help="Play a task with two sensors on a gripper.")
@@ -44,3 +45,24 @@ def grasp(
     with show_progress("task grasp") as progress:
         summary = run_grasps(config, out, episodes=episodes, resume=resume, with_film=film, progress=progress)
     print_result(summary.as_dict(), as_json=json)
+
+
+@task_app.command
+def assembly(
+    scene: str = "assembly", *, out: Out,
+    trials: Annotated[int, Parameter(help="How many; a third each beside the axis, at an angle, aligned.")] = 16,
+    quality: Annotated[str, Parameter(help="control, or full: slower and finer.")] = "control",
+    settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Plug a held plug into a base in six stages, and tell who notices that the base is misaligned."""
+    from magicsim.scenes.scene import load_scene
+
+    loaded = load_scene(scene, settings or [], seed=seed)
+    limit_threads(threads)
+    from magicsim.robot.assembly.run import run_assembly
+
+    def told(line: str) -> None:
+        sys.stderr.write(f"magicsim: {line}\n")
+
+    summary = run_assembly(loaded, out, trials=trials, seed=loaded.seed, quality=quality, told=told)
+    print_result(fields_of(summary), as_json=json)

@@ -23,10 +23,15 @@ def constant_answers(train: Samples, count: int) -> Numbers:
 
 
 def neighbour_answers(train: Samples, test: Samples, kind: str) -> Numbers:
-    """Labels of the training frame whose coarse input is nearest, shape (test frames, labels)."""
+    """Labels of the nearest training frame, by coarse inputs, of those that have each label; shape (frames, labels)."""
     known, asked = _coarse(train.inputs(kind)), _coarse(test.inputs(kind))
     squared = (asked**2).sum(1)[:, None] - 2 * asked @ known.T + (known**2).sum(1)[None]
-    return np.asarray(train.targets[squared.argmin(1)])
+    answers = np.full((len(test), len(train.labels)), np.nan)
+    for place in range(len(train.labels)):
+        there = np.flatnonzero(np.isfinite(train.targets[:, place]))
+        if len(there):
+            answers[:, place] = train.targets[there[squared[:, there].argmin(1)], place]
+    return answers
 
 
 def linear_answers(train: Samples, test: Samples) -> Numbers:

@@ -70,7 +70,7 @@ class FitTask:
     start: bytes | None = None
     """Model file to begin with, instead of random weights."""
     seconds: float = 60.0
-    """Time after which the stretch ends with its pass [s]."""
+    """Processor time after which the stretch ends with its pass [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

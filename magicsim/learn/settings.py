@@ -13,7 +13,7 @@ class LearningSettings(Config):
     """Training of one or more networks on the same data."""
 
     networks: Annotated[tuple[Network, ...], Field(min_length=1)] = ("small",)
-    """The first one gives the results; others are trained on all frames once more, to compare."""
+    """The first one gives the results; others are trained for the first fold, to compare."""
     long_side_px: Annotated[int, Field(ge=0, le=4096)] = 80
     """Frames are reduced so that their longer side has so many pixels; 0 keeps the full size."""
     input: Literal["difference", "frame"] = "difference"

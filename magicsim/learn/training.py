@@ -58,12 +58,12 @@ def train(
         seed: Of weights and order.
         checkpoint: Where an earlier stretch ended.
         start: Weights to begin with instead of random ones: a model file's content.
-        seconds: Time after which the stretch ends with the pass that is under way [s].
+        seconds: Processor time after which the stretch ends with the pass that is under way [s].
 
     Returns:
         On a CPU the same model, bit for bit, in however many stretches it is trained.
     """
-    begun = time.monotonic()
+    begun = time.process_time()
     device = chosen_device(settings.device)
     torch.use_deterministic_algorithms(True, warn_only=device.type != "cpu")  # not every sum has one on a GPU
     torch.set_num_threads(1)
@@ -105,7 +105,7 @@ def train(
             best = copy.deepcopy(network.state_dict())
         else:
             state["stale"] += 1
-        if time.monotonic() - begun > seconds and state["epoch"] < settings.epochs:
+        if time.process_time() - begun > seconds and state["epoch"] < settings.epochs:
             buffer = io.BytesIO()
             torch.save(
                 {"network": network.state_dict(), "optimizer": optimizer.state_dict(), "best": best, "state": state},

@@ -7,9 +7,9 @@ from pydantic import TypeAdapter
 from magicsim.study.kinds import KINDS, settings_of
 from magicsim.study.study_file import QUICK
 
-BY_NAME = ("design", "rig", "recipe", "study")
+BY_NAME = ("design", "rig", "recipe", "study", "moulded_design")
 """Keys that may give the name of a file instead of its content."""
-FROM_ELSEWHERE = {"design", "rig"}
+FROM_ELSEWHERE = {"design", "rig", "moulded_design"}
 """Keys that a file need not have: `--design` or a default gives them."""
 
 

@@ -15,7 +15,7 @@ Draw = Callable[[str, Number], float]
 """Value of a named number."""
 Kind = Literal[
     "sphere", "cylinder", "punch", "box", "domed_cylinder", "cone", "dots", "lines", "spanner", "screwdriver",
-    "scissors", "banana", "mesh",
+    "scissors", "banana", "plug", "mesh",
 ]  # fmt: skip
 Weight = Annotated[float, Field(ge=1e-6, le=1e6)]
 MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".glb"})
@@ -59,6 +59,8 @@ class ObjectRecipe(Config):
     loop_length_mm: Number | None = None
     gap_mm: Number | None = None
     bend_radius_mm: Number | None = None
+    pin_radius_mm: Number | None = None
+    pin_length_mm: Number | None = None
     path: str | None = None
     """File of a `mesh`; a relative path starts beside the recipe, or in the current folder."""
     folder: str | None = None

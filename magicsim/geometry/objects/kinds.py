@@ -12,6 +12,7 @@ from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects.everyday import BananaObject, ScissorsObject, ScrewdriverObject, SpannerObject
 from magicsim.geometry.objects.mesh_object import MeshObject
 from magicsim.geometry.objects.plain import BoxObject, CylinderObject, PunchObject, SphereObject
+from magicsim.geometry.objects.plug import PlugObject
 from magicsim.geometry.objects.pointed import ConeObject, DomedCylinderObject
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.objects.textured import DotsObject, LinesObject
@@ -28,6 +29,7 @@ __all__ = [
     "MeshObject",
     "ObjectBase",
     "ObjectConfig",
+    "PlugObject",
     "PunchObject",
     "ScissorsObject",
     "ScrewdriverObject",
@@ -55,6 +57,7 @@ AnyObject = (
     | ScrewdriverObject
     | ScissorsObject
     | BananaObject
+    | PlugObject
     | MeshObject
 )
 ObjectConfig = Annotated[AnyObject, Field(discriminator="kind")]
@@ -71,6 +74,7 @@ OBJECT_KINDS: dict[str, type[ObjectBase]] = {
     "screwdriver": ScrewdriverObject,
     "scissors": ScissorsObject,
     "banana": BananaObject,
+    "plug": PlugObject,
     "mesh": MeshObject,
 }
 

@@ -153,6 +153,10 @@ class RoundedCylinder:
 
     def mesh(self) -> SurfaceMesh:
         """See `Shape.mesh`."""
+        return from_manifold(self.manifold().refine_to_length(TRIANGLE_MM))
+
+    def manifold(self) -> manifold3d.Manifold:
+        """The solid of revolution, its triangles as long as they come."""
         edge = self.edge_radius_mm
         angles = np.linspace(0, np.pi / 2, 9)
         upper = np.stack(
@@ -166,7 +170,7 @@ class RoundedCylinder:
         profile = np.concatenate([[[0.0, -self.length_mm / 2]], lower, upper, [[0.0, self.length_mm / 2]]])
         solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([profile]), SEGMENTS)
         turn = {"x": (0.0, 90.0, 0.0), "y": (-90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[self.axis]
-        return from_manifold(solid.rotate(turn).refine_to_length(TRIANGLE_MM))
+        return solid.rotate(turn)
 
     def _split(self, points: Array) -> tuple[Array, Array]:
         axis = "xyz".index(self.axis)

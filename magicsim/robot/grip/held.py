@@ -75,7 +75,8 @@ def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_
 
     low, high = _limits(pair, first, room)
     limits = Limits(tolerance_n=tolerance, most_mm=most_slide_mm, low=low / scale, high=high / scale)
-    stiffness = pair.stiffness(first, width_mm) * np.outer(scale, scale)
+    stiffness = pair.stiffness(first, width_mm) + load.stiffness(object_pose(pair.target, first))
+    stiffness *= np.outer(scale, scale)
     found = find_balance(unbalanced, stiffness, limits, keep=keep)
     settled = _inside(pair, _moved(first, found.place * scale))
     way = max(now - before for now, before in zip(pair.slid_mm, slid, strict=True))

@@ -66,3 +66,12 @@ class Load:
         weight = self.weight_n * down
         torque = np.cross(pose.rotation @ np.array(self.centre_mm), weight) + np.array(self.torque_nmm)
         return np.concatenate([weight + np.array(self.force_n), torque])
+
+    def stiffness(self, pose: Pose) -> Array:
+        """How that wrench falls with the object's motion, shape (6, 6) [N/mm, N, N mm]; this one's hardly does.
+
+        Args:
+            pose: The object's, in the gripper's frame.
+        """
+        del pose
+        return np.zeros((6, 6))

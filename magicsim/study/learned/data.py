@@ -1,12 +1,12 @@
 """Stages that every study that learns has: its data, the data that check what it rests on, and its models."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError
 from magicsim.learn.fitting import Fit, Read
 from magicsim.learn.settings import LearningSettings
+from magicsim.sampling.distribution import Distribution
 from magicsim.study.learned.settings import LearnedConfig
 from magicsim.study.stages.dataset_stage import DatasetStage
 from magicsim.study.stages.learning_stage import LearningStage
@@ -15,7 +15,7 @@ FRAMES = "frames"
 """Name of the stage of the data."""
 QUIET, FINE = "without-noise", "finer-rendering"
 """Names of the data that check what a result rests on."""
-NO_NOISE: dict[str, Any] = {"full_well_e": 1e9, "read_noise_e": 0.0}
+NO_NOISE = {"full_well_e": 1e9, "read_noise_e": 0.0}
 """Camera without shot noise and read noise: a well of 1e9 electrons has a relative shot noise of 3e-5."""
 FINER = 4
 """Factor on samples and particles of the finer rendering, with another seed of its noise."""
@@ -38,7 +38,10 @@ def data_stages(config: LearnedConfig, labels: dict[str, bool]) -> list[DatasetS
             "samples": FINER * render.samples, "particles": FINER * render.particles,
             "anchor_samples": 2 * render.anchor_samples, "anchor_seed": render.anchor_seed + 1,
         }  # fmt: skip
-        quiet = recipe.camera.model_dump(exclude_none=True) | NO_NOISE
+        quiet = recipe.camera.model_dump(exclude_none=True) | {
+            name: _fixed(value, drawn=isinstance(getattr(recipe.camera, name), Distribution))
+            for name, value in NO_NOISE.items()
+        }
         stages += [
             DatasetStage(name=QUIET, recipe=config.dataset_recipe(labels=large, episodes=count, camera=quiet)),
             DatasetStage(name=FINE, recipe=config.dataset_recipe(labels=large, episodes=count, render=finer)),
@@ -46,8 +49,13 @@ def data_stages(config: LearnedConfig, labels: dict[str, bool]) -> list[DatasetS
     return stages
 
 
+def _fixed(value: float, *, drawn: bool) -> float | dict[str, float]:
+    """A number in the place of a drawn one: still drawn, so that all others stay what they were."""
+    return {"low": value, "high": value} if drawn else value
+
+
 def planned_fits(settings: LearningSettings, *, units: int) -> tuple[Fit, ...]:
-    """The models: folds by press, shares of the data for the learning curve, other networks, folds by unit.
+    """The models: folds by press, shares of the data for the learning curve, other networks on a fold, folds by unit.
 
     Args:
         settings: How to learn.
@@ -56,16 +64,13 @@ def planned_fits(settings: LearningSettings, *, units: int) -> tuple[Fit, ...]:
     first, *others = settings.networks
     used = min(settings.folds, settings.folds_used)
 
-    def fits(name: str, network: str = first, share: float = 1.0) -> list[Fit]:
-        return [
-            Fit(name=f"{name}-{k}", network=network, fold=k, folds=settings.folds, share=share) for k in range(used)
-        ]
+    def fits(name: str, share: float = 1.0) -> list[Fit]:
+        return [Fit(name=f"{name}-{k}", network=first, fold=k, folds=settings.folds, share=share) for k in range(used)]
 
     found = fits("press")
     for share in sorted(settings.curve):
         found += fits(share_name(share), share=share)
-    for other in others:
-        found += fits(other, network=other)
+    found += [Fit(name=f"{other}-0", network=other, fold=0, folds=settings.folds) for other in others]
     folds = min(settings.folds, units)
     if folds > 1:
         found += [

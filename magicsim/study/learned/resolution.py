@@ -57,7 +57,7 @@ class ResolutionConfig(LearnedConfig):
     textures: Annotated[tuple[Texture, ...], Field(min_length=1)] = ("dots", "lines")
     sizes_mm: Annotated[tuple[Annotated[float, Field(ge=0.1, le=3)], ...], Field(min_length=2)] = DEFAULT_SIZES
     """Sizes of the features [mm]."""
-    plate_mm: Annotated[float, Field(ge=2, le=100)] = 8.0
+    plate_mm: Annotated[float, Field(ge=2, le=100)] = 6.0
     """Side of the pressed plates [mm]."""
 
 

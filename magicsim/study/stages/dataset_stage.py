@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from magicsim.dataset.generate import Simulator, Standing, generate_dataset
-from magicsim.dataset.manifest import read_manifest
+from magicsim.dataset.manifest import FailedEpisode, Manifest, read_manifest
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.estimate import estimate
 from magicsim.dataset.recipes.recipe import Recipe
@@ -35,9 +35,15 @@ class DatasetStage:
         return estimate(self.recipe, draw_episodes(self.recipe), processes=processes).core_seconds
 
     def is_done(self, folder: Path) -> bool:
-        """Whether the dataset is whole and of this recipe."""
+        """Whether the dataset is whole and of this recipe; episodes without a valid answer do not count."""
         manifest = read_manifest(self.folder(folder))
-        return manifest is not None and manifest.is_complete and manifest.config_hash == self.recipe.config_hash()
+        return (
+            manifest is not None
+            and manifest.is_complete
+            and manifest.config_hash == self.recipe.config_hash()
+            and bool(manifest.shards)
+            and not _lost(manifest)
+        )
 
     def owns(self, name: str) -> bool:
         """Whether a file is in the dataset's folder, or its lock."""
@@ -49,7 +55,8 @@ class DatasetStage:
         """Simulates what is left.
 
         Raises:
-            OutputError: The folder holds a dataset of another recipe, or no episode has rows.
+            OutputError: The folder holds a dataset of another recipe, no episode has rows, or some failed for a reason
+                that may pass.
         """
         start = time.monotonic()
 
@@ -62,9 +69,19 @@ class DatasetStage:
             self.recipe, self.folder(workshop.folder), options=workshop.options, resume=True,
             simulator=self.simulator, progress=tell,
         )  # fmt: skip
-        if not found.samples:
-            msg = f"no episode of the dataset '{self.name}' has frames: see its errors.jsonl"
+        manifest = read_manifest(self.folder(workshop.folder))
+        lost = _lost(manifest) if manifest is not None else []
+        if lost:
+            msg = f"{len(lost)} episodes of '{self.name}' have no frames ({lost[0].message}); --resume tries them again"
             raise OutputError(msg)
+        if not found.samples:
+            msg = f"no episode of '{self.name}' has frames: see its errors.jsonl"
+            raise OutputError(msg)
+
+
+def _lost(manifest: Manifest) -> list[FailedEpisode]:
+    """Episodes that failed for a reason that may pass."""
+    return [each for each in manifest.failed if each.kind != "refused"]
 
 
 def dataset_folder(study: Path, name: str) -> Path:

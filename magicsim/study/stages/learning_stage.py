@@ -19,7 +19,7 @@ MODELS = "models"
 """Folder of what is learned, below the study's."""
 START_S = 6.0
 """Core seconds that a stretch needs to load PyTorch and the frames."""
-PIXEL_S = {"small": 6e-7, "resnet18": 6e-6}
+PIXEL_S = {"small": 2e-7, "resnet18": 5e-6}
 """Core seconds of a pixel of a training frame in a pass, by network; of one x86-64 core."""
 REDUCED = 4800
 """Pixels of a reduced frame, where they are not known."""
@@ -47,7 +47,7 @@ class LearningStage:
     start: tuple[str, str] | None = None
     """Stage and fit whose model every fit begins with, instead of random weights."""
     stretch_s: float = 60.0
-    """Time between two checkpoints of a model [s]."""
+    """Processor time between two checkpoints of a model [s]."""
 
     def core_seconds(self, processes: int) -> float:
         """Rough time on one core [s], if every model takes two thirds of its passes."""

@@ -17,7 +17,9 @@ def test_constant_is_the_median_and_the_more_frequent_value():
 def test_nearest_neighbour_of_a_known_frame_is_itself():
     samples = made_samples()
     found = neighbour_answers(samples, samples, "difference")
-    np.testing.assert_array_equal(found, samples.targets)
+    there = np.isfinite(samples.targets)
+    np.testing.assert_array_equal(found[there], samples.targets[there])
+    assert np.isfinite(found).all()
 
 
 def test_linear_fit_recovers_a_line_and_answers_flags_and_choices_by_their_values():

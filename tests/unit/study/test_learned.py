@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.errors import ConfigError, OutputError
 from magicsim.study.learned.alignment import axis_angle_deg
 from magicsim.study.learned.localisation import mask_features
@@ -148,6 +149,17 @@ def test_places_and_depths_fit_every_design():
         assert path.x_mm.high == pytest.approx(0.55 * width / 2)
         assert path.y_mm.high == pytest.approx(0.55 * length / 2)
         assert path.depth_mm.high == pytest.approx(min(2.0, 0.4 * config.design.height_mm))
+
+
+def test_checks_are_of_the_same_presses():
+    plain, quiet, fine = (stage.recipe for stage in load_study("localisation", quick=True).stages()[:3])
+    for number in range(3):
+        whole, *others = (draw_episodes(recipe)[number] for recipe in (plain, quiet, fine))
+        for other in others:
+            assert other.scene.keyframes == whole.scene.keyframes
+            assert other.scene.design == whole.scene.design
+        assert others[0].scene.rig.camera.read_noise_e == 0
+        assert others[1].scene.render.samples == 4 * whole.scene.render.samples
 
 
 def test_geometry_of_masks_angles_and_bins():

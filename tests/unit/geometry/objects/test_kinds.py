@@ -22,6 +22,7 @@ MINIMAL = {
     "screwdriver": "radius_mm=9",
     "scissors": "tube_radius_mm=3",
     "banana": "radius_mm=15",
+    "plug": "radius_mm=5",
     "mesh": "path=part.stl",
 }
 """What has to be given of each kind."""

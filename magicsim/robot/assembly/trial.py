@@ -1,0 +1,218 @@
+"""One trial: the gripper takes the plug, brings it to the base through the six stages, and frames are taken."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.errors import ConfigError
+from magicsim.geometry.objects.plug import PlugObject
+from magicsim.geometry.pose import Pose
+from magicsim.robot.assembly.jack import Jack, jack_pose
+from magicsim.robot.assembly.meeting import FORWARD, Contact, MetLoad
+from magicsim.robot.assembly.misaligned import Misalignment
+from magicsim.robot.assembly.stages import TIMELINE, Stage, Step
+from magicsim.robot.assembly.surface import plug_elements
+from magicsim.robot.fingers import ObjectPlace, object_pose
+from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.truth import GripMoment
+from magicsim.robot.gripper import Gripper
+
+Frame = npt.NDArray[np.uint8]
+Vector = tuple[float, ...]
+SQUEEZE_MM, OPEN_MM = 1.0, 12.0
+"""How much closer than touching the faces grip, and how far they open [mm]; assumed."""
+MASS_G = 8.0
+"""Of the plug; assumed."""
+PLACE = ObjectPlace(y_mm=6.0)
+"""Where the fingers take the handle: towards their tips, the pin beyond them."""
+MOST_SLIDE_MM = 6.0
+"""Way of the plug in the grip in one step beyond which it is lost [mm]; assumed."""
+LONGEST_STEP_MM = 0.5
+"""Longest way of the carriage between two equilibria while the pin may meet the base [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """What does not change from trial to trial."""
+
+    jack: Jack = field(default_factory=Jack)
+    contact: Contact = field(default_factory=Contact)
+    squeeze_mm: float = SQUEEZE_MM
+    """How much closer than touching the faces grip [mm]."""
+    place: ObjectPlace = PLACE
+    """Where the fingers take the handle."""
+    timeline: Sequence[Step] = TIMELINE
+    references: int = 30
+    """Frames of the untouched fingers, for the detectors."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """One step of a trial, labels and pictures."""
+
+    step: Step
+    outcome: Hold
+    base_force_n: Vector
+    """Of the base on the plug, in the gripper's frame [N]."""
+    base_torque_nmm: Vector
+    """About the plug's origin [N mm]."""
+    normal_n: float
+    """Mean normal force of both fingers [N]."""
+    place: ObjectPlace
+    """The plug in the gripper's frame."""
+    slid_mm: float
+    """How far it slid in the grip on the way to this step [mm]."""
+    images: tuple[Frame, Frame]
+    """Upper and lower finger's frame."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gripped:
+    """The plug in the grip, from which each trial begins."""
+
+    plug: PlugObject
+    setup: Setup
+    moment: GripMoment
+    load: MetLoad
+    """Its weight, no base yet."""
+    references: tuple[list[Frame], list[Frame]]
+    """Frames of the upper and of the lower finger with nothing between them."""
+
+
+def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) -> Gripped:
+    """Films the empty fingers, and grips the plug.
+
+    Args:
+        gripper: Two sensors with the plug as their object.
+        plug: The plug.
+        setup: Jack, contact and timeline.
+
+    Raises:
+        ConfigError: The plug does not fit, drops at once, or lies outside of a finger's workspace.
+        ConvergenceError: No valid equilibrium was found.
+    """
+    setup = setup or Setup()
+    gripper.reset()
+    references = _references(gripper, setup.references)
+    load = replace(
+        MetLoad.of_mass(MASS_G, down=(0.0, 1.0, 0.0)), elements=plug_elements(plug), jack=setup.jack,
+        contact=setup.contact,
+    )  # fmt: skip
+    gripper.close(gripper.touching_width_mm - setup.squeeze_mm, place=setup.place)
+    if gripper.hold(load=load) is Hold.DROPPED:
+        msg = f"squeeze_mm = {setup.squeeze_mm:g} is not allowed: a plug of {load.weight_n:.3g} N drops at once"
+        raise ConfigError(msg)
+    return Gripped(plug=plug, setup=setup, moment=gripper.now(), load=load, references=references)
+
+
+def play(
+    gripper: Gripper,
+    gripped: Gripped,
+    misalignment: Misalignment,
+    *,
+    tell: Callable[[Stage], None] | None = None,
+) -> tuple[Moment, ...]:
+    """Plays a trial from the gripped plug on; it ends early where the plug drops.
+
+    Args:
+        gripper: That which has gripped it.
+        gripped: From `take_plug`.
+        misalignment: Of the base.
+        tell: Told each step's stage as it begins.
+
+    Returns:
+        What was at the end of each step.
+
+    Raises:
+        ConfigError: The plug leaves a finger's workspace.
+        ConvergenceError: A place has no valid equilibrium.
+    """
+    gripper.go_back(gripped.moment)
+    plug, load = gripped.plug, gripped.load
+    moments: list[Moment] = []
+    axis = object_pose(plug, gripper.place)
+    depth: float | None = None
+    tip = plug.length_mm / 2 + plug.pin_length_mm
+    for step in gripped.setup.timeline:
+        if tell is not None:
+            tell(step.stage)
+        slid = 0.0
+        if step.stage is Stage.OPEN:
+            gripper.close(gripper.touching_width_mm + OPEN_MM, place=gripper.place)
+            load = load.at(load.base, way=0.0)
+        elif step.depth_mm is not None:
+            if step.is_aligned and not (moments and moments[-1].step.is_aligned):
+                # Lifted off and brought above the jack by sight
+                gripper.hold(load=load.at(None, way=0.0), most_slide_mm=MOST_SLIDE_MM)
+                axis, depth = object_pose(plug, gripper.place), None
+            for each in _ways(depth, step.depth_mm):
+                base = _base(axis, tip, each, None if step.is_aligned else misalignment)
+                load, depth = load.at(base, way=FORWARD), each
+                gripper.hold(load=load, most_slide_mm=MOST_SLIDE_MM)
+                slid += gripper.truth().slid_mm
+                met = load.met(object_pose(plug, gripper.place))
+                if gripper.outcome is Hold.DROPPED or np.linalg.norm(met[:3]) > step.push_n:
+                    break
+        met = load.met(object_pose(plug, gripper.place))
+        moments.append(_moment(gripper, step, met, slid))
+        if gripper.outcome is Hold.DROPPED:
+            break
+    return tuple(moments)
+
+
+def check_plug(plug: object) -> PlugObject:
+    """The plug of a scene.
+
+    Raises:
+        ConfigError: Its object is none.
+    """
+    if not isinstance(plug, PlugObject):
+        kind = getattr(plug, "kind", None)
+        msg = f"object.kind = {kind!r} is not allowed here: an assembly needs a 'plug'"
+        raise ConfigError(msg)
+    return plug
+
+
+def _references(gripper: Gripper, count: int) -> tuple[list[Frame], list[Frame]]:
+    frames: tuple[list[Frame], list[Frame]] = ([], [])
+    for finger, own in zip((gripper.upper, gripper.lower), frames, strict=True):
+        finger.remove_object()
+        own += [finger.frame().image for _ in range(count)]
+    return frames
+
+
+def _ways(start: float | None, end: float) -> list[float]:
+    """Places of the carriage between two steps, the last one being the end; one alone where it is not near the base."""
+    if start is None or max(start, end) <= 0:
+        return [end]
+    first = min(max(start, 0.0), end)
+    count = max(1, int(np.ceil(abs(end - first) / LONGEST_STEP_MM - 1e-9)))
+    return [first + (end - first) * (number + 1) / count for number in range(count)]
+
+
+def _base(axis: Pose, tip_mm: float, depth_mm: float, misalignment: Misalignment | None) -> Pose:
+    """The jack in the gripper's frame: its mouth so far from the pin's end as it was gripped, along the fingers."""
+    off = misalignment or Misalignment(kind="aligned")
+    tip = axis.to_sensor(np.array([[0.0, tip_mm, 0.0]]))[0]
+    if misalignment is None:
+        return Pose(position_mm=tip - depth_mm * axis.rotation[:, 1], rotation=axis.rotation)
+    mouth = (float(tip[0]) + off.x_mm, float(tip[1]) - depth_mm, float(tip[2]) + off.z_mm)
+    return jack_pose(mouth_mm=mouth, tilt_x_deg=off.tilt_x_deg, tilt_z_deg=off.tilt_z_deg)
+
+
+def _moment(gripper: Gripper, step: Step, met: npt.NDArray[np.float64], slid_mm: float) -> Moment:
+    pair = gripper.frames()
+    truth = pair.truth
+    force = [float(each) for each in met]
+    return Moment(
+        step=step,
+        outcome=truth.hold,
+        base_force_n=tuple(force[:3]),
+        base_torque_nmm=tuple(force[3:]),
+        normal_n=(truth.upper.force_n[2] + truth.lower.force_n[2]) / 2,
+        place=truth.place,
+        slid_mm=slid_mm,
+        images=(pair.upper.image, pair.lower.image),
+    )

@@ -1,0 +1,65 @@
+"""A trial from grip to open fingers, on sensors small enough for a test."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from magicsim.errors import ConfigError
+from magicsim.robot.assembly.misaligned import Misalignment
+from magicsim.robot.assembly.run import run_assembly
+from magicsim.robot.assembly.stages import Stage, Step
+from magicsim.robot.assembly.trial import Setup, check_plug, play, take_plug
+from magicsim.robot.fingers import ObjectPlace
+from magicsim.robot.gripper import Gripper
+from magicsim.robot.workspace import Workspace
+from magicsim.scenes.scene import SceneConfig, load_scene
+from robot.conftest import TINY
+
+SMALL = [
+    *(setting for setting in TINY if not setting.startswith("object.")), "object.radius_mm=4", "object.length_mm=6",
+    "object.pin_radius_mm=1.5", "object.pin_length_mm=8", "output.contact_mask=false", "output.displacements=false",
+]  # fmt: skip
+SPACE = Workspace(
+    x_mm=(-1, 1), y_mm=(0, 4), twist_deg=(-15, 15), tilt_x_deg=(-15, 15), tilt_y_deg=(-15, 15), gap_mm=(-1.2, 12)
+)
+SHORT = (
+    Step(stage=Stage.GRIP, depth_mm=None),
+    Step(stage=Stage.APPROACH, depth_mm=-0.5),
+    Step(stage=Stage.FIRST, depth_mm=1.0, push_n=0.5),
+    Step(stage=Stage.OPEN, depth_mm=1.0),
+)
+
+
+@pytest.fixture(scope="module")
+def scene() -> SceneConfig:
+    return load_scene("assembly", SMALL)
+
+
+@pytest.mark.slow
+def test_plug_meets_the_base_beside_the_jack_and_goes_in_on_its_axis(scene: SceneConfig):
+    setup = Setup(place=ObjectPlace(y_mm=3.0), timeline=SHORT, references=2, squeeze_mm=1.2)
+    with Gripper(scene, workspace=SPACE, quality="control", sees_other=False) as gripper:
+        gripped = take_plug(gripper, check_plug(scene.object), setup)
+        beside = play(gripper, gripped, Misalignment(kind="offset", x_mm=4.0))
+        aligned = play(gripper, gripped, Misalignment(kind="aligned"))
+    met = beside[2]
+    assert [each.step.stage for each in beside] == [step.stage for step in SHORT]
+    assert met.base_force_n[1] < -0.5
+    assert met.place.y_mm < beside[1].place.y_mm - 0.05  # the base pushes the plug back into the grip
+    assert abs(met.base_force_n[0]) < 0.1 * abs(met.base_force_n[1])
+    assert np.linalg.norm(aligned[2].base_force_n) < 0.01
+    assert aligned[2].place.y_mm == pytest.approx(aligned[1].place.y_mm, abs=1e-3)
+    assert np.abs(met.images[0].astype(int) - beside[1].images[0]).max() > 3
+    assert len(gripped.references[0]) == 2
+
+
+def test_a_scene_without_a_plug_is_refused(tmp_path: Path):
+    with pytest.raises(ConfigError, match=r"object\.kind = 'sphere' is not allowed here: an assembly needs a 'plug'"):
+        run_assembly(load_scene("grip"), tmp_path / "out", trials=1, seed=1)
+
+
+@pytest.mark.parametrize("trials", [0, 1001])
+def test_impossible_number_of_trials_is_refused(scene: SceneConfig, tmp_path: Path, trials: int):
+    with pytest.raises(ConfigError, match=f"trials = {trials} is not allowed"):
+        run_assembly(scene, tmp_path / "out", trials=trials, seed=1)
