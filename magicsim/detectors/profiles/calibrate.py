@@ -15,6 +15,7 @@ from magicsim.detectors.profiles.profile import DetectorProfile, Polarity, Simil
 from magicsim.detectors.profiles.thresholds import COMPARED_DECIMALS, fit_contact, fit_proximity, rest_limit
 from magicsim.detectors.scoring.episode import (
     Episode,
+    Features,
     measure_brightening,
     measure_similarity,
     scored_classes,
@@ -62,6 +63,9 @@ class CandidateScore:
     """Smaller of the half gaps around tau_e and tau_c, in standard deviations within classes."""
     contact_margin: float | None
     """Half the gap around tau_g, in standard deviations within classes; None like the accuracy."""
+    held_out_accuracy: float | None = None
+    """Contact accuracy on episodes that were left out one after the other, their mean; None for one episode, or where
+    leaving one out leaves no frame of a class."""
 
     @property
     def accuracy(self) -> float | None:
@@ -109,8 +113,10 @@ def fit_profile(
     """Choose options and thresholds that maximise the mean of both balanced accuracies on labelled episodes.
 
     The proximity thresholds come first, with a penalty for Contact frames called Noise; then the contact
-    threshold, given what is Noise. Ties, to a hundredth, go to the candidate whose weaker margin is larger, then to the
-    one whose stronger margin is, then to the first. The same input gives the same result.
+    threshold, given what is Noise. Options are compared by contact on episodes that a threshold has not seen, each left
+    out once, so that those win whose threshold serves objects and rooms alike. Ties, to a hundredth of each accuracy,
+    go to the candidate whose weaker margin is larger, then to the one whose stronger margin is, then to the first. The
+    same input gives the same result.
 
     Args:
         base: Everything that is not fitted: numbers of references, largest widths of the probabilities.
@@ -130,7 +136,7 @@ def fit_profile(
         msg = f"training episodes hold no frame of class {', '.join(missing)}; every class is needed"
         raise ConfigError(msg)
     options = list(product(tried.tau_b, tried.polarity, tried.grid_blur_px, tried.surround_px))
-    at_rest = _untouched_frames(episodes)
+    owner, at_rest = _owners(episodes), _untouched_frames(episodes)
     similarities = measure_similarity(episodes, base, options, tried.similarity)
     scores: list[CandidateScore] = []
     for difference_blur_px in tried.difference_blur_px:
@@ -149,10 +155,11 @@ def fit_profile(
                 surround_px=surround_px,
                 difference_blur_px=difference_blur_px,
             )
-            touch = None
+            touch, held_out = None, None
             if similarity is not None:
                 limit = -rest_limit(-similarity, at_rest, margin_sd)
                 touch = fit_contact(similarity, noise, classes, most_tau_g=limit)
+                held_out = _held_out(similarity, noise, classes, owner, at_rest, margin_sd)
             scores.append(
                 CandidateScore(
                     profile=profile if touch is None else replace(profile, tau_g=touch.tau_g),
@@ -160,17 +167,46 @@ def fit_profile(
                     contact_accuracy=None if touch is None else touch.accuracy,
                     proximity_margin=near.margin,
                     contact_margin=None if touch is None else touch.margin,
+                    held_out_accuracy=held_out,
                 )
             )
     return Calibration(best=_best(scores), candidates=tuple(scores))
 
 
+def _owners(episodes: Sequence[Episode]) -> npt.NDArray[np.int64]:
+    """Number of the episode of each scored frame."""
+    counts = [sum(each is not None for each in episode.classes) for episode in episodes]
+    return np.repeat(np.arange(len(episodes)), counts)
+
+
 def _untouched_frames(episodes: Sequence[Episode]) -> list[npt.NDArray[np.bool_]]:
     """Which of all scored frames are Clear ones of each episode."""
-    counts = [sum(each is not None for each in episode.classes) for episode in episodes]
     clear = np.array([each is FrameClass.CLEAR for each in scored_classes(episodes)])
-    owner = np.repeat(np.arange(len(episodes)), counts)
+    owner = _owners(episodes)
     return [clear & (owner == number) for number in range(len(episodes))]
+
+
+def _held_out(
+    similarity: Features,
+    noise: npt.NDArray[np.bool_],
+    classes: Sequence[FrameClass],
+    owner: npt.NDArray[np.int64],
+    at_rest: Sequence[npt.NDArray[np.bool_]],
+    margin_sd: float,
+) -> float | None:
+    """Mean over episodes of the contact accuracy with the threshold of all others, None where there is none."""
+    touched, found = np.array([each is FrameClass.CONTACT for each in classes]), []
+    for number in range(len(at_rest)):
+        held = owner == number
+        if any(not (part & kept).any() for part in (touched, ~touched) for kept in (held, ~held)):
+            return None
+        rest = [frames[~held] for other, frames in enumerate(at_rest) if other != number]
+        limit = -rest_limit(-similarity[~held], rest, margin_sd)
+        left = [each for each, is_held in zip(classes, held, strict=True) if not is_held]
+        tau_g = fit_contact(similarity[~held], noise[~held], left, most_tau_g=limit).tau_g
+        called = (similarity < tau_g) & ~noise
+        found.append((called[held & touched].mean() + 1 - called[held & ~touched].mean()) / 2)
+    return float(np.mean(found))
 
 
 def _best(scores: Sequence[CandidateScore]) -> CandidateScore:
@@ -183,7 +219,9 @@ def _best(scores: Sequence[CandidateScore]) -> CandidateScore:
 
 
 def _rank(each: CandidateScore) -> tuple[float, ...]:
-    """What candidates are compared by: accuracy to a hundredth, then weaker margin, stronger margin, accuracy."""
+    """What candidates are compared by: accuracies to a hundredth, then weaker margin, stronger margin, accuracy."""
     margins, accuracy = sorted((each.proximity_margin, each.contact_margin or 0.0)), each.accuracy or 0.0
+    contact = each.held_out_accuracy if each.held_out_accuracy is not None else each.contact_accuracy or 0.0
     finer = [round(value, COMPARED_DECIMALS) for value in (*margins, accuracy)]
-    return (round(accuracy, ALIKE_DECIMALS), *finer)
+    alike = sum(round(value, ALIKE_DECIMALS) for value in (each.proximity_accuracy, contact))
+    return (round(alike, ALIKE_DECIMALS), *finer)
