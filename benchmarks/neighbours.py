@@ -41,7 +41,7 @@ def rows(overrides: tuple[str, ...]) -> dict[str, dict[str, float]]:
     sensor = Sensor.for_scene(load_scene("near", [press, *QUIET, *overrides], seed=1))
     rest, camera, profile = sensor.radiance(UNTOUCHED, sensor.rest), sensor.rig.camera, load_profile("calibrated")
     exposure = sensor_exposure(sensor, rest)
-    references = fuse([expose(rest, exposure, camera, seed=0)] * profile.reference_count, profile)
+    references = fuse([expose(rest, exposure, camera, seed=0, frame=0)] * profile.reference_count, profile)
     found = {}
     for name, gaps in WAYS.items():
         deformation, images, similarities = sensor.rest, [], []
@@ -50,7 +50,9 @@ def rows(overrides: tuple[str, ...]) -> dict[str, dict[str, float]]:
             deformation = sensor.deform(state, deformation) if gap < 0 else sensor.rest
             image = sensor.radiance(state, deformation)
             images.append(image.astype(float))
-            similarities.append(detect(expose(image, exposure, camera, seed=0), references, profile).similarity)
+            similarities.append(
+                detect(expose(image, exposure, camera, seed=0, frame=0), references, profile).similarity
+            )
         rows_px, columns_px = (size // BLOCK_PX for size in images[0].shape[:2])
         cut = np.array(images)[:, : rows_px * BLOCK_PX, : columns_px * BLOCK_PX]
         blocks = cut.reshape(len(cut), rows_px, BLOCK_PX, columns_px, BLOCK_PX, 3).mean((2, 4))
