@@ -16,7 +16,7 @@ from magicsim.detectors import (
     load_profile,
     score_verdicts,
 )
-from magicsim.detectors.profiles.calibrate import sharpen
+from magicsim.detectors.profiles.calibrate import _held_out, sharpen
 from magicsim.errors import ConfigError
 
 BASE = DetectorProfile(reference_count=4, tau_e=7.9, tau_c=-0.9, tau_g=0.01)
@@ -137,3 +137,17 @@ def test_probabilities_are_sure_at_the_end_of_the_range_of_a_threshold_near_one(
 def test_probabilities_keep_their_widths_where_thresholds_leave_room():
     published = load_profile("published")
     assert sharpen(published) == published
+
+
+@pytest.mark.parametrize(
+    ("similarity", "expected"),
+    [([0.99, 0.9, 0.98, 0.91], 1.0), ([0.99, 0.9, 0.8, 0.7], 0.5)],
+)
+def test_held_out_accuracy_asks_for_one_threshold_that_serves_all_episodes(similarity, expected):
+    """Each episode alone is told apart in both cases; in the second no threshold of one serves the other."""
+    classes = [FrameClass.CLEAR, FrameClass.CONTACT] * 2
+    owner = np.array([0, 0, 1, 1])
+    at_rest = [np.array([True, False, False, False]), np.array([False, False, True, False])]
+    noise = np.zeros(4, bool)
+    assert _held_out(np.array(similarity), noise, classes, owner, at_rest, 4.0) == expected
+    assert _held_out(np.array(similarity[:2]), noise[:2], classes[:2], owner[:2], [at_rest[0][:2]], 4.0) is None
