@@ -55,8 +55,10 @@ from magicsim.judge.recording import read_recording
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.plan import plan_scene
+from magicsim.study.study_file import load_study
 from magicsim.sweep.designs import count_designs, design_with
 from magicsim.sweep.sweep_file import load_sweep
+from magicsim.task.item import load_item
 
 SLOW_S, STUCK_S = 2.0, 30.0
 LONGEST = 500
@@ -173,6 +175,8 @@ LOADERS: dict[str, Read] = {
     "profile": load_profile,
     "suite": load_suite,
     "sweep": load_whole_sweep,
+    "study": load_study,
+    "item": load_item,
 }
 
 

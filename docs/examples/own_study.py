@@ -1,4 +1,7 @@
-"""A study of one's own, in a script: how the force of a press grows with its depth, by the radius of the ball."""
+"""A study of one's own, in a script: how the force of a press grows with its depth, by the radius of the ball.
+
+python docs/examples/own_study.py OUT      # presses two balls; half a minute
+"""
 
 import json
 import sys
