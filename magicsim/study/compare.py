@@ -152,13 +152,20 @@ def renamed(matrix: Matrix, design: str) -> Matrix:
 
 def _compared(each: object, first: dict[str, Any], folder: Path) -> dict[str, Any]:
     """A further design from its name or its table; the first one with its changes where it names none."""
-    table: dict[str, Any] = {"design": each} if isinstance(each, str) else dict(each)  # type: ignore[call-overload]
+    if not isinstance(each, str | dict):
+        msg = f"designs holds {each!r}; each must be a name or a table with a design"
+        raise ConfigError(msg)
+    table: dict[str, Any] = {"design": each} if isinstance(each, str) else dict(each)
     if "design" not in table:
         table = first | table
     named = table.get("design")
     table.setdefault("name", Path(named).stem if isinstance(named, str) else ITSELF)
     table.setdefault("rig", usual_rig(named))
-    return in_place(table, folder, table.pop("changes", []))
+    changes = table.pop("changes", [])
+    if not isinstance(changes, list) or not all(isinstance(one, str) for one in changes):
+        msg = f"changes = {changes!r} is not allowed; must be a list of settings such as 'design.skin_mm=1'"
+        raise ConfigError(msg)
+    return in_place(table, folder, changes)
 
 
 def _study_of(config: CompareConfig, each: Compared) -> Study:
