@@ -15,10 +15,11 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.aligned import columns
 from magicsim.light.backend import dr, mi
 from magicsim.light.facing.body import FingerBody
-from magicsim.light.transport.integrator import SEEDS_PER_RENDER, FluenceIntegrator
+from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
 from magicsim.light.transport.sequence import sequence
+from magicsim.light.transport.streams import SEEDS_PER_RENDER
 
 Array = npt.NDArray[np.float64]
 ASKED = 40_000
@@ -85,8 +86,7 @@ def reflectance(scene: Any, design: ElastomerDesign, *, seed: int = 0) -> Array:
         dr.arange(mi.UInt32, ASKED), rays, weights, mi.Float(1.0), seed=SEEDS_PER_RENDER * seed
     )
     record = LightRecord.empty(1, ASKED)
-    tracks = integrator.light_pass(scene, integrator.inventory.shapes(scene), starts, record=record)
-    del tracks
+    integrator.light_pass(scene, integrator.inventory.shapes(scene), starts, record=record)
     return np.asarray(_out_of_face(record.read()[0], design)[:, 6:9].sum(0) / ASKED, np.float64)
 
 

@@ -7,15 +7,14 @@ import numpy.typing as npt
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.facing.glow import BELOW_MM, Glow, as_rays
-from magicsim.light.transport.integrator import SEEDS_PER_RENDER, FluenceIntegrator
+from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.streams import FACING, SEEDS_PER_RENDER
 from magicsim.light.world.outside import Outside
 
 Array = npt.NDArray[np.float64]
-STREAM = SEEDS_PER_RENDER - 4
-"""Random stream of this light."""
 HALF_TURN = np.array([-1.0, 1.0, -1.0])
 """Half a turn about y, which brings one finger's frame to the other's, applied to each coordinate."""
 
@@ -42,7 +41,7 @@ def facing_light(
         return dark
     rays, flux = as_rays(chosen)
     number = dr.arange(mi.UInt32, len(chosen))
-    starts = LightStarts.escaped(number, rays, flux, dr.max(flux), seed=SEEDS_PER_RENDER * seed + STREAM)
+    starts = LightStarts.escaped(number, rays, flux, dr.max(flux), seed=SEEDS_PER_RENDER * seed + FACING)
     shapes = integrator.inventory.shapes(scene, outside)
     tracks = integrator.light_pass(scene, shapes, starts)
     return LightField(

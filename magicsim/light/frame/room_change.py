@@ -10,11 +10,11 @@ import numpy as np
 
 from magicsim.light.backend import dr
 from magicsim.light.records.untouched import Untouched
-from magicsim.light.records.untouched_passes import LIGHT_BACK
-from magicsim.light.transport.integrator import SEEDS_PER_RENDER, FluenceIntegrator
+from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_pass import FIXED_POINT, Tracks
 from magicsim.light.transport.light_starts import LightStarts, Sent, chunks
+from magicsim.light.transport.streams import ROOM_BACK, SEEDS_PER_RENDER
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside
 
@@ -43,7 +43,7 @@ def room_change(scene: Any, outside: Outside, cheap: Untouched, *, seed: int) ->
             added.append(_pass(integrator, scene, blocked, outside))
     added.extend(_beside(integrator, scene, outside, around))
     assert cheap.room is not None
-    seen = cheap.room.met(outside, seed=SEEDS_PER_RENDER * seed + LIGHT_BACK, gone=gone)
+    seen = cheap.room.met(outside, seed=SEEDS_PER_RENDER * seed + ROOM_BACK, gone=gone)
     if seen is not None:
         added.append(_pass(integrator, scene, seen, outside))
     return _difference(integrator, scene, outside, added, lost, count)

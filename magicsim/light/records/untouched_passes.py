@@ -8,20 +8,19 @@ import numpy.typing as npt
 from magicsim.light.backend import dr
 from magicsim.light.records.recorded_paths import RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
-from magicsim.light.transport.integrator import SEEDS_PER_RENDER, FluenceIntegrator
+from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
 from magicsim.light.transport.regions import Regions
+from magicsim.light.transport.streams import LIGHT_BACK, MIRRORED, SEEDS_PER_RENDER
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside
 
 Array = npt.NDArray[np.float64]
-LIGHT_BACK, MIRRORED = SEEDS_PER_RENDER - 2, SEEDS_PER_RENDER - 1
-"""Random streams of light and of camera paths that something outside sends on; the others are the lights'."""
 
 
 def untouched(

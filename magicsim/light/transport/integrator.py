@@ -20,6 +20,7 @@ from magicsim.light.transport.object_light import object_rays
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import CameraStarts, PathStarts
 from magicsim.light.transport.recorded_light import LightRecord
+from magicsim.light.transport.streams import ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.transport.voxels import BodyPart, Voxels
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.inventory import Inventory, beams_of, emitter_of, light_names
@@ -39,10 +40,6 @@ CAMERA_DEPTH = 200
 """Longest camera path [interactions], below `path_record.STEPS`; roulette ends those of the default sensor before."""
 FLASHLIGHT_PART = 4
 """A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
-SEEDS_PER_RENDER = 64
-"""Random streams that one seed owns: the camera's, one a light, the object's, and those of `untouched_passes`."""
-ON_OBJECT, ROOM_ON_OBJECT = SEEDS_PER_RENDER - 3, SEEDS_PER_RENDER - 4
-"""Random streams of the rays from the object, and of the room's beam around it."""
 RAYS_PER_PARTICLE = 0.5
 """Rays from the object for each particle of the light pass."""
 
