@@ -45,9 +45,9 @@ def study(
     if out is None:
         msg = "--out is missing: where does the result go?"
         raise ConfigError(msg)
-    from magicsim.study.folder import check_folder
+    from magicsim.study.folder import FOLDER
 
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     from magicsim.cli.output.progress import show_progress
     from magicsim.study.running import run_study
 

@@ -20,13 +20,13 @@ def sweep(
 
     A run that was stopped or killed goes on with --resume. A design that fails is reported and stops no other.
     """
-    from magicsim.sweep.folder import check_folder
+    from magicsim.sweep.folder import FOLDER
     from magicsim.sweep.sweep_file import load_sweep
     from magicsim.workers.options import choose_workers
 
     config = load_sweep(sweep, settings or [], seed=seed)
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     from magicsim.cli.output.progress import show_progress
     from magicsim.sweep.comparison import run_sweep
     from magicsim.sweep.designs import count_designs

@@ -33,12 +33,12 @@ def grasp(
         msg = f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}"
         raise ConfigError(msg)
     from magicsim.config.models import apply_overrides, validate
-    from magicsim.task.folder import check_folder
+    from magicsim.task.folder import FOLDER
     from magicsim.task.settings import GraspConfig
 
     asked = {"detector": detector, "room": room, "quality": quality} | ({} if seed is None else {"seed": seed})
     config = validate(GraspConfig, apply_overrides(asked, settings or []), source="task grasp")
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     from magicsim.cli.output.progress import show_progress
     from magicsim.task.running import run_grasps
 

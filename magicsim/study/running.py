@@ -10,17 +10,7 @@ from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
-from magicsim.study.folder import (
-    INDEX,
-    REPORT,
-    StudyIndex,
-    check_folder,
-    open_ledger,
-    read_index,
-    refuse_another,
-    write_config,
-    write_index,
-)
+from magicsim.study.folder import FOLDER, INDEX, REPORT, StudyIndex
 from magicsim.study.kinds import package_versions
 from magicsim.study.protocol import Stage, Study, Workshop
 from magicsim.study.writing import write_result
@@ -97,26 +87,26 @@ def run_study(
     options = options or choose_workers(None, timeout_s=study.config.timeout_s)
     study.refuse()
     packages = package_versions(study)
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     stages = study.stages()
     start = time.perf_counter()
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
-        ledger = open_ledger(out, owned=lambda name: any(stage.owns(name) for stage in stages))
+        ledger = FOLDER.open_ledger(out, owned=lambda name: any(stage.owns(name) for stage in stages))
         index = StudyIndex(
             kind=study.config.kind,
             config_hash=study.config.config_hash(),
             versions=versions() | packages,
             variant=variant(),
         )
-        earlier = read_index(out)
+        earlier = FOLDER.read_index(out)
         if earlier is not None:
-            refuse_another(out, earlier, index)
+            FOLDER.refuse_another(out, earlier, index)
         left = estimate_study(study, processes=options.workers, folder=out)
         if announce is not None:
             announce(left)
-        write_config(ledger, study.config)
-        write_index(ledger, index)
+        FOLDER.write_config(ledger, study.config)
+        FOLDER.write_index(ledger, index)
         told = _Told(progress=progress, total=max(sum(each.core_seconds for each in left), 1e-9))
         for stage, cost in zip(stages, left, strict=True):
             if not stage.is_done(out):
@@ -125,7 +115,7 @@ def run_study(
         found = study.conclude(out)
         write_result(ledger, study, found)
         files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
-        write_index(ledger, index.model_copy(update={"is_complete": True, "files": files}))
+        FOLDER.write_index(ledger, index.model_copy(update={"is_complete": True, "files": files}))
         ledger.close()
     return StudySummary(
         study=study.config.kind,

@@ -17,23 +17,18 @@ from magicsim.light.variant import activate_variant
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer.page import render_explorer
 from magicsim.sweep.explorer.trends import check_trends
-from magicsim.sweep.folder import (
+from magicsim.sweep.folder import (  # fmt: skip
     CSV,
+    FOLDER,
     FRAMES,
     INDEX,
     PARQUET,
     REPORT,
     SweepIndex,
-    check_folder,
-    open_ledger,
-    read_index,
     read_result,
     read_results,
-    refuse_another,
     result_name,
-    write_config,
-    write_index,
-)  # fmt: skip
+)
 from magicsim.sweep.judging.judge import DesignTask, judge_design
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.search.pareto import best_of, costs_of, pareto_front
@@ -105,22 +100,22 @@ def run_sweep(
     judge = judge or Judge()
     designs = list_designs(sweep)
     chooser = _chooser(sweep)
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     start = time.perf_counter()
     with output_errors(out, then=RESUMABLE), sole_writer(out):
-        ledger = open_ledger(out)
+        ledger = FOLDER.open_ledger(out)
         index = SweepIndex(
             config_hash=sweep.config_hash(),
             versions=versions() | chooser,
             variant=judge.variant(),
             designs=count_designs(sweep),
         )
-        earlier = read_index(out)
+        earlier = FOLDER.read_index(out)
         if earlier is not None:
-            refuse_another(out, earlier, index)
-        write_config(ledger, sweep)
+            FOLDER.refuse_another(out, earlier, index)
+        FOLDER.write_config(ledger, sweep)
         kept = earlier.failed if earlier is not None and sweep.sampling == "search" else {}
-        write_index(ledger, index.model_copy(update={"failed": kept}))
+        FOLDER.write_index(ledger, index.model_copy(update={"failed": kept}))
         call = _Call(sweep=sweep, ledger=ledger, options=options, judge=judge, progress=progress)
         failed = call.judge_known(designs)
         if sweep.sampling == "search":
@@ -128,7 +123,7 @@ def run_sweep(
         results = read_results(out, count_designs(sweep))
         summary = write_results(sweep, ledger, results, failed, seconds=time.perf_counter() - start)
         files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
-        write_index(ledger, index.model_copy(update={"is_complete": True, "failed": failed, "files": files}))
+        FOLDER.write_index(ledger, index.model_copy(update={"is_complete": True, "failed": failed, "files": files}))
         ledger.close()
         return summary
 
@@ -203,7 +198,7 @@ class _Call:
         from magicsim.sweep.search.batches import search_designs
 
         def record(failed: dict[str, str]) -> None:
-            write_index(self.ledger, index.model_copy(update={"failed": known | failed}))
+            FOLDER.write_index(self.ledger, index.model_copy(update={"failed": known | failed}))
 
         def judge(left: list[SweptDesign], ended: int, failed: int) -> dict[str, str]:
             return self.judge_all(left, len(self.sweep.also) + ended, len(known) + failed)

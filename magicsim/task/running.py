@@ -23,20 +23,7 @@ from magicsim.robot.live import MAX_SEED
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.task.episode import FrameRow, Image, Recorded, play
 from magicsim.task.film import contact_sheet, film
-from magicsim.task.folder import (
-    EPISODES_TABLE,
-    FRAMES_TABLE,
-    INDEX,
-    RESULTS,
-    TaskIndex,
-    check_folder,
-    episode_name,
-    open_ledger,
-    read_index,
-    refuse_another,
-    write_config,
-    write_index,
-)
+from magicsim.task.folder import EPISODES_TABLE, FOLDER, FRAMES_TABLE, INDEX, RESULTS, TaskIndex, episode_name
 from magicsim.task.item import Item, load_item
 from magicsim.task.outcome import Outcome, judge_episode
 from magicsim.task.settings import GraspConfig, in_room
@@ -121,16 +108,16 @@ def run_grasps(
         MagicsimError: The task cannot be played, or the folder is not ours or holds another task.
     """
     stage = Stage(config)
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
-        ledger = open_ledger(out)
+        ledger = FOLDER.open_ledger(out)
         index = TaskIndex(config_hash=config.config_hash(), versions=versions(), variant=variant(), episodes=episodes)
-        earlier = read_index(out)
+        earlier = FOLDER.read_index(out)
         if earlier is not None:
-            refuse_another(out, earlier, index)
-        write_config(ledger, config)
-        write_index(ledger, index)
+            FOLDER.refuse_another(out, earlier, index)
+        FOLDER.write_config(ledger, config)
+        FOLDER.write_index(ledger, index)
         for episode in range(episodes):
             if progress is not None:
                 progress(episode, episodes, f"episode {episode}")
@@ -150,7 +137,7 @@ def run_grasps(
         ledger.place(EPISODES_TABLE, _parquet([_flat(each["outcome"]) for each in played]))
         ledger.place(RESULTS, (json.dumps(summary.as_dict(), allow_nan=False, indent=1) + "\n").encode())
         files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
-        write_index(ledger, index.model_copy(update={"is_complete": True, "files": files}))
+        FOLDER.write_index(ledger, index.model_copy(update={"is_complete": True, "files": files}))
         ledger.close()
     return summary
 

@@ -11,7 +11,7 @@ import pytest
 
 from magicsim.errors import ConfigError, OutputError
 from magicsim.sweep.comparison import run_sweep
-from magicsim.sweep.folder import open_ledger, read_results
+from magicsim.sweep.folder import FOLDER, read_results
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import load_sweep
 from magicsim.workers.options import WorkerOptions
@@ -71,7 +71,7 @@ def test_design_of_another_history_is_judged_anew(out: Path):
     run_sweep(searching(16), out, options=ONE, judge=QUADRATIC)
     whole = files(out)
     other = (out / "designs" / "00013.json").read_text().replace('"index": 13', '"index": 12')
-    open_ledger(out).place("designs/00012.json", other.encode())
+    FOLDER.open_ledger(out).place("designs/00012.json", other.encode())
     run_sweep(searching(16), out, options=ONE, resume=True, judge=QUADRATIC)
     assert files(out) == whole
 

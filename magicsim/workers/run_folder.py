@@ -1,0 +1,140 @@
+"""A folder that a run grows in over several calls: an index that says what its files belong to, and a list of them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import tomli_w
+from pydantic import Field
+
+from magicsim.config.documents import read_json
+from magicsim.config.models import Config, validate
+from magicsim.errors import OutputError
+from magicsim.folder.hashing import sha256_of
+from magicsim.folder.ledger import Ledger, is_begun
+from magicsim.folder.listing import Listed, files_below
+from magicsim.folder.result import names_in, output_errors, refuse_foreign, refuse_others
+from magicsim.folder.sealing import is_sealed, sealed
+from magicsim.workers.log import ERRORS, changed_lines
+from magicsim.workers.versions import changed_versions
+
+CONFIG = "config.toml"
+"""Settings of a run with everything in place."""
+
+
+class RunIndex(Config):
+    """What a folder's files belong to."""
+
+    schema_version: int = 1
+    config_hash: str
+    """SHA-256 of what results depend on."""
+    versions: dict[str, str]
+    variant: str
+    is_complete: bool = False
+    files: dict[str, str] = Field(default_factory=dict)
+    """SHA-256 of every other file of a finished run, those aside that another list answers for."""
+    sha256: str = ""
+    """Hash of this index itself, see `magicsim.folder.sealing`."""
+
+
+Index = TypeVar("Index", bound=RunIndex)
+
+
+def _everything(_out: Path) -> bool:
+    return True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunFolder(Generic[Index]):
+    """How one kind of run keeps its folder."""
+
+    index: str
+    """Name of the index's file."""
+    model: type[Index]
+    noun: str
+    """What is run, as it is called in messages, after *a*."""
+    content: str
+    """What of it the folder holds, likewise."""
+    title: str
+    """First line of the settings' file."""
+    asks_to_resume: Callable[[Path], bool] = _everything
+    """Whether a folder with an index holds what only `--resume` may go on with."""
+
+    def check(self, out: Path, *, resume: bool) -> None:
+        """Refuses a folder that is not ours, or holds a run that nobody asked to go on with.
+
+        Raises:
+            OutputError: With what to do instead.
+        """
+        with output_errors(out):
+            names = set(names_in(out))
+            index = self.read_index(out)
+        if index is None and not is_begun(out):
+            refuse_others(out, names)
+        if index is not None and not resume and self.asks_to_resume(out):
+            state = "a" if index.is_complete else "an unfinished"
+            msg = f"output folder '{out}' holds {state} {self.content} already; --resume goes on with it"
+            raise OutputError(msg)
+
+    def read_index(self, out: Path) -> Index | None:
+        """The index of a folder, None where there is none.
+
+        Raises:
+            OutputError: It is not one that this version understands.
+        """
+        path = out / self.index
+        if not path.is_file():
+            return None
+        try:
+            return validate(self.model, read_json(path), source=self.index)
+        except (ValueError, OSError) as error:
+            msg = f"'{path}' is not an index of a {self.noun}: {error}"
+            raise OutputError(msg) from None
+
+    def open_ledger(self, out: Path, *, owned: Callable[[str], bool] | None = None) -> Ledger:
+        """What earlier runs wrote into a folder, which may hold nothing else.
+
+        Args:
+            out: The folder.
+            owned: Whether another list answers for a file, by its name; none does by default.
+
+        Raises:
+            OutputError: It holds something else, or something has changed since, and is named.
+        """
+        index = self.read_index(out)
+        if index is not None and not is_sealed((out / self.index).read_bytes()):
+            refuse_foreign(out, [self.index])
+        known = {name: Listed(sha256=digest) for name, digest in (index.files if index is not None else {}).items()}
+        if index is not None:
+            known[self.index] = Listed(sha256=sha256_of(out / self.index))
+        refuse_foreign(out, [ERRORS] if changed_lines(out) else [])
+        ledger = Ledger(out, known)
+        others = [name for name in files_below(out) if owned(name)] if owned is not None else []
+        ledger.refuse_foreign(beside={ERRORS, *others})
+        return ledger
+
+    def refuse_another(self, out: Path, earlier: Index, now: Index) -> None:
+        """Refuses to go on with another run's files.
+
+        Raises:
+            OutputError: With what differs.
+        """
+        if earlier.config_hash != now.config_hash:
+            msg = f"'{out}' holds another {self.noun} (see its {CONFIG}); name another folder"
+            raise OutputError(msg)
+        changed = changed_versions(
+            earlier.versions | {"variant": earlier.variant}, now.versions | {"variant": now.variant}
+        )
+        if changed:
+            msg = f"'{out}' was begun with another version of {', '.join(changed)}: its results would differ"
+            raise OutputError(msg)
+
+    def write_index(self, ledger: Ledger, index: Index) -> None:
+        """Replaces the index at once."""
+        ledger.place(self.index, sealed(index.model_dump(mode="json")))
+
+    def write_config(self, ledger: Ledger, config: Config) -> None:
+        """Writes the settings with everything in place."""
+        text = tomli_w.dumps(config.model_dump(mode="json", exclude_none=True))
+        ledger.place(CONFIG, f"# {self.title}\n{text}".encode())
