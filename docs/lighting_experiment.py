@@ -1,6 +1,6 @@
 """The lighting experiment: how contact and room light change the colours of a see-through sensor.
 
-python docs/lighting_experiment.py          # writes docs/lighting-experiment.png and .json, a few minutes
+python docs/lighting_experiment.py          # writes docs/lighting-experiment.jpg and .json, a few minutes
 
 Scene `lighting` on its own rig `two-pairs` and on a DIGIT's lights (`digit-rgb`), in the dark and in an office; all
 figures are read off 8-bit frames, as the camera gives them.
@@ -114,7 +114,7 @@ def main() -> None:
     for down, row in enumerate(tiles):
         for across, tile in enumerate(row):
             sheet.paste(tile, (across * width, down * height))
-    sheet.save(HERE / "lighting-experiment.png", optimize=True)
+    sheet.save(HERE / "lighting-experiment.jpg", quality=88, subsampling=0, optimize=True)
     text = json.dumps(figures, indent=1)
     (HERE / "lighting-experiment.json").write_text(text + "\n", encoding="utf-8")
     sys.stdout.write(text + "\n")

@@ -1,0 +1,117 @@
+"""How much a touch changes the light in the block, what a frame's particles measure of it, and what is kept of that.
+
+    python benchmarks/touch_light.py [--out touch-light.json] [--particles 960000] [--draws 6]
+
+For each object: the relative change of the fluence from just before contact to the touch, by many particles, weighted
+by the fluence of the cells; the noise of a frame's own particles in local means over two cells; and the root mean
+square error against the many particles of what `anchored_light` makes of it, with the expected size of a change and
+without. The noise of the many particles is part of the change and of both errors.
+"""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import gaussian_filter
+
+from magicsim.light.frame.anchored_light import SMOOTHING_CELLS, Counts, Expected, anchored_light
+from magicsim.light.frame.contact_share import contact_share
+from magicsim.light.frame.frame_light import lifted
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.world.names import ENVIRONMENT
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.timeline import FrameState
+from magicsim.scenes.view import View
+from magicsim.simulation.sensor import Sensor
+
+Array = npt.NDArray[np.float64]
+TOUCHES = {
+    "ball, 0.06 mm": (-0.06, ()),
+    "ball, 0.5 mm": (-0.5, ()),
+    "box on all of the face, 0.1 mm": (-0.1, ("object={kind='box',size_mm=[40,50,10]}",)),
+}
+FIRST_SEED = 900
+"""Seed of the many particles, apart from those of the draws."""
+
+
+def mean_field(fluence: Array, counts: Counts) -> Array:
+    """Local means of the fluence, shape (cells, 3)."""
+    grid = fluence.reshape(*counts[::-1], 3)
+    return gaussian_filter(grid, (SMOOTHING_CELLS[0],) * 3 + (0,), mode="nearest", truncate=2.5).reshape(-1, 3)
+
+
+def rms(relative: Array, level: Array) -> float:
+    """Root mean square over cells and channels, weighted by the level."""
+    return float(np.sqrt((level * relative**2).sum() / level.sum()))
+
+
+def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws: int) -> dict[str, Any]:
+    """One row: how large the change is, its noise, the error of what is kept."""
+    press = f"keyframes=[{{frame=0,gap_mm={gap_mm},x_mm=1.0,y_mm=0.5}}]"
+    sensor = Sensor.for_scene(load_scene("near", [press, *overrides], seed=1))
+    state = FrameState(gap_mm=gap_mm, x_mm=1.0, y_mm=0.5, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
+    renderer, view = sensor.renderer, sensor.view(state, sensor.deform(state, sensor.rest))
+    rest, world = renderer.world(View()).scene, renderer.world(view).scene
+    integrator, touched, placed = rest.integrator(), world.integrator(), renderer._placed(view)
+    outside, shares = renderer._outside(lifted(placed), None), rest.integrator().shares(rest)
+    own = sum(count for name, count in shares.items() if name != ENVIRONMENT)
+    many = {name: count * particles // own for name, count in shares.items()}
+
+    def light(count: dict[str, int], seed: int) -> tuple[Array, Array]:
+        after = total(list(touched.light_fields(world, count, seed=seed).values())).fluence
+        before = total(list(integrator.light_fields(rest, count, seed=seed, outside=outside).values())).fluence
+        return after, before
+
+    after, before = light(many, FIRST_SEED)
+    counts, level = integrator.counts, mean_field(before, integrator.counts)
+    truth = mean_field(after, counts) / level - 1
+    contact = renderer._contact(placed)
+    share = contact_share(integrator.inventory.centres_mm(rest), contact.vertices, contact.faces)
+    kept: dict[str, list[float]] = {"noise": [], "kept": [], "all": []}
+    for seed in range(draws):
+        now, cheap = light(shares, seed)
+        kept["noise"].append(rms(mean_field(cheap, counts) / level - 1, level))
+        for name, expected in (("kept", Expected(cells=share, voxels=np.ones(1))), ("all", None)):
+            fields = [{str(c): only(each, c) for c in range(3)} for each in (now, cheap, before)]
+            found = total(list(anchored_light(*fields, counts, None, expected=expected).values())).fluence
+            kept[name].append(rms(mean_field(found, counts) / level - 1 - truth, level))
+    return {
+        "particles": own,
+        "mean_change": ((level * truth).sum(0) / level.sum(0)).tolist(),
+        "rms_change": rms(truth, level),
+        "rms_change_over_share": rms(truth, level) / rms(share[:, None] * np.ones(3), level),
+        "noise_of_frame": float(np.mean(kept["noise"])),
+        "error_expected": float(np.mean(kept["kept"])),
+        "error_all": float(np.mean(kept["all"])),
+    }
+
+
+def only(fluence: Array, channel: int) -> LightField:
+    """One channel of a field, dark in the others, as frames tell light apart."""
+    return LightField(fluence=fluence * np.eye(3)[channel], body=np.zeros((1, 3)), irradiance=np.zeros((1, 3)))
+
+
+def main() -> None:
+    """Prints the table and keeps it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("touch-light.json"))
+    parser.add_argument("--particles", type=int, default=960_000)
+    parser.add_argument("--draws", type=int, default=6)
+    arguments = parser.parse_args()
+    found = {
+        name: measured(gap_mm, overrides, particles=arguments.particles, draws=arguments.draws)
+        for name, (gap_mm, overrides) in TOUCHES.items()
+    }
+    for name, row in found.items():
+        print(f"{name}: mean change {', '.join(f'{100 * each:.2f}' for each in row['mean_change'])} %")
+        for key, value in row.items():
+            if isinstance(value, float):
+                print(f"    {key:22s} {100 * value:.2f} %")
+    arguments.out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
