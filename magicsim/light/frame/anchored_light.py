@@ -17,8 +17,8 @@ SMOOTHING_CELLS = (2.0, 4.0, 8.0)
 CHANGED_SHARE = 0.3
 """Expected change of light, in units of what comes from the contact: a touched face sends back less than a bare one,
 which reflects all light that comes slantwise, or more, as the object is dark or bright. A grey box on all of the face
-changes light by 0.22 of that in the root mean square, and a ball 0.5 mm deep by 0.14 (`benchmarks/touch_light.py`); from
-0.1 to 0.5 for other objects (assumed)."""
+changes light by 0.22 of that in the root mean square, and a ball 0.5 mm deep by 0.14 (`benchmarks/touch_light.py`);
+from 0.1 to 0.5 for other objects (assumed)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
