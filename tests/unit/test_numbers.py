@@ -13,7 +13,7 @@ from magicsim.config.models import Config
 from magicsim.detectors.profiles.profile_schema import profile_schema
 
 LOWEST, HIGHEST = {"minimum", "exclusiveMinimum"}, {"maximum", "exclusiveMaximum"}
-OWN_FILES = {"Manifest", "ShardEntry", "FailedEpisode", "SweepIndex", "StudyIndex", "TaskIndex"}
+OWN_FILES = {"Manifest", "ShardEntry", "FailedEpisode", "RunIndex", "SweepIndex", "StudyIndex", "TaskIndex"}
 """Written by magicsim alone and checked against the files beside them; a count in them has no largest value."""
 NOT_MODELS = (
     "bench",
