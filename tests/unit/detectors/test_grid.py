@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 
@@ -52,3 +53,15 @@ def test_an_even_image_is_as_bright_as_its_surroundings(level, expected):
 def test_without_surroundings_an_image_stays():
     image = stripes()
     assert levelled(image, 0) is image
+
+
+@pytest.mark.parametrize("surround_px", [2, 4, 6, 9])
+def test_surroundings_are_the_gaussian_mean_over_all_pixels(surround_px):
+    rows, columns = np.indices((160, 120))
+    light = np.exp(-((rows - 50) ** 2 + (columns - 45) ** 2) / 1e4)
+    walls = np.where((rows % 23 < 2) | (columns % 23 < 2), 0.6, 1.0)
+    image = np.repeat((240 * walls * light)[..., None], 3, axis=2).astype(np.uint8)
+    mean = cv2.GaussianBlur(image.astype(float), (0, 0), surround_px)
+    inner = np.s_[2 * surround_px : -2 * surround_px, 2 * surround_px : -2 * surround_px]
+    expected = 100.0 * image[inner] / mean[inner]
+    assert np.abs(levelled(image, surround_px)[inner] - expected).max() < 0.5 + 0.01 * expected.max()
