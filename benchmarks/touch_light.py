@@ -3,9 +3,10 @@
     python benchmarks/touch_light.py [--out touch-light.json] [--particles 960000] [--draws 6]
 
 For each object: the relative change of the fluence from just before contact to the touch, by many particles, weighted
-by the fluence of the cells; the noise of a frame's own particles in local means over two cells; and the root mean
-square error against the many particles of what `anchored_light` makes of it, with the expected size of a change and
-without. The noise of the many particles is part of the change and of both errors.
+by the fluence of the cells, which is the error of leaving it out; how large it is expected to be, which decides on that
+(`render.light_change`); the noise of a frame's own particles in local means over two cells; and the error of what
+`anchored_light` makes of it, with the expected size of a change and without. Root mean squares of changes and errors
+are products of two independent sets of many particles, so that their noise adds nothing in the mean.
 """
 
 import argparse
@@ -17,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
-from magicsim.light.frame.anchored_light import SMOOTHING_CELLS, Counts, Expected, anchored_light
+from magicsim.light.frame.anchored_light import CHANGED_SHARE, SMOOTHING_CELLS, Counts, Expected, anchored_light
 from magicsim.light.frame.contact_share import contact_share
 from magicsim.light.frame.frame_light import lifted
 from magicsim.light.transport.light_field import LightField, total
@@ -31,6 +32,10 @@ Array = npt.NDArray[np.float64]
 TOUCHES = {
     "ball, 0.06 mm": (-0.06, ()),
     "ball, 0.5 mm": (-0.5, ()),
+    "ball, 1 mm": (-1.0, ()),
+    "ball, 1.5 mm": (-1.5, ()),
+    "ball of 25 mm, 0.5 mm": (-0.5, ("object={kind='sphere',radius_mm=25}",)),
+    "box of 7 mm, 0.5 mm": (-0.5, ("object={kind='box',size_mm=[7,7,10]}",)),
     "box on all of the face, 0.1 mm": (-0.1, ("object={kind='box',size_mm=[40,50,10]}",)),
 }
 FIRST_SEED = 900
@@ -43,9 +48,9 @@ def mean_field(fluence: Array, counts: Counts) -> Array:
     return gaussian_filter(grid, (SMOOTHING_CELLS[0],) * 3 + (0,), mode="nearest", truncate=2.5).reshape(-1, 3)
 
 
-def rms(relative: Array, level: Array) -> float:
-    """Root mean square over cells and channels, weighted by the level."""
-    return float(np.sqrt((level * relative**2).sum() / level.sum()))
+def rms(first: Array, second: Array, level: Array) -> float:
+    """Root mean square over cells and channels, weighted by the level, of what two samples have in common."""
+    return float(np.sqrt(max(0.0, (level * first * second).sum() / level.sum())))
 
 
 def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws: int) -> dict[str, Any]:
@@ -65,27 +70,37 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
         before = total(list(integrator.light_fields(rest, count, seed=seed, outside=outside).values())).fluence
         return after, before
 
-    after, before = light(many, FIRST_SEED)
-    counts, level = integrator.counts, mean_field(before, integrator.counts)
-    truth = mean_field(after, counts) / level - 1
+    counts, truths, levels = integrator.counts, [], []
+    for turn in range(2):
+        after, before = (mean_field(each, integrator.counts) for each in light(many, FIRST_SEED + turn))
+        truths.append(after / before - 1)
+        levels.append(before)
+    careful = light(many, FIRST_SEED + 2)[1]
+    level, known = (levels[0] + levels[1]) / 2, mean_field(careful, counts)
     contact = renderer._contact(placed)
     share = contact_share(integrator.inventory.centres_mm(rest), contact.vertices, contact.faces)
+    size = Expected(cells=share, voxels=np.ones(1))
     kept: dict[str, list[float]] = {"noise": [], "kept": [], "all": []}
     for seed in range(draws):
         now, cheap = light(shares, seed)
-        kept["noise"].append(rms(mean_field(cheap, counts) / level - 1, level))
-        for name, expected in (("kept", Expected(cells=share, voxels=np.ones(1))), ("all", None)):
-            fields = [{str(c): only(each, c) for c in range(3)} for each in (now, cheap, before)]
+        noise = mean_field(cheap, counts) / level - 1
+        kept["noise"].append(rms(noise, noise, level) ** 2)
+        for name, expected in (("kept", size), ("all", None)):
+            fields = [{str(c): only(each, c) for c in range(3)} for each in (now, cheap, careful)]
             found = total(list(anchored_light(*fields, counts, None, expected=expected).values())).fluence
-            kept[name].append(rms(mean_field(found, counts) / level - 1 - truth, level))
+            wrong = [mean_field(found, counts) / known - 1 - truth for truth in truths]
+            kept[name].append(rms(wrong[0], wrong[1], level) ** 2)
+    errors = {name: float(np.sqrt(np.mean(squares))) for name, squares in kept.items()}
+    change = rms(truths[0], truths[1], level)
     return {
         "particles": own,
-        "mean_change": ((level * truth).sum(0) / level.sum(0)).tolist(),
-        "rms_change": rms(truth, level),
-        "rms_change_over_share": rms(truth, level) / rms(share[:, None] * np.ones(3), level),
-        "noise_of_frame": float(np.mean(kept["noise"])),
-        "error_expected": float(np.mean(kept["kept"])),
-        "error_all": float(np.mean(kept["all"])),
+        "mean_change": ((level * (truths[0] + truths[1]) / 2).sum(0) / level.sum(0)).tolist(),
+        "expected_change": size.size(careful),
+        "error_left_out": change,
+        "change_over_share": change * CHANGED_SHARE / size.size(careful),
+        "noise_of_frame": errors["noise"],
+        "error_expected": errors["kept"],
+        "error_all": errors["all"],
     }
 
 

@@ -15,7 +15,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr
 from magicsim.light.frame.anchored_image import anchored_image
 from magicsim.light.frame.frame_image import Look, own_field
-from magicsim.light.frame.frame_light import Before, before_contact, free_light, lifted, touched_light
+from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.frame.shared_noise import REACH_PX
 from magicsim.light.plain_renderer import FloatImage, PlainRenderer, checked, lights_of
 from magicsim.light.reach import is_out_of_reach
@@ -219,7 +219,10 @@ class Renderer(PlainRenderer):
             return self._gathered(view, field, lit)
         before = self._lifted(view, placed) if placed is not None and _reaches(placed) else placed
         world = self.world(view).scene
-        field = touched_light(world, self._before_contact(before), careful, self._contact(placed), seed=seed)
+        field = touched_light(
+            world, self._before_contact(before), careful, self._contact(placed),
+            least=self.settings.light_change, seed=seed,
+        )  # fmt: skip
         field = self._arrived(view, world, None, field)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
         return self._gathered(view, field, found)
@@ -247,8 +250,10 @@ class Renderer(PlainRenderer):
         """Light of the last state before contact, kept for other depths of one press."""
         kept = self._before
         if kept is None or not np.array_equal(_known(kept[0]), _known(placed)):
-            scene, careful, cheap = self.world(View()).scene, self.careful(), self.cheap()
-            light = before_contact(scene, self._outside(placed, None), careful, cheap, seed=self.seed)
+            light = Before(
+                scene=self.world(View()).scene, placed=lambda: self._outside(placed, None), rest=self.careful(),
+                cheap=self.cheap(), seed=self.seed,
+            )  # fmt: skip
             self._before = kept = (placed, light)
         return kept[1]
 

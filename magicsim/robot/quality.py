@@ -18,6 +18,8 @@ class Quality:
     """Settings of `design.lattice`."""
     render: dict[str, Any] = field(default_factory=dict)
     """Settings of `render`; the smaller number is taken where the scene's own is coarser still."""
+    bounds: dict[str, Any] = field(default_factory=dict)
+    """Bounds of what `render` leaves out; the larger number is taken where the scene's own is coarser still."""
     output: dict[str, Any] = field(default_factory=dict)
     """Settings of `output`."""
     newton: NewtonOptions = field(default_factory=NewtonOptions)
@@ -29,12 +31,14 @@ class Quality:
         Raises:
             ConfigError: The coarser scene is not allowed.
         """
-        if not (self.lattice or self.render or self.output):
+        if not (self.lattice or self.render or self.bounds or self.output):
             return scene
         data = scene.model_dump()
         data["design"]["lattice"] |= self.lattice
         data["output"] |= self.output
-        data["render"] |= {name: min(value, data["render"][name]) for name, value in self.render.items()}
+        given = data["render"]
+        given |= {name: min(value, given[name]) for name, value in self.render.items()}
+        given |= {name: max(value, given[name]) for name, value in self.bounds.items()}
         return validate(SceneConfig, data, source=f"quality '{self.name}'")
 
 
@@ -44,13 +48,14 @@ CONTROL_QUALITY = Quality(
     name="control",
     lattice={"growth": 3.0, "margin": 0.5, "fine_depth": 0.3},
     render={"samples": 1, "particles": 8_000, "anchor_samples": 16, "anchor_particles": 400_000},
+    bounds={"light_change": 0.05},
     output={"contact_mask": False, "displacements": False, "depth_map": False},
     newton=NewtonOptions(residual=1e-2, tolerance_mm=0.02, slip_mismatch=0.1),
 )
-"""For control loops: a lattice of about half the nodes, a quarter of the camera samples, a third of the particles, no
-masks, and load steps that end at a hundredth of the forces out of balance, after about half the Newton steps; the next
-step begins where the last one ended and corrects what is left. `benchmarks/control_loop.py` measures what that costs
-in accuracy."""
+"""For control loops: a lattice of about half the nodes, a quarter of the camera samples, a third of the particles,
+which are traced in contact only where that changes light by some per cent, no masks, and load steps that end at a
+hundredth of the forces out of balance, after about half the Newton steps; the next step begins where the last one ended
+and corrects what is left. `benchmarks/control_loop.py` measures what that costs in accuracy."""
 QUALITIES = {each.name: each for each in (FULL_QUALITY, CONTROL_QUALITY)}
 
 

@@ -133,6 +133,12 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     if solved and scene.render.reuse_mm > 0:
         bound = f"they are those of the untouched block where nothing near them moved by {scene.render.reuse_mm:g} mm"
         left_out.append(Decision(stage="camera paths past what hardly moved", reason=bound))
+    if solved and scene.render.light_change > 0 and not scene.design.is_opaque:
+        bound = (
+            f"light of just before contact, where a touch is expected to change it by less than "
+            f"{100 * scene.render.light_change:g} % (root mean square over the grid)"
+        )
+        left_out.append(Decision(stage="light pass of touches", reason=bound))
     left_out += [
         Decision(stage="deformation", reason=f"{count} of {total} frames: {reason}")
         for reason, count in reasons.items()

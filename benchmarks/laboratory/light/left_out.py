@@ -201,6 +201,18 @@ def _hardly_moved(field: str, what: str) -> Callable[[tuple[str, ...]], Rule]:
     return make
 
 
+def _light_of_touches(settings: tuple[str, ...]) -> Rule:
+    """A ball that is pressed so deep that a touch is as large as light pass is left out for, about."""
+    lean, full = (load_scene("pressed", [*settings, *more]) for more in ((), ("render.light_change=0",)))
+    other = load_scene(
+        "pressed", [*settings, "render.light_change=0", f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED
+    )
+    return Rule(
+        name=f"light pass of a touch, below {100 * lean.render.light_change:g} % of expected change", result="bounded",
+        full=_image(full), lean=_image(lean), again=(_image(other), _image(other)),
+    )  # fmt: skip
+
+
 def _image(scene: SceneConfig, *, whole: bool = False, far: bool = False) -> Run:
     """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths, `far` at any distance."""
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
@@ -266,5 +278,6 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
 RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (
     _repeated_states, _far_field, _nothing_scatters, _dark_flashlight, _recorded("near"),
     _recorded("flashlight"), _out_of_reach, _hardly_moved("still_mm", "displacements below"),
-    _hardly_moved("reuse_mm", "camera paths past what moved by less than"), _still_meshes, _region, _outputs,
+    _hardly_moved("reuse_mm", "camera paths past what moved by less than"), _light_of_touches,
+    _still_meshes, _region, _outputs,
 )  # fmt: skip

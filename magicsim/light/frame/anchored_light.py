@@ -17,8 +17,8 @@ SMOOTHING_CELLS = (2.0, 4.0, 8.0)
 CHANGED_SHARE = 0.3
 """Expected change of light, in units of what comes from the contact: a touched face sends back less than a bare one,
 which reflects all light that comes slantwise, or more, as the object is dark or bright. A grey box on all of the face
-changes light by 0.22 of that in the root mean square, and a ball 0.5 mm deep by 0.14 (`benchmarks/touch_light.py`);
-from 0.1 to 0.5 for other objects (assumed)."""
+changes light by 0.23 of that in the root mean square, balls and smaller boxes by 0.07 to 0.17
+(`benchmarks/touch_light.py`); from 0.1 to 0.5 for other objects (assumed)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +29,16 @@ class Expected:
     """Of each cell, shape (cells,)."""
     voxels: Array
     """Of each voxel of the body, shape (voxels,)."""
+
+    def size(self, fluence: Array) -> float:
+        """Expected relative change of the light in the cells, root mean square.
+
+        Args:
+            fluence: What weighs the cells, shape (cells, 3).
+        """
+        level = fluence.sum(1)
+        whole = float(level.sum())
+        return CHANGED_SHARE * float(np.sqrt((level * self.cells**2).sum() / whole)) if whole > 0 else 0.0
 
 
 def anchored_light(

@@ -1,11 +1,14 @@
 """Light of one frame: that of the untouched sensor, and what object, outside lights and deformation change of it.
 
 While nothing touches, what the object adds is traced from recorded light, and nothing else changes. A touched frame
-traces its particles anew; what they differ by from the same particles just before contact is the change that counts, as
-far as it is more than noise (`anchored_light`). So light is the same estimate on both sides of the first contact.
+has the light of just before contact, and where the object covers so much of the face that it may change it, traces its
+particles anew: what they differ by from the same particles before contact is the change that counts, as far as it is
+more than noise (`anchored_light`). So light is the same estimate on both sides of the first contact.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,34 +55,34 @@ def free_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouche
     return total([_own_light(scene, outside, careful, cheap, seed=seed), _flashlight(scene, outside, seed=seed)])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Before:
-    """Light of the last state before contact, which frames along one press share."""
+    """Light of strips and room in the last state before contact, which frames along one press share."""
 
-    careful: LightField
-    """As well as it is known."""
-    traced: LightField
-    """By the particles of the frame."""
+    scene: Any
+    """The loaded scene, with nothing before the block."""
+    placed: Callable[[], Outside]
+    """Puts what stands before the block where it stood then; it may be somewhere else when the light is asked for."""
+    rest: Untouched
+    """The untouched sensor."""
+    cheap: Untouched
+    """The untouched sensor with the particles and random numbers of the frame."""
+    seed: int
+    """Of the frame."""
 
+    @cached_property
+    def careful(self) -> LightField:
+        """As well as it is known."""
+        return _own_light(self.scene, self.placed(), self.rest, self.cheap, seed=self.seed)
 
-def before_contact(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> Before:
-    """Light of strips and room when the block was last untouched.
-
-    Args:
-        scene: The loaded scene, with nothing before the block.
-        outside: What stood before the block then.
-        careful: The untouched sensor.
-        cheap: The same with the particles and random numbers of the frame.
-        seed: Of the frame.
-    """
-    return Before(
-        careful=_own_light(scene, outside, careful, cheap, seed=seed),
-        traced=_traced_before(scene, outside, cheap, seed=seed),
-    )
+    @cached_property
+    def traced(self) -> LightField:
+        """By the particles of the frame."""
+        return _traced_before(self.scene, self.placed(), self.cheap, seed=self.seed)
 
 
 def touched_light(
-    world: Any, before: Before, careful: Untouched, contact: SurfaceMesh | None, *, seed: int
+    world: Any, before: Before, careful: Untouched, contact: SurfaceMesh | None, *, least: float, seed: int
 ) -> LightField:
     """Light in the deformed block and on the object.
 
@@ -89,21 +92,26 @@ def touched_light(
         careful: The untouched sensor.
         contact: The object's surface where it touches, which tells how large changes may be; all that is found counts
             where nobody knows.
+        least: Expected relative change, root mean square over the cells, below which the light before contact serves:
+            each cell keeps its own. A body that scatters changes its light with its shape, and is always traced.
         seed: Of the frame.
     """
     integrator: FluenceIntegrator = world.integrator()
-    fields = integrator.light_fields(world, integrator.shares(world), seed=seed)
-    lamp = fields.pop(FLASHLIGHT, None)
-    dark = integrator.darkness(world)
-    now = total([dark, *fields.values()])
+    shares = integrator.shares(world)
+    expected = _expected(world, integrator, contact) if contact is not None else None
+    if expected is not None and integrator.voxels is None and expected.size(before.careful.fluence) < least:
+        lamp = {name: count for name, count in shares.items() if name == FLASHLIGHT}
+        return total([before.careful, *integrator.light_fields(world, lamp, seed=seed).values()])
+    fields = integrator.light_fields(world, shares, seed=seed)
+    flashlight = fields.pop(FLASHLIGHT, None)
+    now = total([integrator.darkness(world), *fields.values()])
     held, held_before = integrator.held_mm3(world), careful.held_mm3
     growth = np.divide(held, held_before, out=np.zeros_like(held), where=held_before > 0)
     voxels = integrator.voxels.counts if integrator.voxels is not None else None
     states = [_by_channel(each) for each in (now, before.traced, before.careful)]
-    expected = _expected(world, integrator, contact) if contact is not None else None
     found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth=growth, expected=expected)
     anchored = replace(total(list(found.values())), irradiance=now.irradiance)
-    return total([anchored, *([lamp] if lamp is not None else [])])
+    return total([anchored, *([flashlight] if flashlight is not None else [])])
 
 
 def _expected(world: Any, integrator: FluenceIntegrator, contact: SurfaceMesh) -> Expected:

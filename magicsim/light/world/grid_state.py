@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,22 @@ from magicsim.light.world.shapes import mesh_of
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class GridState:
     """What is known of the cells as they are deformed."""
 
-    volumes_mm3: Array
-    """Shape (cells,) [mm3]."""
+    mesh: SurfaceMesh
+    cells: int
+    """Their number."""
     centres_mm: Array
     """Mean of the vertices of each cell, shape (cells, 3) [mm]."""
     faces: CellFaces | None
     """For `next_hit`; None to search among all triangles for every hit."""
+
+    @cached_property
+    def volumes_mm3(self) -> Array:
+        """Shape (cells,) [mm3]."""
+        return cell_volumes_mm3(self.mesh.vertices, self.mesh.faces, self.cells)
 
 
 class GridStates:
@@ -59,7 +66,8 @@ class GridStates:
         cells = len(mesh.faces) // self.triangles_per_cell
         alone = not any(box.overlaps(shape.bbox()) for shape in strangers)
         return GridState(
-            volumes_mm3=cell_volumes_mm3(mesh.vertices, mesh.faces, cells),
+            mesh=mesh,
+            cells=cells,
             centres_mm=mesh.vertices.reshape(cells, -1, 3).mean(1),
             faces=cell_faces(mesh.vertices, self.topology) if self.topology is not None and alone else None,
         )

@@ -26,6 +26,8 @@ def test_control_is_coarser_and_never_finer_than_the_scene():
     found = CONTROL_QUALITY.applied(scene)
     assert found.render.samples < scene.render.samples
     assert found.render.particles == 500
+    assert found.render.light_change > scene.render.light_change
+    assert CONTROL_QUALITY.applied(load_scene("grip", ["render.light_change=0.5"])).render.light_change == 0.5
     assert found.design.lattice.growth > scene.design.lattice.growth
     assert (found.rig, found.object, found.contact) == (scene.rig, scene.object, scene.contact)
     assert not found.output.contact_mask

@@ -123,3 +123,14 @@ def test_half_of_a_noise_that_is_shared_in_half_is_taken_off(careful):
 def test_without_a_grid_the_careful_field_stands(careful):
     states = ({"led": light(fluence)} for fluence in (2 * careful, careful, careful))
     assert anchored_light(*states, None, None)["led"].fluence is careful
+
+
+def test_expected_size_is_that_of_the_lit_cells(careful):
+    even = Expected(cells=np.full(CELLS, 0.4), voxels=np.ones(1))
+    assert even.size(careful) == pytest.approx(0.4 * CHANGED_SHARE)
+    lit = np.zeros((CELLS, 3))
+    lit[0] = (1, 2, 3)
+    lit[1] = (0, 6, 0)
+    far = Expected(cells=np.concatenate([[0.1, 0.3], np.ones(CELLS - 2)]), voxels=np.ones(1))
+    assert far.size(lit) == pytest.approx(CHANGED_SHARE * np.sqrt((0.1**2 + 0.3**2) / 2))
+    assert far.size(np.zeros((CELLS, 3))) == 0

@@ -1,0 +1,45 @@
+"""A touch that can change little of the light in the block is shown in the light of just before it."""
+
+import numpy as np
+import pytest
+
+from magicsim.light.backend import VARIANT
+from magicsim.scenes.timeline import timeline
+from magicsim.simulation.sensor import Sensor
+
+pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+CHEAP = ("render.samples=2", "render.particles=2000", "render.anchor_samples=4", "render.anchor_particles=40000")
+MANY = ("render.samples=16", "render.particles=400000", "render.anchor_samples=16", "render.anchor_particles=400000")
+COVERED = ("object={kind='box',size_mm=[40,50,10]}", "keyframes=[{frame=0,gap_mm=-0.1}]")
+TRACED, LEFT_OUT = "render.light_change=0", "render.light_change=1"
+
+
+def image(scene):
+    sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
+    return sensor.radiance(state, sensor.deform(state, sensor.rest)).astype(np.float64)
+
+
+def light_touch(depth_mm):
+    return f"keyframes=[{{frame=0,gap_mm=-{depth_mm}}}]"
+
+
+def test_how_much_of_the_face_is_covered_decides(small_scene):
+    light = [image(small_scene("pressed", *CHEAP, light_touch(0.05), *more)) for more in ((), (TRACED,), (LEFT_OUT,))]
+    assert np.array_equal(light[0], light[2])
+    assert not np.array_equal(light[0], light[1])
+    covered = [image(small_scene("pressed", *CHEAP, *COVERED, *more)) for more in ((), (TRACED,))]
+    assert np.array_equal(covered[0], covered[1])
+
+
+def test_a_scattering_body_is_always_traced(small_scene):
+    hazy = ("design.materials.body.sigma_s_per_mm=0.3", light_touch(0.05))
+    default, traced = (image(small_scene("pressed", *CHEAP, *hazy, *more)) for more in ((), (TRACED,)))
+    assert np.array_equal(default, traced)
+
+
+@pytest.mark.parametrize("depth_mm", [0.1, pytest.param(0.5, marks=pytest.mark.slow)])
+def test_mean_brightness_is_that_of_traced_light_within_the_bound(small_scene, depth_mm):
+    traced, left_out = (
+        image(small_scene("pressed", *MANY, light_touch(depth_mm), more)) for more in (TRACED, LEFT_OUT)
+    )
+    np.testing.assert_allclose(left_out.mean((0, 1)), traced.mean((0, 1)), rtol=0.01)
