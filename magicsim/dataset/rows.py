@@ -42,6 +42,10 @@ def episode_table(
         constants: Columns that are the same in every row, drawn values under their names.
     """
     rows = [row | constants for row in frame_rows(frames, scene, calibration)]
+    for column in columns:
+        if rows and column.name not in rows[0] and not column.name.startswith(DRAWN):
+            msg = f"column '{column.name}' is declared in `columns_of`, and nothing fills it"
+            raise ValueError(msg)
     arrays = []
     for column in columns:
         values: list[Any] = [row[column.name] if row.get(column.name) is not None else column.empty for row in rows]

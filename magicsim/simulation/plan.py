@@ -1,8 +1,9 @@
 """Decides before work starts what a scene needs, and says why the rest is left out.
 
-Every rule for frames is exact: leaving out changes no frame, which tests hold by rendering with and without. The one
-that is not, the coarse far field of the lattice, states its bound; where the lattice does not resolve an object's
-edges, the plan says so. What only an exposed image tells, that an object is
+Which frames are solved and rendered is decided exactly: leaving out changes no frame, which tests hold by rendering
+with and without. What is left out within a frame up to a bound (the coarse far field of the lattice, what hardly moved,
+the light of touches that change little of it) states that bound; where the lattice does not resolve an object's edges,
+the plan says so. What only an exposed image tells, that an object is
 too far to be seen, is left to the renderer (`magicsim.light.reach`).
 """
 

@@ -13,7 +13,7 @@ class Patience:
     misfit_mm: float
     """Largest penetration, and largest gap under pressure, that needs no update [mm]."""
     mismatch: float
-    """Largest departure from the law of friction that needs none, see `contact.slip_mismatch`."""
+    """Largest departure from the law of friction that needs none, see `contact.augmented.slip_mismatch`."""
     multiplier_residual: float
     """Relative residual below which multipliers are updated."""
     limit_residual: float
