@@ -1,7 +1,8 @@
 """Effects of a real camera, each a table of its own below `rig.camera`; left out, an effect is off.
 
 All are off by default, because the default rig's figures were measured without them; `scenes/rigs/digit-webcam.toml`
-has all that an ordinary webcam shows. Ranges are *assumed* unless a source is named.
+has all that an ordinary webcam shows. Noise of photons and reading and the gain pattern, which are always on, are
+fields of `Camera` (`magicsim.scenes.rig`). Ranges are *assumed* unless a source is named.
 """
 
 from typing import Annotated, Literal, Self
