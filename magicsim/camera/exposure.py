@@ -1,8 +1,8 @@
 """From linear radiance to the 8-bit frame: exposure, noise, tone curve, compression; each frame by itself.
 
-Noise follows the linear camera model of EMVA Standard 1288: photo-electrons (Poisson's law,
-taken as a Gaussian of its variance), Gaussian read noise, a fixed gain pattern, dark signals. Exposure is measured once on the untouched sensor; `magicsim.camera.stream` has what
-depends on time and on the frames before.
+Noise follows the linear camera model of EMVA Standard 1288: photo-electrons (Poisson's law, taken as a
+Gaussian of its variance), Gaussian read noise, a fixed gain pattern, dark signals. Exposure is measured once on the
+untouched sensor; `magicsim.camera.stream` has what depends on time and on the frames before.
 """
 
 from dataclasses import dataclass
