@@ -29,7 +29,8 @@ def frame_file(index: int) -> str:
 def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -> None:
     """Writes truth and verdicts, one row a frame, references included.
 
-    Columns that a dataset has too are named as there. Only labels that were not asked for are null: elsewhere a text is empty and a number NaN where there is nothing.
+    Columns that a dataset has too are named as there. Only labels that were not asked for are null: elsewhere a text is
+    empty and a number NaN where there is nothing.
     """
     skipped = len(episode.references)
     marked, taxels = episode.scene.design.markers is not None, episode.scene.output.taxels
