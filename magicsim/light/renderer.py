@@ -1,7 +1,9 @@
 """Radiance of one sensor in any state, anchored to its untouched one, with as little work as the state needs."""
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -251,7 +253,7 @@ class Renderer(PlainRenderer):
         kept = self._before
         if kept is None or not np.array_equal(_known(kept[0]), _known(placed)):
             light = Before(
-                scene=self.world(View()).scene, placed=lambda: self._outside(placed, None), rest=self.careful(),
+                scene=self.world(View()).scene, placed=self._putting_outside(placed, None), rest=self.careful(),
                 cheap=self.cheap(), seed=self.seed,
             )  # fmt: skip
             self._before = kept = (placed, light)
@@ -259,7 +261,11 @@ class Renderer(PlainRenderer):
 
     def _outside(self, placed: Array | None, light_x_mm: float | None) -> Outside:
         """What stands before the block, in its place; a ghost is nothing there."""
-        return self._outsides.of(None if self.object_finish.is_ghost else placed, light_x_mm)
+        return self._putting_outside(placed, light_x_mm)()
+
+    def _putting_outside(self, placed: Array | None, light_x_mm: float | None) -> Callable[[], Outside]:
+        """Puts it there when it is called; it does not hold this renderer, whose memory is large."""
+        return partial(self._outsides.of, None if self.object_finish.is_ghost else placed, light_x_mm)
 
     def _changed(self, view: View, placed: Array | None, pixels: Numbers) -> npt.NDArray[np.bool_]:
         """Which pixels have a path of the cheap record that met something that has moved, shape (pixels,)."""

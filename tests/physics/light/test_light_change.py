@@ -1,5 +1,8 @@
 """A touch that can change little of the light in the block is shown in the light of just before it."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -43,3 +46,17 @@ def test_mean_brightness_is_that_of_traced_light_within_the_bound(small_scene, d
         image(small_scene("pressed", *MANY, light_touch(depth_mm), more)) for more in (TRACED, LEFT_OUT)
     )
     np.testing.assert_allclose(left_out.mean((0, 1)), traced.mean((0, 1)), rtol=0.01)
+
+
+def test_a_renderer_that_nobody_holds_goes_at_once(small_scene):
+    """Its records are hundreds of megabytes, and the next sensor does not wait for the collector of circles."""
+    scene = small_scene("pressed", *CHEAP, light_touch(0.05))
+    sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
+    sensor.radiance(state, sensor.deform(state, sensor.rest))
+    kept = weakref.ref(sensor.renderer)
+    gc.disable()
+    try:
+        del sensor
+        assert kept() is None
+    finally:
+        gc.enable()
