@@ -18,7 +18,7 @@ MAKES = {
     "report": "pages", "fit": "fitted constants", "dataset": "shards", "robot": "live sensors",
     "evaluation": "detectors compared", "sweep": "designs compared", "bench": "error against time",
     "learn": "models that read", "study": "experiments", "task": "closed loops",
-    "live": "a window",
+    "live": "a window", "real": "recordings as data",
     "cli": "one function a command",
 }  # fmt: skip
 """What each part makes."""

@@ -10,13 +10,14 @@ def calibrate(
     *episodes: Path, out: Out, base: str = "published", settings: Settings = None, seed: Seed = None,
     json: Json = False,
 ) -> None:  # fmt: skip
-    """Fit a detector profile to labelled episodes of one sensor: folders of `simulate`, or images with a labels.csv.
+    """Fit a detector profile to labelled episodes of one sensor: runs, datasets, images with a labels.csv.
 
     --base names the profile that gives what is not fitted. --set narrows the search, as in `--set tau_b=[35,50]` or
     `--set polarity=dark`, or changes another option of the base.
     """
     from magicsim.detectors.sources.video import quiet_opencv
     from magicsim.errors import ConfigError
+    from magicsim.evaluation.takes.existing import labelled_episodes
     from magicsim.judge.profile_fit import calibrate as fit
 
     del seed  # nothing here is random; the option exists on every command
@@ -24,7 +25,7 @@ def calibrate(
         msg = "episodes are missing; give at least one folder of a labelled episode"
         raise ConfigError(msg)
     with quiet_opencv():
-        summary = fields_of(fit(episodes, out, base=base, settings=settings or []))
+        summary = fields_of(fit(episodes, out, base=base, settings=settings or [], read=labelled_episodes))
     if not json:
         for separation in summary["roc"].values():
             del separation["curve"]

@@ -2,6 +2,9 @@
 
 import sys
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from magicsim.cli.app import Json, Seed, Settings, app
 from magicsim.errors import ConfigError
@@ -9,11 +12,14 @@ from magicsim.errors import ConfigError
 
 @app.command
 def detect(
-    source: Path, *, reference: Path, profile: str = "calibrated", frames: int | None = None, grasp: bool = False,
+    source: Path, *,
+    reference: Annotated[Path | None, Parameter(help="Frames of the untouched sensor.")] = None,
+    profile: str = "calibrated", frames: int | None = None, grasp: bool = False,
     seed: Seed = None, settings: Settings = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Run the detectors on an image, a folder of images, a video or a camera (by its index).
+    """Run the detectors on an image, a folder of images, a video, a camera (by its index), a run or a dataset.
 
+    A run of `simulate`, a dataset and a recording with a truth.csv bring their own references.
     --frames judges so many frames at most; a camera runs until it is interrupted without it. --grasp runs the grasp
     state machine over the frames and adds its `stage` and `slip` to each.
     """
@@ -24,5 +30,14 @@ def detect(
     if settings:
         msg = f"--set {settings[0]} is not allowed with detect; write a profile file and name it with --profile"
         raise ConfigError(msg)
+    if reference is None:
+        from magicsim.evaluation.takes.existing import is_existing
+        from magicsim.evaluation.takes.verdicts import write_existing_verdicts
+
+        if not is_existing(source):
+            msg = f"--reference is missing: '{source}' is no run, dataset or recording with untouched frames of its own"
+            raise ConfigError(msg)
+        write_existing_verdicts(sys.stdout, source, profile, frames=frames, grasp=grasp, as_json=json)
+        return
     with quiet_opencv():  # a broken image is reported once, by us
         write_verdicts(sys.stdout, source, reference, profile, frames=frames, grasp=grasp, as_json=json)

@@ -24,6 +24,7 @@ from magicsim.cli import (  # noqa: F401
     live,
     machine,
     mechanics,
+    real,
     scene,
     study,
     sweep,

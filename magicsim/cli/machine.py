@@ -46,7 +46,7 @@ def doctor(
 @app.command
 def schema(
     kind: Literal[
-        "design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study", "item"
+        "design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study", "item", "real",
     ] = "scene", *,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip

@@ -1,4 +1,4 @@
-"""Which columns the rows of a recipe have."""
+"""Which columns the rows of a recipe have, and those of recorded frames."""
 
 from dataclasses import replace
 
@@ -15,7 +15,47 @@ DRAWN = "drawn."
 def columns_of(recipe: Recipe) -> list[Column]:
     """All columns, in order."""
     camera, strips = recipe.rig.camera, len(recipe.rig.strips)
-    size = (camera.rows, camera.columns)
+    columns = [
+        *_of_moment(as_metadata(recipe)),
+        *_large(recipe, (camera.rows, camera.columns)),
+        *_of_object(),
+        # Lists of no numbers are written, but cannot be read.
+        *(
+            [vector("led_radiance", 3 * strips, "radiance of each LED strip, RGB, in the rig's order")]
+            if strips
+            else []
+        ),
+        *_of_surroundings(),
+        *_of_camera(),
+        value("iterations", "int32", "Newton iterations of the frame's deformation"),
+        value("min_jacobian", "float64", "smallest Jacobian of the deformation, above 0"),
+        value("max_penetration_mm", "float64", "deepest contact point inside the object [mm]"),
+        value("force_balance", "float64", "relative difference of contact force and reaction"),
+        value("seed", "int64", "seed of the episode"),
+        value("config_hash", "string", "SHA-256 of the recipe"),
+        value("version", "string", "programs that made the row"),
+        value("variant", "string", "Mitsuba variant that rendered"),
+    ]
+    return columns + [
+        value(f"{DRAWN}{name}", "float64", "drawn value; NaN where it does not apply") for name in drawn_names(recipe)
+    ]
+
+
+def recorded_columns() -> list[Column]:
+    """Columns that frames of a real sensor may have, in order; names, types and units are those of simulated ones."""
+    return [
+        *_of_moment(None),
+        *_of_object(),
+        *_of_surroundings(),
+        *_of_camera(),
+        value("config_hash", "string", "SHA-256 of the description and of what it names"),
+        value("version", "string", "programs that made the row"),
+    ]
+
+
+def _of_moment(force_metadata: dict[str, str] | None) -> list[Column]:
+    """What is seen, when, and how it touches."""
+    force = vector("force_n", 3, "force of the object on the sensor [N]")
     return [
         image("image", "what the camera sees: RGB PNG, row 0 at +y, column 0 at -x"),
         value("episode", "int32", "number of the episode"),
@@ -30,10 +70,14 @@ def columns_of(recipe: Recipe) -> list[Column]:
         ),
         value("contact", "bool", "whether a contact force acts"),
         value("depth_mm", "float64", "indentation depth [mm]"),
-        replace(vector("force_n", 3, "force of the object on the sensor [N]"), metadata=as_metadata(recipe)),
+        replace(force, metadata=force_metadata),
         vector("torque_nmm", 3, "its torque about the origin [N mm]"),
         value("contact_area_mm2", "float64", "area that touches [mm2]"),
-        *_large(recipe, size),
+    ]
+
+
+def _of_object() -> list[Column]:
+    return [
         value("object_kind", "string", "kind of the object, empty without one"),
         value("object_config", "string", "the object's shape, orientation and colour as JSON, empty without one"),
         vector("object_color", 3, "its diffuse reflectance, linear RGB; NaN without one"),
@@ -43,33 +87,25 @@ def columns_of(recipe: Recipe) -> list[Column]:
         vector("object_rotation", 9, "rotation matrix from its frame to the sensor's, row by row"),
         value("twist_deg", "float64", "its turn about z on the path [degrees]"),
         value("friction", "float64", "Coulomb's coefficient between skin and object"),
-        # Lists of no numbers are written, but cannot be read.
-        *(
-            [vector("led_radiance", 3 * strips, "radiance of each LED strip, RGB, in the rig's order")]
-            if strips
-            else []
-        ),
+    ]
+
+
+def _of_surroundings() -> list[Column]:
+    return [
         value("room", "string", "room that the sensor stands in: a preset, `dark`, a file, or empty for even light"),
         vector("room_radiance", 3, "its mean radiance, RGB, in the units of the strips'"),
         value("flashlight", "bool", "whether the outside light is on"),
         vector("flashlight_radiance", 3, "its radiance, RGB"),
         value("flashlight_x_mm", "float64", "its centre along x [mm]"),
+    ]
+
+
+def _of_camera() -> list[Column]:
+    return [
         vector("camera_matrix", 9, "intrinsics in air, row by row [px]; pixel centres are whole"),
         vector("camera_distortion", 5, "OpenCV's k1, k2, p1, p2, k3"),
         vector("camera_position_mm", 3, "pinhole in the sensor's frame [mm]"),
         vector("camera_rotation", 9, "rotation from the camera's frame (x right, y down, z ahead) to the sensor's"),
-        value("iterations", "int32", "Newton iterations of the frame's deformation"),
-        value("min_jacobian", "float64", "smallest Jacobian of the deformation, above 0"),
-        value("max_penetration_mm", "float64", "deepest contact point inside the object [mm]"),
-        value("force_balance", "float64", "relative difference of contact force and reaction"),
-        value("seed", "int64", "seed of the episode"),
-        value("config_hash", "string", "SHA-256 of the recipe"),
-        value("version", "string", "programs that made the row"),
-        value("variant", "string", "Mitsuba variant that rendered"),
-        *(
-            value(f"{DRAWN}{name}", "float64", "drawn value; NaN where it does not apply")
-            for name in drawn_names(recipe)
-        ),
     ]
 
 

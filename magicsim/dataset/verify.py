@@ -147,7 +147,7 @@ def _rows(file: pq.ParquetFile, entry: ShardEntry, config_hash: str) -> Iterator
         yield f"holds {table.num_rows} rows of episodes {sorted(set(episodes))}, not what the manifest lists"
     if set(table["config_hash"].to_pylist()) - {config_hash}:
         yield "holds rows of another recipe"
-    if "force_n" in table.column_names:
+    if {"force_n", "force_balance"} <= set(table.column_names):  # of simulated rows
         force = np.array(table["force_n"].to_pylist())
         if not np.isfinite(force).all() or (np.array(table["force_balance"]) > BALANCE).any():
             yield "holds rows whose force is not finite or not balanced"

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.dataset.frames import open_frames
+from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.sources.source import read_source, source_kind
-from magicsim.errors import ConfigError, FrameError
+from magicsim.errors import ConfigError, FrameError, unknown_choice
 from magicsim.scenes.rig import Camera
 
 Array = npt.NDArray[np.float64]
@@ -71,12 +73,25 @@ def observe(
 
 
 def read_observation(source: str | Path, camera: Camera, *, frame: int | None = None) -> Observation:
-    """Frames of a file, a folder or a video.
+    """Frames of a file, a folder, a video or a dataset.
+
+    Args:
+        source: A dataset stands for its reference frames, or, as `DATASET:3`, for the other frames of its episode 3.
+        camera: Of the rig that is fitted.
+        frame: Which scored frame of the scene they show; None for the untouched sensor.
 
     Raises:
-        ConfigError: No such source, or a camera, which cannot be read again.
+        ConfigError: No such source or episode, or a camera, which cannot be read again.
         FrameError: An image cannot be used.
     """
+    folder, separator, episode = str(source).rpartition(":")
+    if separator and (Path(folder) / MANIFEST).is_file():
+        return observe(_episode_images(Path(folder), episode), camera, frame=frame, source=str(source))
+    if (Path(source) / MANIFEST).is_file():
+        if frame is not None:
+            msg = f"frame {frame}: '{source}' is a dataset; name an episode that shows one state, as in {source}:0"
+            raise ConfigError(msg)
+        return observe(_reference_images(Path(source)), camera, source=str(source))
     if source_kind(source) == "camera":
         msg = f"source '{source}' is a camera; give recorded images, so that the fit can be repeated"
         raise ConfigError(msg)
@@ -88,3 +103,21 @@ def read_observation(source: str | Path, camera: Camera, *, frame: int | None = 
             break
     reading.close()
     return observe(images, camera, frame=frame, source=str(source))
+
+
+def _reference_images(folder: Path) -> list[Frame]:
+    frames = open_frames(folder, ("image", "is_reference"))
+    found = frames.where(frames.column("is_reference"))
+    if not len(found):
+        msg = f"dataset '{folder}' has no reference frames: name frames of the untouched sensor"
+        raise ConfigError(msg)
+    return [found[number]["image"] for number in range(min(len(found), MOST_FRAMES))]
+
+
+def _episode_images(folder: Path, episode: str) -> list[Frame]:
+    frames = open_frames(folder, ("image", "is_reference", "episode"))
+    numbers = frames.column("episode")
+    if not episode.isdecimal() or int(episode) not in numbers:
+        raise ConfigError(unknown_choice(f"episode of '{folder}'", episode, map(str, np.unique(numbers).tolist())))
+    found = frames.where((numbers == int(episode)) & ~frames.column("is_reference"))
+    return [found[number]["image"] for number in range(min(len(found), MOST_FRAMES))]

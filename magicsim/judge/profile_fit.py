@@ -1,7 +1,7 @@
 """Fits a detector profile to labelled episodes of one sensor and saves it, so that every design is judged fairly."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -69,8 +69,18 @@ class FitSummary:
     against the rest by S, frames called Noise left out."""
 
 
+def read_one(folder: Path) -> list[Episode]:
+    """The one episode of a run or of a labelled folder of images."""
+    return [read_episode(folder)]
+
+
 def calibrate(
-    episodes: Sequence[Path], out: Path, *, base: str | Path = "published", settings: Sequence[str] = ()
+    episodes: Sequence[Path],
+    out: Path,
+    *,
+    base: str | Path = "published",
+    settings: Sequence[str] = (),
+    read: Callable[[Path], Sequence[Episode]] = read_one,
 ) -> FitSummary:
     """Fits thresholds, options and widths to labelled episodes and writes them as a profile.
 
@@ -80,6 +90,7 @@ def calibrate(
         out: TOML file to write.
         base: Profile that gives everything that is not fitted.
         settings: `key=value`: one value or a list for an option that is searched, one value for another of the base.
+        read: Episodes of a folder; `magicsim.evaluation.takes.existing.labelled_episodes` reads datasets too.
 
     Raises:
         MagicsimError: Episodes, settings or the file cannot be used; then nothing is written.
@@ -91,7 +102,7 @@ def calibrate(
         msg = f"profile file '{out}' cannot be written: no such folder"
         raise OutputError(msg)
     start, candidates = _search(load_profile(base), settings)
-    labelled = [read_episode(folder) for folder in episodes]
+    labelled = [episode for folder in episodes for episode in read(folder)]
     fitted = fit_profile(start, labelled, candidates)
     profile = fit_widths(fitted.best.profile, labelled)
     seen, unseen = score_profile(profile, labelled), cross_validate(start, labelled, candidates)

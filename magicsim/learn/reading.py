@@ -128,6 +128,7 @@ def _check_size(image: Frame, config: ModelConfig, what: str) -> None:
     if (rows, columns) != (config.frame_rows, config.frame_columns):
         msg = (
             f"{what} has {columns} x {rows} pixels; the model takes frames of "
-            f"{config.frame_columns} x {config.frame_rows}"
+            f"{config.frame_columns} x {config.frame_rows}; `magicsim real` brings recorded ones to that with "
+            f"frames.size_px = [{config.frame_columns}, {config.frame_rows}]"
         )
         raise FrameError(msg)

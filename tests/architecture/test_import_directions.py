@@ -18,7 +18,7 @@ LAYERS = (
     {"judge"},
     {"report", "fit", "dataset", "robot"},
     {"evaluation", "sweep", "bench", "learn"},
-    {"live", "study", "task"},
+    {"live", "study", "task", "real"},
     {"cli", "__main__"},
 )
 """Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""

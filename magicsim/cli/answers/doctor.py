@@ -5,7 +5,7 @@ import os
 import platform
 from dataclasses import dataclass
 
-from magicsim.cli.parts import Part, optional_parts
+from magicsim.cli.answers.parts import Part, optional_parts
 from magicsim.light.records.untouched_store import default_store
 from magicsim.light.variant import (
     LLVM_PACKAGE,

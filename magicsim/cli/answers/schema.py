@@ -9,6 +9,7 @@ from magicsim.detectors.profiles.profile_schema import profile_schema
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
+from magicsim.real.description import Description
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
 from magicsim.study.study_schema import study_schema
@@ -17,7 +18,7 @@ from magicsim.task.item import Item
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """JSON Schema of `design`, `scene`, `rig`, `object`, `recipe`, `profile`, `suite`, `sweep`, `study` or `item`."""
+    """JSON Schema of one kind of file, as `magicsim schema` calls it: `design`, `scene`, ..., `item` or `real`."""
     if kind == "study":
         return study_schema()
     if kind == "profile":
@@ -31,6 +32,7 @@ def schema_of(kind: str) -> dict[str, Any]:
         "recipe": Recipe,
         "sweep": SweepConfig,
         "item": Item,
+        "real": Description,
     }
     schema = TypeAdapter(models[kind]).json_schema()
     named = {

@@ -34,9 +34,7 @@ class ArraySpec:
 
 def array_specs(source: Source) -> list[ArraySpec]:
     """Arrays that a dataset becomes. Whole numbers stay whole; numbers that may be missing are not a number there."""
-    camera = source.recipe.rig.camera
-    size = (camera.rows, camera.columns)
-    nodes = _nodes(source)
+    size, nodes = source.frame_size, _nodes(source)
     return [_spec(column, size, nodes) for column in source.columns]
 
 
@@ -63,9 +61,14 @@ def _tables(source: Source, split: str) -> Iterator[pa.Table]:
 
 
 def _nodes(source: Source) -> int:
-    """Most lattice nodes of any sensor: shorter displacement fields are filled up with what is not a number."""
+    """Most lattice nodes of any sensor: shorter displacement fields are filled up with what is not a number.
+
+    0 where no column has a field.
+    """
     import pyarrow.parquet as pq
 
+    if not any(column.feature["_type"] == MATRIX for column in source.columns):
+        return 0
     lattices = pq.read_table(source.folder / "sensors.parquet", columns=["lattice_nodes_mm"])["lattice_nodes_mm"]
     return max(len(each) for each in lattices.to_pylist())
 

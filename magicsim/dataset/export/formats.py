@@ -4,13 +4,15 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from magicsim.dataset.export.source import Source, open_dataset
 from magicsim.errors import ConfigError, OutputError
 from magicsim.folder import new_folder
 
 Format = Literal["lerobot", "webdataset", "hdf5", "mcap", "zarr"]
+OF_SIMULATED = frozenset({"lerobot", "mcap"})
+"""Layouts that hold the camera's calibration or every frame's contact, which recordings lack."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,10 +36,14 @@ def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
 
     Raises:
         OutputError: There is no finished dataset, or the target exists or cannot be written.
-        ConfigError: The layout's library is not installed.
+        ConfigError: The layout's library is not installed, or needs more than is known of recorded frames.
     """
     start = time.perf_counter()
     source = open_dataset(folder)
+    if source.recorded is not None and layout in OF_SIMULATED:
+        others = ", ".join(each for each in get_args(Format) if each not in OF_SIMULATED)
+        msg = f"format = {layout} is not allowed for recorded frames, whose calibration is not known: must be {others}"
+        raise ConfigError(msg)
     if out.exists():
         msg = f"output folder '{out}' exists; name a new folder"
         raise OutputError(msg)

@@ -18,7 +18,7 @@ def write_hdf5(source: Source, folder: Path) -> None:
     for split in source.splits:
         with h5py.File(folder / f"{split}.h5", "w", track_order=True) as file:
             file.attrs["config_hash"] = source.manifest.config_hash
-            file.attrs["config"] = (source.folder / "config.toml").read_text(encoding="utf-8")
+            file.attrs["config"] = source.config_text
             for spec in array_specs(source):
                 is_text, rows = spec.dtype == "string", source.rows(split)
                 array = file.create_dataset(

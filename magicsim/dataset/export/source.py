@@ -14,8 +14,9 @@ import pyarrow.parquet as pq
 from PIL import Image
 
 from magicsim.dataset.features import Column
-from magicsim.dataset.manifest import MANIFEST, Manifest, ShardEntry, read_manifest
+from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, read_manifest
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
+from magicsim.dataset.recorded import Recorded, read_recorded
 from magicsim.dataset.shard import as_schema
 from magicsim.errors import OutputError
 
@@ -30,16 +31,49 @@ class Source:
     manifest: Manifest
 
     @cached_property
+    def recorded(self) -> Recorded | None:
+        """What is known of frames of a real sensor; None of simulated ones."""
+        return read_recorded(self.folder)
+
+    @cached_property
     def recipe(self) -> Recipe:
-        """What it was drawn from."""
-        return load_recipe(self.folder / "config.toml")
+        """What it was drawn from.
+
+        Raises:
+            OutputError: Its frames were recorded, and no recipe draws them.
+        """
+        if self.recorded is not None:
+            msg = f"'{self.folder}' holds recorded frames, which no recipe draws"
+            raise OutputError(msg)
+        return load_recipe(self.folder / CONFIG)
 
     @cached_property
     def columns(self) -> list[Column]:
         """Its columns."""
-        from magicsim.dataset.columns import columns_of
+        from magicsim.dataset.columns import columns_of, recorded_columns
 
-        return columns_of(self.recipe)
+        if self.recorded is None:
+            return columns_of(self.recipe)
+        return [each for each in recorded_columns() if each.name in self.recorded.table]
+
+    @property
+    def config_text(self) -> str:
+        """The recipe, or the description of recorded frames, as TOML."""
+        name = CONFIG if self.recorded is None else self.recorded.description
+        return (self.folder / name).read_text(encoding="utf-8")
+
+    @property
+    def frame_size(self) -> tuple[int, int]:
+        """Rows and columns of its frames [px]."""
+        if self.recorded is not None:
+            return self.recorded.rows, self.recorded.columns
+        camera = self.recipe.rig.camera
+        return camera.rows, camera.columns
+
+    @property
+    def frames_per_second(self) -> float | None:
+        """Frame rate [1/s]; None where frames were recorded and nobody said when."""
+        return self.recipe.frames_per_second if self.recorded is None else self.recorded.frames_per_second
 
     @property
     def splits(self) -> list[str]:
@@ -76,7 +110,7 @@ def open_dataset(folder: Path) -> Source:
         msg = f"'{folder}' holds no dataset: {MANIFEST} is missing"
         raise OutputError(msg)
     if not manifest.is_complete or not manifest.shards:
-        msg = f"'{folder}' holds an unfinished dataset; `magicsim dataset RECIPE --out DIR --resume` finishes it"
+        msg = f"'{folder}' holds an unfinished dataset; the command that made it finishes it with --resume"
         raise OutputError(msg)
     return Source(folder=folder, manifest=manifest)
 

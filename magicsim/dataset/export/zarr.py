@@ -14,7 +14,7 @@ def write_zarr(source: Source, folder: Path) -> None:
     """Writes a group for each split; texts are its attribute `texts`, because Zarr 3 has no standard type for them."""
     root = zarr.open_group(folder, mode="w", zarr_format=3)
     root.attrs["config_hash"] = source.manifest.config_hash
-    root.attrs["config"] = (source.folder / "config.toml").read_text(encoding="utf-8")
+    root.attrs["config"] = source.config_text
     for split in source.splits:
         group, rows = root.create_group(split), source.rows(split)
         texts: dict[str, list[str]] = {}

@@ -44,9 +44,9 @@ def approach_lead(episode: JudgedEpisode) -> Lead | None:
 
 
 def touch_onset(episode: JudgedEpisode) -> Onset | None:
-    """Onset of the first contact; None where nothing is pressed far enough to be of class Contact."""
+    """Onset of the first contact; None without a frame of class Contact, and where nobody knows how deep it is."""
     gap, classes = episode.labels.gap_mm, episode.labels.classes
-    if FrameClass.CONTACT not in classes:
+    if FrameClass.CONTACT not in classes or not (gap <= 0).any():
         return None
     met = int(np.flatnonzero(gap <= 0)[0])
     left = np.flatnonzero(~(gap[met:] <= 0))

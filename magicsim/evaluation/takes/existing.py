@@ -1,8 +1,9 @@
 """Frames that exist as footage: a run of `simulate`, a dataset, or a recording of a real sensor."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +14,14 @@ from magicsim.config.toml_paths import read_with_paths
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.manifest import MANIFEST
+from magicsim.detectors.scoring.episode import Episode
 from magicsim.detectors.sources.source import read_image
 from magicsim.errors import ConfigError
 from magicsim.evaluation.suite import SuiteConfig, SuiteRecording
 from magicsim.evaluation.takes.footage import RECORDED, EpisodeTag, Footage, Labels, recorded_footage
 from magicsim.folder import MARKER
+from magicsim.frame_class import FrameClass
+from magicsim.judge.recorded import read_episode
 from magicsim.judge.recording import TABLE as TRUTH
 from magicsim.judge.recording import read_recording
 from magicsim.scenes.scene import SceneConfig
@@ -27,7 +31,12 @@ RUN = "episode.parquet"
 """Table of a run, see `magicsim.judge.table`."""
 AS_MADE = "as-made"
 """Light, noise and place of frames that exist: those that they were made with."""
-COLUMNS = ("image", "is_reference", "gap_mm", "force_n", "flashlight", "path_kind", "object_kind", "episode", "time_s")
+COLUMNS = (
+    "image", "is_reference", "frame_class", "gap_mm", "force_n", "flashlight", "path_kind", "object_kind", "episode",
+    "time_s",
+)  # fmt: skip
+RECORDING = "recording"
+"""Name of a recording that stands in no suite."""
 SHOWN = "none"
 """Object of an episode without one."""
 
@@ -65,6 +74,51 @@ class RowImages:
         return (row["image"] for row in self.frame_rows)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Existing:
+    """Labelled episodes of a folder."""
+
+    films: list[Footage]
+    sensor: Mapping[str, Any]
+    """Fields of a suite that stands for their sensor; empty where nothing describes it."""
+
+
+def is_existing(folder: Path) -> bool:
+    """Whether a folder holds labelled frames that bring their own references."""
+    return any((folder / name).is_file() for name in (RUN, MANIFEST, TRUTH))
+
+
+def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
+    """The labelled episodes of a folder, whose images are read when they are asked for.
+
+    Args:
+        folder: A run of `simulate`, a dataset, or a recording with `truth.csv`.
+        frames_per_second: Rate of recorded frames whose own is not known [1/s].
+
+    Raises:
+        ConfigError: None of these, or frames without references to learn from.
+        OutputError: A dataset that is not finished.
+    """
+    if (folder / RUN).is_file():
+        scene = validate(SceneConfig, read_with_paths(folder / MARKER), source=MARKER)
+        sensor = {"design": scene.design, "rig": scene.rig, "frames_per_second": scene.frames_per_second}
+        return Existing(films=[_run(folder, scene)], sensor=sensor)
+    if (folder / MANIFEST).is_file():
+        source = open_dataset(folder)
+        rate = source.frames_per_second or frames_per_second
+        films = _dataset(folder, rate, is_recorded=source.recorded is not None)
+        if source.recorded is not None:
+            return Existing(films=films, sensor={"frames_per_second": rate})
+        recipe = source.recipe
+        return Existing(films=films, sensor={"design": recipe.design, "rig": recipe.rig, "frames_per_second": rate})
+    if (folder / TRUTH).is_file():
+        tag = _tag(RECORDING, folder.resolve().name, RECORDED)
+        film = recorded_footage(read_recording(folder), tag, frames_per_second=frames_per_second)
+        return Existing(films=[film], sensor={})
+    msg = f"'{folder}' holds no labelled frames; give a folder with {RUN} (a run), {MANIFEST} (a dataset) or {TRUTH}"
+    raise ConfigError(msg)
+
+
 def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, list[Footage]]:
     """The labelled episodes in a folder, and the suite that stands for them: its options, on their sensor.
 
@@ -76,25 +130,39 @@ def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, lis
         ConfigError: None of these, or frames without references to learn from.
         OutputError: A dataset that is not finished.
     """
-    emptied = suite.model_copy(
-        update={"objects": (), "paths": (), "lights": (), "episodes": (), "recordings": (), "rest_s": 0.0}
-    )
-    if (folder / RUN).is_file():
-        scene = validate(SceneConfig, read_with_paths(folder / MARKER), source=MARKER)
-        sensor = {"design": scene.design, "rig": scene.rig, "frames_per_second": scene.frames_per_second}
-        return emptied.model_copy(update=sensor), [_run(folder, scene)]
-    if (folder / MANIFEST).is_file():
-        recipe = open_dataset(folder).recipe
-        sensor = {"design": recipe.design, "rig": recipe.rig, "frames_per_second": recipe.frames_per_second}
-        return emptied.model_copy(update=sensor), _dataset(folder, recipe.frames_per_second)
-    if (folder / TRUTH).is_file():
-        name = "recording"
-        tag = _tag(name, folder.resolve().name, RECORDED)
-        film = recorded_footage(read_recording(folder), tag, frames_per_second=suite.frames_per_second)
-        kept = SuiteRecording(name=name, folder=str(folder))
-        return emptied.model_copy(update={"recordings": (kept,)}), [film]
-    msg = f"'{folder}' holds no labelled frames; give a folder with {RUN} (a run), {MANIFEST} (a dataset) or {TRUTH}"
-    raise ConfigError(msg)
+    found = read_existing(folder, frames_per_second=suite.frames_per_second)
+    emptied: dict[str, Any] = {
+        "objects": (),
+        "paths": (),
+        "lights": (),
+        "episodes": (),
+        "recordings": (),
+        "rest_s": 0.0,
+    }
+    kept = (SuiteRecording(name=RECORDING, folder=str(folder)),) if not found.sensor else ()
+    return suite.model_copy(update=emptied | {"recordings": kept, **found.sensor}), found.films
+
+
+def labelled_episodes(folder: Path) -> list[Episode]:
+    """All labelled episodes of a folder in memory, as `magicsim.judge.profile_fit.calibrate` takes them.
+
+    Args:
+        folder: As `read_existing`, or images with a `labels.csv`.
+
+    Raises:
+        MagicsimError: None of these, or an image that cannot be used.
+    """
+    if not (folder / MANIFEST).is_file():
+        return [read_episode(folder)]
+    films = read_existing(folder, frames_per_second=1.0).films
+    return [
+        Episode(
+            references=list(film.images.references()),
+            frames=list(film.images.frames()),
+            classes=list(film.labels.classes),
+        )
+        for film in films
+    ]
 
 
 def _run(folder: Path, scene: SceneConfig) -> Footage:
@@ -115,7 +183,7 @@ def _run(folder: Path, scene: SceneConfig) -> Footage:
     )
 
 
-def _dataset(folder: Path, frames_per_second: float) -> list[Footage]:
+def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool) -> list[Footage]:
     frames = open_frames(folder, COLUMNS)
     episodes, is_reference = frames.column("episode"), frames.column("is_reference")
     found = []
@@ -123,14 +191,18 @@ def _dataset(folder: Path, frames_per_second: float) -> list[Footage]:
         mine = episodes == number
         _check_references(folder, int((mine & is_reference).sum()))
         scored = frames.where(mine & ~is_reference)
-        kind = scored.column("object_kind")[0] or SHOWN
-        labels = Labels.of(
-            scored.column("gap_mm").astype(float),
-            np.linalg.norm(scored.column("force_n"), axis=1),
-            scored.column("flashlight"),
-        )
+        if not len(scored):
+            continue
+        gap_mm, flashlight = scored.column("gap_mm").astype(float), scored.column("flashlight")
+        force_n = np.linalg.norm(np.nan_to_num(scored.column("force_n").astype(float)), axis=1)
+        labels = Labels.of(gap_mm, force_n, flashlight)
+        if is_recorded:  # its classes may rest on more than gap and force
+            given = [FrameClass(each) if each else None for each in scored.column("frame_class").tolist()]
+            labels = replace(labels, classes=tuple(given))
         images = RowImages(reference_rows=frames.where(mine & is_reference), frame_rows=scored)
-        tag = _tag(f"episode-{number}", str(kind), str(scored.column("path_kind")[0]))
+        tag = _tag(
+            f"episode-{number}", str(scored.column("object_kind")[0]) or SHOWN, str(scored.column("path_kind")[0])
+        )
         found.append(Footage(tag=tag, labels=labels, images=images, frames_per_second=frames_per_second))
     return found
 

@@ -7,7 +7,7 @@ from magicsim.cli.answers.schema import schema_of
 from magicsim.config.documents import read_toml
 from magicsim.config.presets import FOLDERS, find_preset, preset_names
 
-KINDS = ("design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study", "item")
+KINDS = ("design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study", "item", "real")
 TYPES = {
     "object": dict, "array": list, "string": str, "integer": int, "number": (int, float), "boolean": bool,
     "null": type(None),

@@ -24,7 +24,7 @@ OPTIONAL = (
         "x86-64 only",
     ),
     ("lib3mf", "lib3mf", "no export to .3mf; .stl and .glb remain", "not for Linux on ARM"),
-    ("video", "av", "no H.264 camera (rig.camera.compression)", "video"),
+    ("video", "av", "no H.264 camera (rig.camera.compression), no videos with time stamps (magicsim real)", "video"),
     ("robot", "gymnasium", "no Gymnasium environment; LiveSensor and DigitCamera remain", "robot"),
     ("mujoco", "mujoco", "no sensors on a MuJoCo model (magicsim.robot.mujoco)", "mujoco"),
     ("task", "skimage", "no magicsim task assembly (SSIM)", "task"),

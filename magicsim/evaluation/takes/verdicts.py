@@ -1,0 +1,49 @@
+"""Verdicts on frames that exist and bring their own references: of a run, a dataset or a recording."""
+
+from collections.abc import Iterator
+from itertools import chain, islice
+from pathlib import Path
+from typing import TextIO
+
+from magicsim.detectors.combined import detect
+from magicsim.detectors.fusion import fuse
+from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.report import json_text, rows, table_lines
+from magicsim.detectors.verdict import Verdict
+from magicsim.errors import ConfigError
+from magicsim.evaluation.takes.existing import read_existing
+from magicsim.evaluation.takes.footage import Footage
+
+
+def write_existing_verdicts(
+    out: TextIO, folder: Path, profile: str | Path, *, frames: int | None = None, grasp: bool = False,
+    as_json: bool = False,
+) -> None:  # fmt: skip
+    """Judges every frame after the references and writes one row a frame, as `magicsim.detectors.report` does.
+
+    Args:
+        out: Where the rows go.
+        folder: A run of `simulate`, a dataset, or a recording with `truth.csv`.
+        profile: Name or path.
+        frames: Most frames to judge of all episodes together.
+        grasp: Whether to run the grasp state machine over the frames of each episode too.
+        as_json: One JSON object with the list `frames` instead of a table.
+
+    Raises:
+        MagicsimError: The folder, its frames or the profile cannot be used.
+    """
+    if frames is not None and frames < 1:
+        msg = f"frames = {frames} is not allowed; must be a whole number of at least 1"
+        raise ConfigError(msg)
+    chosen = load_profile(profile)
+    films = read_existing(folder, frames_per_second=1.0).films
+    told = chain.from_iterable(rows(_verdicts(film, chosen), chosen, grasp=grasp) for film in films)
+    found = list(islice(told, frames))
+    out.write(json_text(found) if as_json else "".join(table_lines(found, grasp=grasp)))
+
+
+def _verdicts(film: Footage, profile: DetectorProfile) -> Iterator[Verdict]:
+    references = fuse(list(islice(film.images.references(), profile.reference_count)), profile)
+    for number, frame in enumerate(film.images.frames()):
+        yield detect(frame, references, profile, source=f"{film.tag.take}#{number}")

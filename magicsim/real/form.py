@@ -1,0 +1,68 @@
+"""Recorded frames as magicsim reads them: order of colours, part, orientation, size."""
+
+from itertools import product
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.detectors.frame import Frame
+from magicsim.errors import FrameError
+from magicsim.real.description import FrameForm
+
+Pixels = npt.NDArray[Any]
+Turn = tuple[int, bool]
+"""Counter-clockwise turn [degrees], and whether left and right are exchanged after it."""
+TURNS: tuple[Turn, ...] = tuple(product((0, 90, 180, 270), (False, True)))
+"""Every orientation of a rectangle; the first changes nothing."""
+
+
+def formed(frame: Frame, form: FrameForm, *, name: str = "frame") -> Frame:
+    """A frame in the form that a description asks for.
+
+    Args:
+        frame: RGB, shape (rows, columns, 3).
+        form: What to do.
+        name: What a message calls the frame.
+
+    Raises:
+        FrameError: The part to keep is not inside the frame.
+    """
+    found: Pixels = frame[..., ::-1] if form.color_order == "bgr" else frame
+    if form.crop_px is not None:
+        column, row, columns, rows = form.crop_px
+        if column + columns > found.shape[1] or row + rows > found.shape[0]:
+            msg = (
+                f"frames.crop_px = {list(form.crop_px)} is not allowed: must lie inside of '{name}', which has "
+                f"{found.shape[1]} x {found.shape[0]} pixels"
+            )
+            raise FrameError(msg)
+        found = found[row : row + rows, column : column + columns]
+    found = turned(found, (form.rotate_deg, form.mirror))
+    if form.size_px is not None and form.size_px != (found.shape[1], found.shape[0]):
+        is_smaller = form.size_px[0] * form.size_px[1] < found.shape[0] * found.shape[1]
+        found = cv2.resize(
+            np.ascontiguousarray(found), form.size_px, interpolation=cv2.INTER_AREA if is_smaller else cv2.INTER_LINEAR
+        )
+    return np.ascontiguousarray(found, np.uint8)
+
+
+def brightened(frame: Frame, gain: float) -> Frame:
+    """A frame with its grey levels times a factor, rounded and cut off at white."""
+    if gain == 1:
+        return frame
+    return np.asarray(np.clip(np.rint(frame.astype(np.float32) * gain), 0, 255), np.uint8)
+
+
+def turned(image: Pixels, turn: Turn) -> Pixels:
+    """An image of shape (rows, columns, ...) turned and, after that, mirrored."""
+    found = np.rot90(image, turn[0] // 90)
+    return found[:, ::-1] if turn[1] else found
+
+
+def after(first: Turn, then: Turn) -> Turn:
+    """The one turn that does what two do one after the other."""
+    mark = np.arange(6).reshape(2, 3)
+    wanted = turned(turned(mark, first), then)
+    return next(each for each in TURNS if np.array_equal(turned(mark, each), wanted))

@@ -1,0 +1,184 @@
+"""Labels of recorded frames from a CSV file: numbers in the columns' units, flags and texts."""
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magicsim.errors import ConfigError, unknown_choice
+from magicsim.real.description import Description, LabelColumns, Scales
+from magicsim.wording import NAME_LENGTH, shortened
+
+NUMBERS = ("time_s", "gap_mm", "depth_mm", "twist_deg", "contact_area_mm2")
+VECTORS = ("place_mm", "force_n", "torque_nmm")
+FLAGS = ("is_reference", "contact", "flashlight")
+TEXTS = ("episode", "frame_class", "object_kind")
+MOST_BYTES = 500_000_000
+Row = dict[str, Any]
+"""Labels by the names of `LabelColumns`: a number or NaN, a list of three, a flag or None, a text or an empty one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Labels:
+    """All rows of one CSV file."""
+
+    path: Path
+    rows: tuple[Row, ...]
+    told: frozenset[str]
+    """Names of `LabelColumns` that the file has."""
+
+
+def read_labels(path: Path, description: Description, *, needs_images: bool) -> Labels:
+    """Reads a CSV file.
+
+    Args:
+        path: With a heading.
+        description: Names of its columns, and factors.
+        needs_images: Whether every row has to name an image.
+
+    Raises:
+        ConfigError: No such file, a column that it lacks, or a cell that is not what its column holds.
+    """
+    columns, scale = description.columns, description.scale
+    try:
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            msg = f"labels '{path}' has {size / 1e6:.0f} MB: at most {MOST_BYTES / 1e6:.0f} MB are allowed"
+            raise ConfigError(msg)
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.DictReader(file, skipinitialspace=True)
+            heading = [name.strip() for name in reader.fieldnames or ()]
+            reader.fieldnames = heading
+            wanted = _wanted(columns, needs_images=needs_images)
+            for field, name in wanted:
+                if name not in heading:
+                    raise ConfigError(f"{path}: {unknown_choice(f'column of columns.{field}', name, heading)}")
+            rows = tuple(_row(path, number, cells, columns, scale) for number, cells in enumerate(reader, 2))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        msg = (
+            f"labels '{path}' cannot be read: {getattr(error, 'strerror', None) or error}; must be a CSV file in UTF-8"
+        )
+        raise ConfigError(msg) from None
+    if not rows:
+        msg = f"labels '{path}' has a heading and no rows; must have one for each frame"
+        raise ConfigError(msg)
+    return Labels(path=path, rows=rows, told=frozenset(field for field, _ in wanted))
+
+
+def at_time(labels: Labels, time_s: float, *, most_gap_s: float) -> Row:
+    """Labels at a time: numbers linearly between the rows around it, the rest from the nearer one.
+
+    Args:
+        labels: With times that do not fall.
+        time_s: Of the frame, on the labels' clock [s].
+        most_gap_s: Rows farther away say nothing [s].
+    """
+    times = np.array([row["time_s"] for row in labels.rows])
+    after = int(np.searchsorted(times, time_s))
+    around = [labels.rows[place] for place in (after - 1, after) if 0 <= place < len(times)]
+    close = [row for row in around if abs(row["time_s"] - time_s) <= most_gap_s]
+    if not close:
+        return nothing()
+    nearest = min(close, key=lambda row: abs(row["time_s"] - time_s))
+    if len(close) == 1:
+        return nearest | {"time_s": time_s}
+    first, second = close
+    share = (time_s - first["time_s"]) / max(second["time_s"] - first["time_s"], 1e-12)
+    found = dict(nearest)
+    for name in (*NUMBERS, *VECTORS):
+        mixed = (1 - share) * np.array(first[name], float) + share * np.array(second[name], float)
+        found[name] = mixed.tolist()
+    return found | {"time_s": time_s}
+
+
+def check_times(labels: Labels) -> None:
+    """Refuses labels of a video without times, or with times that fall.
+
+    Raises:
+        ConfigError: It says which row.
+    """
+    if "time_s" not in labels.told:
+        msg = f"columns.time_s is missing: labels '{labels.path}' of a video need the times that they belong to"
+        raise ConfigError(msg)
+    times = np.array([row["time_s"] for row in labels.rows])
+    wrong = np.flatnonzero(~np.isfinite(times) | np.concatenate([[False], np.diff(times) < 0]))
+    if len(wrong):
+        msg = f"{labels.path}, line {wrong[0] + 2}: time_s is missing or falls; must rise from row to row"
+        raise ConfigError(msg)
+
+
+def nothing() -> Row:
+    """Labels of a frame of which nothing is known."""
+    return (
+        dict.fromkeys(NUMBERS, math.nan)
+        | {name: [math.nan] * 3 for name in VECTORS}
+        | dict.fromkeys(FLAGS)
+        | dict.fromkeys(TEXTS, "")
+        | {"image": ""}
+    )
+
+
+def _wanted(columns: LabelColumns, *, needs_images: bool) -> list[tuple[str, str]]:
+    """Fields of a description and the columns of the file that they name."""
+    found = []
+    for field in LabelColumns.model_fields:
+        named = getattr(columns, field)
+        if named is None or (field == "image" and not needs_images):
+            continue
+        found += [(field, name) for name in ((named,) if isinstance(named, str) else named)]
+    return found
+
+
+def _row(path: Path, number: int, cells: dict[str, str | None], columns: LabelColumns, scale: Scales) -> Row:
+    where, found = f"{path}, line {number}", nothing()
+
+    def text(name: str) -> str:
+        return (cells.get(name) or "").strip()
+
+    found["image"] = text(columns.image)
+    for field in TEXTS:
+        if (name := getattr(columns, field)) is not None:
+            found[field] = text(name)
+    for field in FLAGS:
+        if (name := getattr(columns, field)) is not None:
+            found[field] = _flag(where, name, text(name))
+    for field in NUMBERS:
+        if (name := getattr(columns, field)) is not None:
+            found[field] = getattr(scale, field) * _number(where, name, text(name))
+    for field in VECTORS:
+        if (named := getattr(columns, field)) is not None:
+            found[field] = _vector(where, named, text, getattr(scale, field))
+    return found
+
+
+def _vector(where: str, named: str | tuple[str, ...], text: Any, factor: Any) -> list[float]:  # noqa: ANN401 - of pydantic
+    """Three numbers: of one column that along z, of two those along x and y."""
+    factors = factor if isinstance(factor, tuple) else (factor,) * 3
+    if isinstance(named, str):
+        return [math.nan, math.nan, factors[2] * _number(where, named, text(named))]
+    values = [_number(where, name, text(name)) for name in named]
+    return [one * each for one, each in zip(factors, [*values, *[math.nan] * (3 - len(values))], strict=True)]
+
+
+def _flag(where: str, name: str, text: str) -> bool | None:
+    known = {"1": True, "true": True, "0": False, "false": False, "": None}
+    if text.lower() not in known:
+        msg = f"{where}: {name} = '{shortened(text, NAME_LENGTH)}' is not allowed: must be 0, 1, true, false or empty"
+        raise ConfigError(msg)
+    return known[text.lower()]
+
+
+def _number(where: str, name: str, text: str) -> float:
+    if not text or text.lower() == "nan":
+        return math.nan
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.inf
+    if not math.isfinite(value):
+        msg = f"{where}: {name} = '{shortened(text, NAME_LENGTH)}' is not allowed: must be a finite number or empty"
+        raise ConfigError(msg)
+    return value

@@ -1,0 +1,61 @@
+"""Classes of frames follow from what labels tell, directly or not."""
+
+import math
+
+import pytest
+
+from magicsim.errors import ConfigError
+from magicsim.frame_class import FrameClass
+from magicsim.real.description import TruthRules
+from magicsim.real.labels import nothing
+from magicsim.real.truth import truth_of
+
+RULES = TruthRules()
+
+
+def of(told: set[str], rules: TruthRules = RULES, **labels):
+    return truth_of(nothing() | labels, rules, frozenset(told))
+
+
+def test_nothing_known_is_not_scored():
+    found = of(set())
+    assert found.frame_class is None
+    assert found.contact is None
+    assert math.isnan(found.gap_mm)
+
+
+def test_gap_decides_as_for_simulated_frames():
+    assert of({"gap_mm"}).frame_class is FrameClass.CLEAR  # an empty gap is no object
+    assert of({"gap_mm"}, gap_mm=2.0).frame_class is FrameClass.NEAR
+    assert of({"gap_mm"}, gap_mm=-0.5).frame_class is FrameClass.CONTACT
+    assert of({"gap_mm"}, gap_mm=-0.1).frame_class is None  # too light a touch
+    assert of({"gap_mm", "flashlight"}, flashlight=True).frame_class is FrameClass.LIGHT
+
+
+def test_depth_is_a_gap_below_zero():
+    found = of({"depth_mm"}, depth_mm=0.6)
+    assert (found.gap_mm, found.contact, found.frame_class) == (-0.6, True, FrameClass.CONTACT)
+    assert of({"depth_mm"}, depth_mm=0.2).frame_class is None
+
+
+def test_force_is_contact_of_unknown_depth():
+    found = of({"force_n"}, force_n=[0.0, 0.0, 0.4])
+    assert (found.contact, found.frame_class) == (True, FrameClass.CONTACT)
+    assert math.isnan(found.depth_mm)
+    assert of({"force_n"}, force_n=[math.nan, math.nan, -0.4]).contact is True
+    free = of({"force_n"}, force_n=[0.0, 0.0, 0.01])
+    assert (free.contact, free.frame_class) == (False, None)
+
+
+def test_frames_without_contact_are_what_the_rules_say():
+    rules = TruthRules(without_contact="Clear", contact_n=0.5)
+    assert of({"force_n"}, rules, force_n=[0, 0, 0.4]).frame_class is FrameClass.CLEAR
+
+
+def test_given_class_counts_and_words_are_translated():
+    rules = TruthRules(classes={"touch": "Contact", "?": ""})
+    assert of({"frame_class"}, rules, frame_class="touch").frame_class is FrameClass.CONTACT
+    assert of({"frame_class"}, rules, frame_class="?").frame_class is None
+    assert of({"frame_class"}, rules, frame_class="Near", gap_mm=-1.0).frame_class is FrameClass.NEAR
+    with pytest.raises(ConfigError, match=r"unknown class 'held'.*truth.classes translates"):
+        of({"frame_class"}, rules, frame_class="held")
