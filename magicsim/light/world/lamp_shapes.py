@@ -102,13 +102,13 @@ class LobeLight(mi.Emitter):  # type: ignore[misc]
     def sample_ray(self, time: Any, sample1: Any, sample2: Any, sample3: Any, active: Any = True) -> tuple[Any, Any]:
         """A ray that it sends out, and its weight."""
         del sample1
-        place, area = self.get_shape().sample_position(time, sample2, active)
+        place = self.get_shape().sample_position(time, sample2, active)
         cosine = dr.power(1 - sample3.x, 1 / (self.exponent + 1))
         sine, azimuth = dr.safe_sqrt(1 - dr.square(cosine)), dr.two_pi * sample3.y
         local = mi.Vector3f(sine * dr.cos(azimuth), sine * dr.sin(azimuth), cosine)
         si = dr.zeros(mi.SurfaceInteraction3f)
         si.p, si.n, si.sh_frame, si.time = place.p, place.n, mi.Frame3f(place.n), time
-        weight = self.radiance.eval(si, active) * (area * dr.two_pi / (self.exponent + 1))
+        weight = self.radiance.eval(si, active) * (dr.two_pi / (place.pdf * (self.exponent + 1)))
         return si.spawn_ray(si.to_world(local)), weight
 
     def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
