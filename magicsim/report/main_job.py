@@ -33,6 +33,8 @@ REPORT = "report.html"
 PREVIEW = "preview.webp"
 LATTICE = "lattice.parquet"
 MCAP = "episode.mcap"
+BEHIND_COAT = "design.coat is opaque, and nothing outside is seen"
+"""Why proximity is not judged of a coated sensor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,11 +54,13 @@ class RunSummary:
     contact_accuracy: float | None
     """Balanced accuracy of contact with the `calibrated` profile; None where a class has no frames."""
     proximity_accuracy: float | None
-    """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames."""
+    """Balanced accuracy of proximity with the `calibrated` profile; None where a class has no frames, and behind an
+    opaque coat."""
     at_rest: dict[str, dict[str, float]]
     """Mean and standard deviation of E, C and S over the reference frames, by `calibrated`; empty without."""
     not_judged: str | None
-    """Profiles that gave no verdicts, and why; None where all did, or where the scene has no reference frames."""
+    """What was not judged, and why: profiles that gave no verdicts, proximity behind an opaque coat; None where all was
+    judged, or where the scene has no reference frames."""
     report: str | None
     """Path of the HTML report, None where not asked for."""
     out: str
@@ -119,9 +123,12 @@ def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
     fault of the frames.
 
     Returns:
-        The judgements, and which profiles refuse and why; None where none does.
+        The judgements, and which profiles refuse and why, and that nothing is near to what sees nothing; None where
+        all is judged.
     """
     judgements, refusals = [], []
+    if episode.references and episode.scene.design.is_opaque:
+        refusals.append(f"proximity: {BEHIND_COAT}")
     for name in PROFILES if episode.references else ():
         try:
             judgements.append(judge(episode, name))
@@ -203,7 +210,7 @@ def _summary(
         variant=activate_variant(),
         estimator=sensor.renderer.estimator,
         contact_accuracy=score.contact.accuracy if score else None,
-        proximity_accuracy=score.proximity.accuracy if score else None,
+        proximity_accuracy=score.proximity.accuracy if score and not episode.scene.design.is_opaque else None,
         at_rest={name: asdict(each) for name, each in first.at_rest.items()} if first else {},
         not_judged=refused,
         report=str(out / REPORT) if scene.output.report else None,

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 
 from magicsim.config.models import validate
 from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.errors import OutputError
+from magicsim.errors import ConfigError, OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
@@ -45,6 +45,9 @@ def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
         MagicsimError: A preset does not exist, or does not fit.
     """
     scene = load_scene("grip", [f"design={config.design}", f"rig={config.rig}", *config.scene])
+    if scene.design.is_opaque:
+        msg = f"design = {config.design} is not allowed with task grasp, which sees items come: design.coat is opaque"
+        raise ConfigError(msg)
     contact = scene.contact.model_copy(update={"friction": item.friction})
     rig = in_room(scene.rig, config.room)
     values = scene.model_dump() | {
