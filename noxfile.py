@@ -116,6 +116,7 @@ FIGURES = (
     "python benchmarks/camera_at_rest.py --out docs/benchmarks",
     "python docs/architecture.py",
     "python docs/examples/own_sensor.py",
+    "python docs/examples/domed_sensor.py",
     "python benchmarks/predictions.py --cases {work}/predictions",
     "python benchmarks/peers.py --out docs/benchmarks",
     "python benchmarks/dataset_throughput.py --out {work}/throughput --figures docs/benchmarks/dataset-throughput.json",

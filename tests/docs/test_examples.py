@@ -163,6 +163,57 @@ def test_own_sensor_ends_in_frames_and_forces():
     assert at_rest[:, half:, 1].mean() > 1.2 * at_rest[:, :half, 1].mean()
 
 
+SMALL_DOME = [
+    "design.lattice.spacing_mm=2", "rig.camera.columns=20", "rig.camera.rows=26", "render.samples=64",
+    "render.anchor_samples=256", "references=3",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def domed_sensor():
+    return load(EXAMPLES / "domed_sensor.py")
+
+
+def test_domed_sensor_is_what_caliper_and_photo_say(domed_sensor):
+    design = load_design(EXAMPLES / "domed-sensor" / "block.toml")
+    assert design.height_mm == pytest.approx(7.0)
+    assert design.face.radius_x_mm == pytest.approx(domed_sensor.radius_mm(20.0, 1.25), abs=0.05)
+    assert design.face.radius_y_mm == pytest.approx(domed_sensor.radius_mm(26.0, 1.40), abs=0.05)
+    assert list(design.coat.color) == domed_sensor.reflectance((120, 120, 122), (202, 203, 201))
+    edges = design.face.rise_mm(np.array([[10.0, 0.0], [0.0, 13.0], [10.0, 13.0]]))
+    assert edges == pytest.approx([1.25, 1.40, 2.6], abs=0.01)  # the readings
+
+
+def test_reflectance_undoes_the_tone_curve(domed_sensor):
+    assert domed_sensor.reflectance((255, 255, 255), (255, 255, 255), 0.8) == [0.8, 0.8, 0.8]
+    assert domed_sensor.reflectance((188, 188, 188), (255, 255, 255), 1.0) == pytest.approx([0.5] * 3, abs=0.01)
+
+
+def test_recipe_of_the_domed_sensor_draws_that_sensor():
+    recipe = load_recipe(EXAMPLES / "domed-sensor" / "touches.toml")
+    scene = load_scene(EXAMPLES / "domed-sensor" / "press.toml")
+    assert (recipe.design, recipe.rig) == (scene.design, scene.rig)
+    assert {each.scene.object.kind for each in draw_episodes(recipe)} == {"sphere", "cylinder"}
+
+
+def test_domed_sensor_ends_in_labelled_frames(domed_sensor):
+    episode = domed_sensor.run(SMALL_DOME)
+    at_rest = np.mean([each.image for each in episode.references], 0)
+    near, pressed, slid = (episode.scored[number] for number in (0, 3, 5))
+    noise = np.abs(episode.references[0].image - at_rest).mean()
+    assert near.truth.force_n == (0, 0, 0)
+    assert np.abs(near.image - at_rest).mean() < 2 * noise + 0.1  # nothing outside is seen
+    assert pressed.truth.depth_mm == pytest.approx(0.8)
+    assert pressed.truth.force_n[2] > 0.5
+    assert slid.truth.force_n[0] > pressed.truth.force_n[0] + 0.1  # friction drags the coat along
+    columns = np.argwhere(pressed.contact_mask)[:, 1]
+    assert columns.mean() > 10  # beside the crown, towards +x
+    changed = np.abs(pressed.image - at_rest).mean(2)
+    rows, columns = np.indices(changed.shape)
+    around = np.hypot(columns - columns[pressed.contact_mask].mean(), rows - rows[pressed.contact_mask].mean()) < 5
+    assert changed[around].mean() > 3 * changed[~around].mean()
+
+
 TINY = [
     "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.5", "rig.camera.columns=24", "rig.camera.rows=32",
     "rig.camera.field_mm=10", "render.samples=2", "render.particles=2000", "render.anchor_samples=2",
