@@ -170,6 +170,7 @@ def main() -> None:
         "smallest": [asdict(each) for each in touches],
         "results": [asdict(row) for row in rows],
     }
+    chosen.out.mkdir(parents=True, exist_ok=True)
     (chosen.out / "detection-curves.json").write_text(json.dumps(found, indent=1) + "\n")
     plot(rows, chosen.out / "detection-curves.png")
 
