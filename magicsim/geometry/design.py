@@ -9,9 +9,11 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from magicsim.config.models import Config, load_preset
-from magicsim.geometry.coat import Coat, OpaqueCoat
+from magicsim.geometry.coat import Coat, HalfMirror, OpaqueCoat
 from magicsim.geometry.face_shape import Face, HeightMap, flattened, lifted
+from magicsim.geometry.inclusions import Inclusions
 from magicsim.geometry.markers import Markers
+from magicsim.geometry.roughness import Roughness
 
 Array = npt.NDArray[np.float64]
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
@@ -184,6 +186,8 @@ class ElastomerDesign(Config):
     markers: Markers | None = None
     """What is printed on or below it; nothing by default."""
     unevenness: Unevenness = Unevenness()
+    roughness: Roughness = Roughness()
+    inclusions: Inclusions = Inclusions()
 
     @property
     def height_mm(self) -> float:
@@ -226,7 +230,8 @@ class ElastomerDesign(Config):
 
     def as_drawn(self) -> Self:
         """The design without what its print does to it."""
-        return self.model_copy(update={"unevenness": Unevenness()})
+        flawless = {"unevenness": Unevenness(), "roughness": Roughness(), "inclusions": Inclusions()}
+        return self.model_copy(update=flawless)
 
     def mounted(self, mounting: Mounting) -> Self:
         """This print held in another way."""
@@ -244,6 +249,12 @@ class ElastomerDesign(Config):
         if problem is not None:
             raise ValueError(problem)
         problem = self.markers.problem(self.footprint_mm, self.height_mm) if self.markers is not None else None
+        problem = problem or self.inclusions.problem(self.cell_mm)
+        if problem is None and self.roughness.skin > 0 and isinstance(self.coat, HalfMirror):
+            problem = (
+                f"roughness.skin = {self.roughness.skin:g} is not allowed with coat.kind = 'half_mirror': must be 0, "
+                "since a film's share is known for a smooth face"
+            )
         if problem is not None:
             raise ValueError(problem)
         if not self.has_grid:

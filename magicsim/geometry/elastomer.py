@@ -10,6 +10,7 @@ from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
+from magicsim.geometry.placed_inclusions import DrawnInclusions, draw_inclusions
 from magicsim.geometry.unevenness import printed_cells
 
 FACE_EDGE_MM = 0.5
@@ -34,6 +35,8 @@ class Elastomer:
     infill: SurfaceMesh | None
     """All infill cells, disjoint, x-fastest; cell of a triangle is `triangle // triangles_per_cell`."""
     triangles_per_cell: int
+    inclusions: DrawnInclusions | None = None
+    """Bubbles and flakes in the cells."""
 
     @property
     def boxed_cells(self) -> SurfaceMesh:
@@ -72,6 +75,7 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
         return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
     infill = _cells(grid, subdivision(design, grid))
     _check("infill", infill, grid.infill_volume_mm3)
+    inclusions = draw_inclusions(design.inclusions, grid, infill.vertices[: len(infill.vertices) // grid.cell_count])
     infill = replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness))
     infill = _lifted(infill, design)
     if design.face is not None:
@@ -82,6 +86,7 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
         body=body,
         infill=infill,
         triangles_per_cell=len(infill.faces) // grid.cell_count,
+        inclusions=inclusions,
     )
 
 

@@ -29,6 +29,11 @@ CHOICES = 3
 """Dimensions of an episode's point that choose: the path, the object, the mesh file."""
 ROOM_CHOICES = 1
 """Dimensions of a sensor's point that choose its room."""
+FLAWS = (
+    ("roughness", "skin", "skin_roughness"), ("roughness", "walls", "wall_roughness"),
+    ("inclusions", "bubbles_per_mm3", "bubbles_per_mm3"), ("inclusions", "flakes_per_mm3", "flakes_per_mm3"),
+)  # fmt: skip
+"""Tables of a design that drawn values of a print are added to, their keys there, and the names of the values."""
 KEPT = 64
 """Things that were drawn last, which are not drawn again."""
 
@@ -189,6 +194,9 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
     uneven["seed"] += index
     for key, name in (("wall_sd_mm", "wall_spread_mm"), ("wave_sd_mm", "wave_mm")):
         uneven[key] = round(uneven[key] + drawn[name], 9)
+    design["inclusions"]["seed"] += index
+    for table, key, name in FLAWS:
+        design[table][key] = round(design[table][key] + drawn[name], 9)
     for name, material in design["materials"].items():
         if material is None:
             continue

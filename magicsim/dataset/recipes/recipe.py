@@ -63,6 +63,14 @@ class Tolerances(Config):
     """`unevenness.wall_sd_mm` of the print, beside the design's [mm]."""
     wave_mm: Number = 0.0
     """`unevenness.wave_sd_mm` of the print, beside the design's [mm]."""
+    skin_roughness: Number = 0.0
+    """Added to the design's `roughness.skin`."""
+    wall_roughness: Number = 0.0
+    """Added to the design's `roughness.walls`."""
+    bubbles_per_mm3: Number = 0.0
+    """Added to the design's `inclusions.bubbles_per_mm3` [1/mm3]."""
+    flakes_per_mm3: Number = 0.0
+    """Added to the design's `inclusions.flakes_per_mm3` [1/mm3]."""
     led_strength: Number = 1.0
     """Factor on each LED strip, drawn for each."""
 

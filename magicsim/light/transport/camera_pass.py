@@ -13,6 +13,8 @@ of a camera path can be followed with the true phase function; the cached fluenc
 from typing import Any
 
 from magicsim.light.backend import dr, mi
+from magicsim.light.flaws.rough_surfaces import crossing
+from magicsim.light.flaws.scatterers import bump_ahead, turned
 from magicsim.light.transport.cached_light import CachedLight
 from magicsim.light.transport.coating import ASKED, after_lens, meet_face, send_on
 from magicsim.light.transport.path_record import Gathered, PathRecord
@@ -78,7 +80,7 @@ def gather_radiance(
     triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
     infill, body, ahead = constants.infill, constants.body, Coefficients.of(forward or media.infill)
     environment = scene.environment()
-    collisions, waiting_collisions = mi.UInt32(0), mi.UInt32(0)
+    collisions, waiting_collisions, waiting_inside = mi.UInt32(0), mi.UInt32(0), mi.Bool(True)
     at = Whereabouts.unknown()
     coating, asked, waiting_asked = shapes.coating, mi.UInt32(0), mi.UInt32(0)
     while active:
@@ -98,20 +100,22 @@ def gather_radiance(
         valid = si.is_valid()
         cell = si.prim_index // triangles_per_cell
         inside = active & segment.in_infill
+        bump = bump_ahead(shapes.scatterers, ray, si, cell, inside)
         scatter, way = mi.Bool(False), mi.Float(0)
         if forward is not None:
             following = inside & (collisions < followed)
-            passed = dr.exp(-ahead.sigma_t * si.t)
+            passed = dr.exp(-ahead.sigma_t * bump.length)
             scatter = following & (sampler.next_float32(active) > passed)
             way = free_path(sampler.next_float32(active), passed, ahead.sigma_t)
             weight[scatter] *= ahead.albedo
             collisions[scatter] += 1
             inside &= ~following
-        transmitted = dr.select(inside, dr.exp(-infill.sigma_t * si.t), 1)
+        transmitted = dr.select(inside, dr.exp(-infill.sigma_t * bump.length), 1)
         gained = 1 - transmitted
-        depth_mm = 1 / infill.sigma_t - si.t * transmitted * dr.rcp(dr.maximum(gained, 1e-12))
+        depth_mm = 1 / infill.sigma_t - bump.length * transmitted * dr.rcp(dr.maximum(gained, 1e-12))
         # Series where the cell is so clear that the difference above loses its digits.
-        depth_mm = dr.select(infill.sigma_t * si.t > 1e-3, depth_mm, si.t * (0.5 - infill.sigma_t * si.t / 12))  # noqa: PLR2004
+        optical = infill.sigma_t * bump.length
+        depth_mm = dr.select(optical > 1e-3, depth_mm, bump.length * (0.5 - optical / 12))  # noqa: PLR2004
         phi = light.cells.at(cell, ray(depth_mm), inside)
         radiance[inside] += weight * phi * gained * (infill.albedo / (4 * dr.pi))
         met = Gathered(
@@ -138,30 +142,38 @@ def gather_radiance(
             )
             weight[crossed] *= kept * dr.exp(-body.sigma_a * (si.t - stretch))
 
+        bumps = bump.found & ~scatter
         if record is not None:
             entry = record.number(place, index - start, depth)
             record.add_segment(entry, met)
             record.add_escape(entry, ray, arriving, active & ~valid)
-            record.mark(place, si.p, active & valid)
+            record.mark(place, dr.select(bumps, ray(bump.length), si.p), active & valid)
         if environment is not None:
             radiance[active & ~valid] += weight * environment.eval(si, active & ~valid)
 
-        reflectance, reflected, refracted, scale = fresnel(si, segment, constants)
+        *smooth, scale = fresnel(si, segment, constants)
+        facet = crossing(constants.rough, si, segment, constants.eta(segment.on_infill), tuple(smooth), sampler)
         first_hit = depth == 0
-        face = meet_face(coating, si, segment, reflectance, sampler, active)
+        face = meet_face(coating, si, segment, facet.reflectance, sampler, active)
         reflectance, interface = face.reflectance, segment.on_body & ~face.painted
         weight *= face.kept
         leaving = interface & ~segment.entering & (reflectance < 1) & ~scatter
         split = leaving & ~waiting
         reflect = ~first_hit & ~split & (sampler.next_float32(active) < reflectance)
         known = first_hit | split
-        dielectric = (interface | segment.on_infill) & ~scatter
-        local = dr.select(reflect, reflected, refracted)
-        branch = dr.select(known, 1 - reflectance, 1) * dr.select(reflect, 1, scale)
+        dielectric = (interface | segment.on_infill) & ~scatter & ~bumps
+        local = dr.select(reflect, facet.reflected, facet.refracted)
+        local = facet.onward(local, reflect, active & dielectric)
+        through = facet.crosses(local, reflect)
+        branch = dr.select(known, 1 - reflectance, 1) * dr.select(through, scale, 1)
         keep_reflected = dr.minimum(dr.max(weight) * reflectance / ROULETTE_WEIGHT, 1)
         set_aside = active & split & (sampler.next_float32(active) < keep_reflected)
+        back = facet.onward(facet.reflected, mi.Bool(True), set_aside)
+        through = facet.crosses(back, mi.Bool(True))
         waiting_weight[set_aside] = weight * reflectance * dr.rcp(dr.maximum(keep_reflected, 1e-9))
-        waiting_ray[set_aside] = leave(si, si.to_world(reflected))
+        waiting_weight[set_aside & through] *= scale
+        waiting_inside[set_aside] = ~through
+        waiting_ray[set_aside] = leave(si, si.to_world(back))
         waiting_collisions[set_aside] = collisions
         waiting_asked[set_aside] = after_lens(coating, si, asked, interface & ~segment.entering)
         waiting |= set_aside
@@ -189,12 +201,17 @@ def gather_radiance(
         outward = mi.Frame3f.cos_theta(local) > 0
         in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         spawned = leave(si, si.to_world(local))
+        past = turned(shapes.scatterers, ray, bump, sampler)
+        weight[active & bumps] *= past.share
+        spawned.o = dr.select(bumps, past.place, spawned.o)
+        spawned.d = dr.select(bumps, past.direction, spawned.d)
+        in_body &= ~bumps
         if forward is not None:
             in_body = dr.select(scatter, segment.in_body, in_body)
             spawned.o = dr.select(scatter, ray(way), spawned.o)
             spawned.d = dr.select(scatter, scattered(ray.d, sample2, ahead.anisotropy), spawned.d)
         ray = mi.Ray3f(spawned)
-        at = whereabouts(si, segment.on_infill, scatter, in_body, shapes.faces)
+        at = whereabouts(si, segment.on_infill, scatter | bumps, in_body, shapes.faces)
         depth += 1
         survive = dr.minimum(dr.max(weight) / ROULETTE_WEIGHT, 1)
         keep = sampler.next_float32(active) < survive
@@ -204,7 +221,7 @@ def gather_radiance(
         ray = dr.select(resume, waiting_ray, ray)
         weight = dr.select(resume, waiting_weight, weight)
         collisions = dr.select(resume, waiting_collisions, collisions)
-        in_body |= resume
+        in_body = dr.select(resume, waiting_inside, in_body)
         asked = dr.select(resume, waiting_asked, asked)
         at.kind[resume] = NOWHERE
         waiting &= ~resume

@@ -70,6 +70,8 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             body=read_medium(properties, "body").reduced,
             infill=read_medium(properties, "infill"),
             top_mm=properties["top_mm"],
+            skin_roughness=properties.get("skin_roughness", 0.0),
+            wall_roughness=properties.get("wall_roughness", 0.0),
         )
         self.followed = properties.get("forward_collisions", 0)
         if self.followed_media.infill.anisotropy == 0:

@@ -48,6 +48,8 @@ def integrator_settings(
         "lights_inside": ",".join(inside),
         "lights_off": ",".join(off),
         "top_mm": elastomer.design.height_mm,
+        "skin_roughness": elastomer.design.roughness.skin,
+        "wall_roughness": elastomer.design.roughness.walls,
     }
     for name, optics in (("body", materials.body), ("infill", materials.infill)):
         if optics is not None:

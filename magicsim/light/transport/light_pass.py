@@ -15,6 +15,8 @@ import numpy.typing as npt
 
 from magicsim.errors import RenderError
 from magicsim.light.backend import dr, mi
+from magicsim.light.flaws.rough_surfaces import crossing
+from magicsim.light.flaws.scatterers import bump_ahead, turned
 from magicsim.light.transport.coating import bounced, meet_face
 from magicsim.light.transport.light_starts import TURNS, LightStarts
 from magicsim.light.transport.ray_start import leave
@@ -142,8 +144,9 @@ def deposit_tracks(
             si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
             segment = classify(si, body_pointer, infill_pointer, in_body)
         take_down(record, light, starts, number, ray, weight, brightest, active & ~si.is_valid())
+        bump = bump_ahead(shapes.scatterers, ray, si, si.prim_index // triangles_per_cell, active & segment.in_infill)
         # Expected track length up to the next collision or wall, instead of the sampled one.
-        transmitted = dr.exp(-infill.sigma_t * si.t)
+        transmitted = dr.exp(-infill.sigma_t * bump.length)
         length = (1 - transmitted) / infill.sigma_t
         cell = light * shapes.cells + si.prim_index // triangles_per_cell
         # Most lights have one colour, and adding nothing takes as long as adding something.
@@ -153,6 +156,7 @@ def deposit_tracks(
         scatter = segment.in_infill & (sampler.next_float32(active) > transmitted)
         way = free_path(sampler.next_float32(active), transmitted, infill.sigma_t)
         weight[scatter] *= infill.albedo
+        bumps = bump.found & ~scatter
         crossed = segment.in_body & si.is_valid()
         carried = mi.Color3f(weight)
         collide, clear_mm = mi.Bool(False), si.t
@@ -173,16 +177,18 @@ def deposit_tracks(
         if balance:
             absorbed += dr.select(active, carried - weight, 0)
         weight[collide] *= body.albedo
-        scatter |= collide
+        scatter |= collide | bumps
 
-        reflectance, reflected, refracted = fresnel(si, segment, constants)[:3]
-        face = meet_face(shapes.coating, si, segment, reflectance, sampler, active & ~scatter)
+        smooth = fresnel(si, segment, constants)[:3]
+        met = crossing(constants.rough, si, segment, constants.eta(segment.on_infill), smooth, sampler)
+        face = meet_face(shapes.coating, si, segment, met.reflectance, sampler, active & ~scatter)
         reflectance = face.reflectance
         stopped += dr.select(active, weight * (1 - face.kept), 0) if balance else 0
         weight *= face.kept
         choice = sampler.next_float32(active)
         reflect = choice < reflectance
-        local = dr.select(reflect, reflected, refracted)
+        local = dr.select(reflect, met.reflected, met.refracted)
+        local = met.onward(local, reflect, active & ~scatter & ~face.painted)
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         opaque = active & segment.opaque & ~scatter
@@ -200,20 +206,20 @@ def deposit_tracks(
         local = dr.select(face.painted, away, local)
         stopped += weight * (1 - share) if balance else 0
         weight *= share
+        on = turned(shapes.scatterers, ray, bump, sampler)
+        stopped += dr.select(active & bumps, weight * (1 - on.share), 0) if balance else 0
+        weight[bumps] *= on.share
         outward = mi.Frame3f.cos_theta(local) > 0
         arrived = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         in_body = dr.select(scatter, segment.in_body, arrived)
         spawned = leave(si, si.to_world(local))
-        ray.o = dr.select(scatter, ray(way), spawned.o)
-        ray.d = dr.select(
-            scatter,
-            dr.select(
-                segment.in_infill,
-                scattered(ray.d, sample2, infill.anisotropy),
-                scattered(ray.d, sample2, body.anisotropy),
-            ),
-            spawned.d,
+        ray.o = dr.select(bumps, on.place, dr.select(scatter, ray(way), spawned.o))
+        scattered_to = dr.select(
+            segment.in_infill,
+            scattered(ray.d, sample2, infill.anisotropy),
+            scattered(ray.d, sample2, body.anisotropy),
         )
+        ray.d = dr.select(bumps, on.direction, dr.select(scatter, scattered_to, spawned.d))
         at = whereabouts(si, segment.on_infill & ~collide, segment.in_infill & scatter, in_body, shapes.faces)
         depth += 1
         survive = dr.minimum(dr.max(weight) / brightest, 1)

@@ -9,6 +9,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import FacePaint, face_paint
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
+from magicsim.light.flaws.rough_material import interface_bsdf
 
 
 class FilmedDielectric(mi.BSDF):  # type: ignore[misc]
@@ -70,7 +71,7 @@ mi.register_bsdf("filmed_dielectric", FilmedDielectric)
 def face_bsdf(elastomer: Elastomer) -> dict[str, Any]:
     """Entry of the face's material in a scene's dictionary."""
     design, paint = elastomer.design, face_paint(elastomer.design)
-    clear: dict[str, Any] = {"type": "dielectric", "int_ior": design.materials.body.ior, "ext_ior": 1.0}
+    clear = interface_bsdf(design.materials.body.ior, 1.0, design.roughness.skin, design.height_mm)
     if isinstance(design.coat, HalfMirror):
         coat = design.coat
         clear = {

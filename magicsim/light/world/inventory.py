@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
+from magicsim.light.flaws.held_scatterers import HeldScatterers
 from magicsim.light.transport.coating import FaceCoating
 from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.grid_state import GridState, GridStates
@@ -33,6 +34,7 @@ class Inventory:
         self._kernels: dict[tuple[bool, int], IrradianceKernel] = {}
         self._block: dict[str, Any] = {}
         self._coating: FaceCoating | None = None
+        self._scatterers: HeldScatterers | None = None
 
     def hold(self, body: Any, infill: Any) -> None:
         """Takes the shapes of a block that a scene keeps in a group, out of sight.
@@ -48,6 +50,7 @@ class Inventory:
         topology: CellTopology | None,
         object_mesh: SurfaceMesh | None,
         coating: FaceCoating | None = None,
+        scatterers: HeldScatterers | None = None,
     ) -> None:
         """Takes what a loaded scene does not tell.
 
@@ -55,8 +58,9 @@ class Inventory:
             topology: How the cells are put together: hits are then looked for in the cell that a ray is in.
             object_mesh: The object in its own frame: its smoothing must not depend on the pose that is rendered first.
             coating: Of the contact face, or None where it is bare.
+            scatterers: Bubbles and flakes, or None where the print is clean.
         """
-        self._coating = coating
+        self._coating, self._scatterers = coating, scatterers
         self._grids.topology = topology
         self._object_mesh = object_mesh
 
@@ -71,6 +75,7 @@ class Inventory:
             faces=grid.faces if grid is not None else None,
             outside=outside.scene if outside is not None and outside.object is not None else None,
             coating=self._coating.on(body) if self._coating is not None else None,
+            scatterers=self._scatterers.on(self._in_block(scene, INFILL)) if self._scatterers is not None else None,
         )
 
     def grid(self, scene: Any) -> GridState | None:
@@ -82,9 +87,13 @@ class Inventory:
         return self._grids.of(infill, strangers) if infill is not None else None
 
     def volumes_mm3(self, scene: Any) -> FloatArray:
-        """Volumes of the cells, shape (cells, 1) [mm3]; 1 without a grid."""
+        """Volumes of the infill in the cells, shape (cells, 1) [mm3]; 1 without a grid."""
         grid = self.grid(scene)
-        return grid.volumes_mm3[:, None] if grid is not None else np.ones((1, 1))
+        if grid is None:
+            return np.ones((1, 1))
+        held = self._scatterers
+        air = held.air_mm3(self._in_block(scene, INFILL)) if held is not None else 0.0
+        return np.asarray(grid.volumes_mm3[:, None] - air)
 
     def centres_mm(self, scene: Any) -> FloatArray:
         """Centres of the cells, shape (cells, 3) [mm]; none without a grid."""

@@ -6,7 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
+from magicsim.light.flaws.held_scatterers import HeldScatterers
+from magicsim.light.flaws.scatterer_shapes import scatterer_name, transforms
+from magicsim.light.transport.coating import FaceCoating
+from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.names import BODY, ENVIRONMENT, FACE, FLASHLIGHT, GROUPED, INFILL, MARKERS
 from magicsim.light.world.scene_dict import (
     WorldContent,
@@ -26,19 +31,34 @@ RADIANCE = ".radiance.value"
 class World:
     """One Mitsuba scene whose vertices can be replaced."""
 
-    def __init__(self, elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any]) -> None:
-        """Loads the scene at rest, the object parked where its own frame puts it."""
+    def __init__(
+        self, elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any], *,
+        own_mesh: SurfaceMesh | None = None,
+    ) -> None:  # fmt: skip
+        """Loads the scene at rest, the object parked where its own frame puts it.
+
+        Args:
+            elastomer: The block.
+            rig: What surrounds it.
+            content: What else is there.
+            integrator: Entry of the estimator.
+            own_mesh: The object that may come, in its own frame.
+        """
         self.elastomer = elastomer
         self.rig = rig
         self.content = content
-        self._has_face = integrator["type"] != "fluence" and elastomer.design.face_is_special
-        block, self._prefix = block_shapes(elastomer, rig, parted_face=self._has_face), ""
+        for_paths = integrator["type"] != "fluence"
+        self._has_face = for_paths and elastomer.design.face_is_special
+        block, self._prefix = block_shapes(elastomer, rig, for_paths=for_paths), ""
         entries = block
         if integrator["type"] == "fluence":
             entries, self._prefix = in_group(block), GROUPED
         self.scene: Any = mi.load_dict(scene_dict(elastomer, rig, content, integrator, entries), optimize=False)
         if self._prefix:
-            self.scene.integrator().inventory.hold(block[BODY], block.get(INFILL))
+            inventory = self.scene.integrator().inventory
+            inventory.hold(block[BODY], block.get(INFILL))
+            coating = FaceCoating.of(elastomer, rig)
+            inventory.know(CellTopology.of(elastomer), own_mesh, coating, HeldScatterers.of(elastomer))
         self._parameters = mi.traverse(self.scene)
         self._radiance = {
             key: type(self._parameters[key])(self._parameters[key])
@@ -72,6 +92,9 @@ class World:
             self._set(MARKERS, markers)
         if infill is not None:
             self._set(self._prefix + INFILL, infill)
+            if not self._prefix and self.elastomer.inclusions is not None:
+                for number, place in enumerate(transforms(self.elastomer.inclusions.placed(infill))):
+                    self._parameters[f"{scatterer_name(number)}.to_world"] = mi.Transform4f(place)
         if object_vertices is not None:
             self._set(self.content.object_name, object_vertices)
         if light_x_mm is not None:

@@ -7,8 +7,6 @@ import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.transport.coating import FaceCoating
-from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.loaded_scene import World
 from magicsim.light.world.marker_disks import marker_disks
@@ -58,12 +56,7 @@ class Worlds:
             content = WorldContent(
                 object_mesh=self._mesh if key[0] else None, object_finish=self._finish, flashlight=key[1]
             )
-            self._kept[key] = World(self._elastomer, self._rig, content, self._integrator)
-            if self._integrator["type"] == "fluence":
-                integrator = self._kept[key].scene.integrator()
-                integrator.inventory.know(
-                    CellTopology.of(self._elastomer), self._mesh, FaceCoating.of(self._elastomer, self._rig)
-                )
+            self._kept[key] = World(self._elastomer, self._rig, content, self._integrator, own_mesh=self._mesh)
         changes = self._changes(self._shown.get(key, View()), view)
         if object_vertices is not None and not np.array_equal(self._placed.get(key, NOWHERE), object_vertices):
             changes["object_vertices"] = self._placed[key] = object_vertices

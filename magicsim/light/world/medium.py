@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from magicsim.light.backend import dr, mi
+from magicsim.light.flaws.rough_surfaces import RoughSurfaces
 
 CLEAR_PER_MM = 1e-12
 """Extinction that stands for none [1/mm]."""
@@ -51,6 +52,10 @@ class Media:
     infill: Medium
     top_mm: float
     """Height above which the body's shape is the clear lens plate, which absorbs as the body does [mm]."""
+    skin_roughness: float = 0.0
+    """Slope that half of the facets of the block's outer faces exceed, see `flaws.facets`."""
+    wall_roughness: float = 0.0
+    """That of the walls of cells."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -81,6 +86,8 @@ class Constants:
     body: Coefficients
     infill: Coefficients
     top_mm: Any
+    rough: RoughSurfaces | None
+    """Interfaces that are not smooth, None where all are."""
 
     @classmethod
     def of(cls, media: Media) -> "Constants":
@@ -91,7 +98,12 @@ class Constants:
             body=Coefficients.of(media.body),
             infill=Coefficients.of(media.infill),
             top_mm=dr.opaque(mi.Float, media.top_mm),
+            rough=RoughSurfaces.of(media.skin_roughness, media.wall_roughness, media.top_mm),
         )
+
+    def eta(self, on_infill: Any) -> Any:
+        """Index inside over that outside, at hits on a cell and on the body."""
+        return dr.select(on_infill, self.infill_ior, self.body_ior)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -142,7 +154,7 @@ def fresnel(si: Any, segment: Segment, constants: Constants) -> tuple[Any, Any, 
         behind the interface (its solid angle changes with the square of the relative index).
     """
     cosine = mi.Frame3f.cos_theta(si.wi)
-    eta = dr.select(segment.on_infill, constants.infill_ior, constants.body_ior)
+    eta = constants.eta(segment.on_infill)
     reflectance, cosine_t, _eta_it, eta_ti = mi.fresnel(cosine, eta)
     return reflectance, mi.reflect(si.wi), mi.refract(si.wi, cosine_t, eta_ti), dr.square(eta_ti)
 

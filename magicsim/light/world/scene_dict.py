@@ -11,6 +11,8 @@ from magicsim.geometry.design import Optics
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
+from magicsim.light.flaws.rough_material import interface_bsdf
+from magicsim.light.flaws.scatterer_shapes import scatterer_entries
 from magicsim.light.world.finish import COLORS, Finish
 from magicsim.light.world.marker_disks import marker_bsdf, marker_disks
 from magicsim.light.world.names import (
@@ -82,20 +84,22 @@ def with_lens(body: Array, elastomer: Elastomer, rig: Rig) -> Array:
     return moved
 
 
-def block_shapes(elastomer: Elastomer, rig: Rig, *, parted_face: bool = False) -> dict[str, Any]:
+def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> dict[str, Any]:
     """Body, with the lens plate, and infill at rest, by name.
 
     Args:
         elastomer: The block.
         rig: What surrounds it.
-        parted_face: Whether the contact face is a shape of its own, with a material that the renderer itself knows.
+        for_paths: Whether the renderer itself traces paths: it then needs materials for rough interfaces, and a special
+            contact face as a shape of its own.
     """
-    materials = elastomer.design.materials
+    materials, roughness = elastomer.design.materials, elastomer.design.roughness
     body_medium = _medium(materials.body)
     body, placed = elastomer.body, with_lens(elastomer.body.vertices, elastomer, rig)
-    bare = {"type": "dielectric", "int_ior": materials.body.ior, "ext_ior": 1.0}
+    top_mm = elastomer.design.height_mm
+    bare = interface_bsdf(materials.body.ior, 1.0, roughness.skin if for_paths else 0, top_mm)
     shapes = {}
-    if parted_face:
+    if for_paths and elastomer.design.face_is_special:
         from magicsim.light.world.face_material import face_bsdf, face_places, parted
 
         body, face = parted(elastomer)
@@ -103,14 +107,18 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, parted_face: bool = False) -
         shapes[FACE] = mesh_shape(_moved(face, placed), FACE, material, interior=body_medium, texture=texture)
     shapes[BODY] = mesh_shape(_moved(body, placed), BODY, bare, interior=body_medium)
     if elastomer.infill is not None and materials.infill is not None:
-        infill = materials.infill
+        infill, medium = materials.infill, _medium(materials.infill)
         shapes[INFILL] = mesh_shape(
             elastomer.infill,
             INFILL,
-            {"type": "dielectric", "int_ior": infill.ior, "ext_ior": materials.body.ior},
-            interior=_medium(infill),
+            interface_bsdf(infill.ior, materials.body.ior, roughness.walls if for_paths else 0, top_mm),
+            interior=medium,
             exterior=body_medium,
         )
+        if for_paths and elastomer.inclusions is not None:
+            inclusions = elastomer.inclusions.placed(elastomer.infill.vertices)
+            reflectance = elastomer.design.inclusions.flake_reflectance
+            shapes |= scatterer_entries(inclusions, infill.ior, reflectance, medium)
     return shapes
 
 

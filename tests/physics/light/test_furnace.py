@@ -30,6 +30,22 @@ def test_an_uneven_print_keeps_its_light():
     check("default, rest", *SMALL, "design.unevenness.wall_sd_mm=0.015", "design.unevenness.wave_sd_mm=0.05")
 
 
+ROUGH = ("design.roughness.skin=0.2", "design.roughness.walls=0.2")
+INCLUSIONS = (
+    "design.inclusions.bubbles_per_mm3=2", "design.inclusions.bubble_radius_mm=[0.05,0.2]",
+    "design.inclusions.flakes_per_mm3=2", "design.inclusions.flake_radius_mm=[0.05,0.2]",
+    "design.inclusions.flake_reflectance=1",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("case", "flaws"),
+    [("default, rest", ROUGH), ("default, rest", INCLUSIONS), ("default, 1 mm press", (*ROUGH, *INCLUSIONS))],
+)
+def test_a_print_with_flaws_keeps_its_light(case, flaws):
+    check(case, *SMALL, *flaws)
+
+
 @pytest.mark.parametrize(
     "coat",
     [
