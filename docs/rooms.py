@@ -79,7 +79,19 @@ def bench() -> Array:
     return room.image
 
 
-ROOMS = {"office": office, "window": window, "bench": bench}
+def corridor() -> Array:
+    """Light walls, a door, a strip of lamps along the ceiling; somebody passes (`corridor.toml`)."""
+    room = Sphere((0.11, 0.11, 0.1))
+    room.patch((-180, 180), (55, 90), (0.13, 0.13, 0.13))
+    room.patch((-180, 180), (62, 72), (0.8, 0.85, 0.85))
+    room.patch((-180, 180), (-90, -30), (0.05, 0.05, 0.055))
+    room.patch((-180, 180), (-5, -1), (0.04, 0.1, 0.09))
+    room.patch((-50, -15), (-30, 25), (0.07, 0.045, 0.02))
+    room.patch((100, 150), (-10, 30), (0.3, 0.4, 0.5))
+    return room.image
+
+
+ROOMS = {"office": office, "window": window, "bench": bench, "corridor": corridor}
 
 
 def encoded(image: Array) -> npt.NDArray[np.uint8]:

@@ -11,6 +11,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.placed_inclusions import DrawnInclusions, draw_inclusions
+from magicsim.geometry.rounded_cell import FACET_TOLERANCE, cell_mesh, cell_volume_mm3
 from magicsim.geometry.unevenness import printed_cells
 
 FACE_EDGE_MM = 0.5
@@ -73,8 +74,12 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
         if design.face is not None:
             _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
         return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
-    infill = _cells(grid, subdivision(design, grid))
-    _check("infill", infill, grid.infill_volume_mm3)
+    radius_mm = design.unevenness.crossing_radius_mm
+    infill = _cells(grid, subdivision(design, grid), radius_mm)
+    if radius_mm == 0:
+        _check("infill", infill, grid.infill_volume_mm3)
+    else:
+        _check("infill", infill, grid.cell_count * cell_volume_mm3(grid.cell_mm, radius_mm), FACET_TOLERANCE)
     inclusions = draw_inclusions(design.inclusions, grid, infill.vertices[: len(infill.vertices) // grid.cell_count])
     infill = replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness))
     infill = _lifted(infill, design)
@@ -116,10 +121,8 @@ def subdivision(design: ElastomerDesign, grid: CellGrid) -> int:
     return max(2, *(split_count(pitch, design.lattice.spacing_mm or pitch) for pitch in grid.pitch_mm.tolist()))
 
 
-def _cells(grid: CellGrid, parts: int) -> SurfaceMesh:
-    cube = manifold3d.Manifold.cube(tuple(grid.cell_mm), True)
-    cube = cube.refine(parts) if parts > 1 else cube
-    cell = from_manifold(cube)
+def _cells(grid: CellGrid, parts: int, radius_mm: float) -> SurfaceMesh:
+    cell = cell_mesh(grid.cell_mm, parts, radius_mm)
     vertices = (grid.centres_mm()[:, None] + cell.vertices).reshape(-1, 3)
     first = np.arange(grid.cell_count, dtype=np.int32) * len(cell.vertices)
     return SurfaceMesh(vertices=vertices, faces=(first[:, None, None] + cell.faces).reshape(-1, 3))

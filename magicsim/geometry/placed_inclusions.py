@@ -98,8 +98,12 @@ def draw_inclusions(inclusions: Inclusions, grid: CellGrid, cell_vertices: Array
     if inclusions.is_clean:
         return None
     random = np.random.default_rng(np.random.SeedSequence([inclusions.seed, STREAM]))
-    half = np.asarray(grid.cell_mm, np.float64) / 2
-    volume = grid.cell_count * float(np.prod(2 * half))
+    lowest = cell_vertices.min(0)
+    ends = lowest + (cell_vertices.max(0) - lowest) * _CORNERS
+    corners = np.linalg.norm(cell_vertices - ends[:, None], axis=2).argmin(1)
+    # Corners of rounded cells lie further in.
+    half = np.ptp(cell_vertices[corners], axis=0) / 2
+    volume = grid.infill_volume_mm3
     kinds = ((True, inclusions.bubbles_per_mm3, inclusions.bubble_radius_mm),
              (False, inclusions.flakes_per_mm3, inclusions.flake_radius_mm))  # fmt: skip
     radii, bubbles = [], []
@@ -115,9 +119,6 @@ def draw_inclusions(inclusions: Inclusions, grid: CellGrid, cell_vertices: Array
         return None
     order = np.flatnonzero(kept)[np.argsort(cell[kept], kind="stable")]
     normals = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    lowest = cell_vertices.min(0)
-    ends = lowest + (cell_vertices.max(0) - lowest) * _CORNERS
-    corners = np.linalg.norm(cell_vertices - ends[:, None], axis=2).argmin(1)
     return DrawnInclusions(
         cell=cell[order],
         places=places[order],

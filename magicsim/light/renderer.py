@@ -183,7 +183,7 @@ class Renderer(PlainRenderer):
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
         scene, placed, light_x_mm = self.world(View()).scene, self._placed(view), view.flashlight_x_mm
-        is_moved = not view.is_undeformed or _reaches(placed) or not self.leaves_out_unmoved
+        is_moved = self._is_moved(view, placed)
         field = self._light(view, placed, is_moved=is_moved)
         look = Look(
             scene=scene, outside=self._outside(placed, light_x_mm), field=field, finish=self.object_finish,
@@ -208,6 +208,10 @@ class Renderer(PlainRenderer):
         found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
         return np.asarray(inner.within(around).of(found))
 
+    def _is_moved(self, view: View, placed: Array | None) -> bool:
+        """Whether a view needs paths through the block as it is deformed."""
+        return not view.is_undeformed or _reaches(placed) or not self.leaves_out_unmoved
+
     def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> LightField:
         """Light in the block and on the object."""
         scene, careful, cheap = self.world(View()).scene, self.careful(), self.cheap()
@@ -219,7 +223,7 @@ class Renderer(PlainRenderer):
                 scene, field, particles=particles, seed=seed, outside=outside
             )
             return self._gathered(view, field, lit)
-        before = self._lifted(view, placed) if placed is not None and _reaches(placed) else placed
+        before = self._free(view, placed)
         world = self.world(view).scene
         field = touched_light(
             world, self._before_contact(before), careful, self._contact(placed),
@@ -228,6 +232,10 @@ class Renderer(PlainRenderer):
         field = self._arrived(view, world, None, field)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
         return self._gathered(view, field, found)
+
+    def _free(self, view: View, placed: Array | None) -> Array | None:
+        """The object where it last did not touch."""
+        return self._lifted(view, placed) if placed is not None and _reaches(placed) else placed
 
     def _lifted(self, _view: View, placed: Array) -> Array:
         """Object vertices of the last state before contact, the same for all depths of one press [mm]."""

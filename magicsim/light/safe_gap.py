@@ -76,7 +76,7 @@ def thinnest_wall(infill: Array, rest: SurfaceMesh, grid: CellGrid) -> tuple[flo
     for axis in range(3):
         if grid.counts[axis] == 1:
             continue
-        high, low = (_face(cell, axis, side) for side in (cell[:, axis].max(), cell[:, axis].min()))
+        high, low = _facing(cell, axis)
         ahead = np.moveaxis(moved, 2 - axis, 0)
         near, far = ahead[:-1][..., high, :], ahead[1:][..., low, :]
         across = (far - near).reshape(-1, len(high), 3)
@@ -90,11 +90,14 @@ def thinnest_wall(infill: Array, rest: SurfaceMesh, grid: CellGrid) -> tuple[flo
     return least, where
 
 
-def _face(cell: Array, axis: int, side: float) -> npt.NDArray[np.intp]:
-    """Vertices on one face of a cell, in an order that is the same on the opposite face."""
-    numbers = np.flatnonzero(np.isclose(cell[:, axis], side))
-    across = np.delete(cell[numbers], axis, axis=1).round(9)
-    return np.asarray(numbers[np.lexsort(across.T)])
+def _facing(cell: Array, axis: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Vertices of a cell on its upper face along an axis, and those opposite them; a printed face is not quite flat."""
+    places, rows = cell[:, axis], np.sqrt((len(cell) - 2) / 6)
+    slack = np.ptp(places) / (2 * rows)  # half of the way to the next row of vertices
+    high, low = np.flatnonzero(places > places.max() - slack), np.flatnonzero(places < places.min() + slack)
+    across = np.delete(cell, axis, axis=1)
+    opposite = np.linalg.norm(across[high, None] - across[low], axis=2).argmin(1)
+    return high, low[opposite]
 
 
 def _normals(faces: Array, rest: Array, axis: int) -> Array:

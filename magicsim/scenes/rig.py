@@ -22,6 +22,7 @@ from magicsim.camera.window import Window
 from magicsim.config.models import Config, load_preset
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 from magicsim.scenes.lamps import BRIGHTEST, FAINTEST, FARTHEST_MM, Led, LedRing, PlaceMm, Rgb
+from magicsim.scenes.passing import Passing
 
 __all__ = ["BRIGHTEST", "FAINTEST", "FARTHEST_MM", "Camera", "Flashlight", "LedStrip", "Lens", "PlaceMm", "Rgb", "Rig"]
 
@@ -231,6 +232,8 @@ class Rig(Config):
     room: str | None = None
     """Where that light comes from: `office`, `window`, `bench`, or an equirectangular image (PNG or JPEG, sRGB), whose
     middle is what the sensor looks at; none is even light, and `dark` turns the room off, whatever `ambient` is."""
+    passing: Passing | None = None
+    """What passes behind whatever approaches; that of the room by default, which has none but in `corridor`."""
     camera: Camera = Camera()
 
     @property
@@ -261,7 +264,19 @@ class Rig(Config):
             if not any(self.ambient):
                 msg = f"room = '{self.room}' is not allowed with ambient = 0: give the radiance of the room"
                 raise ValueError(msg)
+        if self.passing is not None and not any(self.room_light):
+            msg = "passing is not allowed in a dark room: give the radiance of the room as ambient"
+            raise ValueError(msg)
         return self
+
+    @property
+    def moving(self) -> Passing | None:
+        """What passes in the room, None where nothing does."""
+        if self.passing is not None or self.room in (None, DARK):
+            return self.passing
+        from magicsim.scenes.room import room_passing
+
+        return room_passing(self.room)
 
     @property
     def room_light(self) -> Rgb:

@@ -11,13 +11,18 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from magicsim.config.documents import read_toml
+from magicsim.config.models import validate
 from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
+from magicsim.scenes.passing import Passing
 
 Array = npt.NDArray[np.float64]
 FOLDER = "scenes/rooms"
 SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_COLUMNS = 4096
+MODES = ("L", "LA", "P", "RGB", "RGBA")
+"""Kinds of pixels, as Pillow calls them, that are taken for sRGB."""
 
 
 def room_names() -> list[str]:
@@ -43,6 +48,23 @@ def room_file(name: str) -> Path:
         msg = f"rig.room = '{name}' does not exist; give a PNG or JPEG file or one of: dark, {', '.join(room_names())}"
         raise ConfigError(msg)
     return path
+
+
+def room_passing(name: str) -> Passing | None:
+    """What passes in a room by itself: a table in a TOML file beside its image, None where there is none.
+
+    Args:
+        name: See `room_file`.
+
+    Raises:
+        ConfigError: The table is not acceptable.
+    """
+    return _read_passing(room_file(name).with_suffix(".toml")) if name in room_names() else None
+
+
+@lru_cache(maxsize=16)
+def _read_passing(path: Path) -> Passing | None:
+    return validate(Passing, read_toml(path), source=path.name) if is_file(path) else None
 
 
 def room_radiance(name: str) -> Array:
@@ -78,6 +100,12 @@ def _pixels(path: Path) -> Array:
     except (OSError, ValueError, Image.DecompressionBombError) as error:
         raise unreadable from error
     with picture:
+        if picture.mode not in MODES:
+            msg = (
+                f"rig.room '{path.name}' has pixels of kind {picture.mode}: must be 8-bit grey or RGB, with or without "
+                "alpha"
+            )
+            raise ConfigError(msg)
         columns, rows = picture.size
         if columns != 2 * rows or columns > MOST_COLUMNS:
             msg = (

@@ -177,6 +177,26 @@ class SceneConfig(Config):
         return self
 
     @model_validator(mode="after")
+    def _check_passing(self) -> Self:
+        passing, render = self.rig.moving, self.render
+        if passing is None:
+            return self
+        if render.estimator != "fluence" or render.anchor_samples == 0:
+            msg = (
+                "rig.passing is not allowed without recorded light: must be left out, or render.estimator = 'fluence' "
+                "and render.anchor_samples at least 1; rig.room = 'office' is a still room"
+            )
+            raise ValueError(msg)
+        for place, keyframe in enumerate(self.keyframes):
+            if keyframe.gap_mm is not None and keyframe.gap_mm >= passing.distance_mm:
+                msg = (
+                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: outside of the room, in which "
+                    f"something passes at rig.passing.distance_mm = {passing.distance_mm:g}; must be below that"
+                )
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
     def _check_mounting(self) -> Self:
         if self.design.mounting.base != "bonded":
             msg = (

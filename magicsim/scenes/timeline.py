@@ -1,6 +1,6 @@
 """The state of a scene at every frame, interpolated from its keyframes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from magicsim.scenes.scene import Keyframe, SceneConfig
 
@@ -23,6 +23,9 @@ class FrameState:
     facing_mm: float | None = None
     """Distance to the contact face of another finger that looks back at this one [mm]; None without one."""
 
+    passing_mm: float | None = None
+    """Where something that passes in the room is along x [mm]; None while it is out of sight."""
+
     @property
     def has_object(self) -> bool:
         """Whether an object is there."""
@@ -41,7 +44,24 @@ def timeline(scene: SceneConfig) -> list[FrameState]:
         states += [
             _between(start, end, (frame - start.frame) / (last - start.frame)) for frame in range(start.frame, last)
         ]
-    return states
+    return _with_passing(scene, states, scene.references)
+
+
+def reference_states(scene: SceneConfig) -> list[FrameState]:
+    """States of the reference frames, in order."""
+    return _with_passing(scene, [UNTOUCHED] * scene.references, 0)
+
+
+def _with_passing(scene: SceneConfig, states: list[FrameState], first: int) -> list[FrameState]:
+    """The states with what passes in the room where it is, the first being that of so manieth frame of the stream."""
+    passing = scene.rig.moving
+    if passing is None:
+        return states
+    times_s = [(first + number) / scene.frames_per_second for number in range(len(states))]
+    return [
+        replace(state, passing_mm=passing.place_mm(time_s, scene.seed))
+        for state, time_s in zip(states, times_s, strict=True)
+    ]
 
 
 def _between(start: Keyframe, end: Keyframe | None, share: float) -> FrameState:

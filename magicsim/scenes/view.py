@@ -28,6 +28,9 @@ class View:
     facing_mm: float | None = None
     """Distance to the contact face of another finger that looks back [mm]; None without one."""
 
+    passing_mm: float | None = None
+    """Where something that passes in the room is along x [mm]; None while it is out of sight."""
+
     @property
     def is_untouched(self) -> bool:
         """Whether this is the sensor alone, as the anchor holds it."""

@@ -92,7 +92,7 @@ def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
     """
     if not design.is_opaque:
         return state
-    hidden = replace(state, flashlight=False, light_x_mm=0.0, facing_mm=None)
+    hidden = replace(state, flashlight=False, light_x_mm=0.0, facing_mm=None, passing_mm=None)
     return hidden if can_touch(state) else UNTOUCHED
 
 
@@ -159,6 +159,8 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     for name, there in _outside(scene, frames).items():
         decide(f"{name} in the optical scene", there, *SEEN[name])
     references = f"{scene.references} frames: one untouched state, each frame with noise of its own"
+    if scene.rig.moving is not None and not scene.design.is_opaque:
+        references = f"{scene.references} frames of the untouched sensor: something passes in the room"
     if scene.references:
         kept.append(Decision(stage="reference frames", reason=references))
     for name in type(scene.output).model_fields:

@@ -25,6 +25,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.rigid_object import ObjectBase
+from magicsim.light.passing.renderer import PassingRenderer
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.safe_gap import check_walls
@@ -160,7 +161,8 @@ class Sensor:
         if self.object is not None:
             surface = self.object.surface()
             finish = Finish.of(self.object, surface)
-        return Renderer(
+        kind = Renderer if self.rig.moving is None else PassingRenderer
+        return kind(
             self.elastomer,
             self.rig,
             self.settings,
@@ -254,7 +256,9 @@ class Sensor:
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
         if deformation.is_rest or indenter is None:
-            return View(indenter=indenter, flashlight_x_mm=light, facing_mm=state.facing_mm)
+            return View(
+                indenter=indenter, flashlight_x_mm=light, facing_mm=state.facing_mm, passing_mm=state.passing_mm
+            )
         body, infill = deformed_vertices(
             self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm
         )
@@ -265,8 +269,9 @@ class Sensor:
         if self.meshes.markers is not None:
             markers = self.meshes.markers.displaced(deformation.displacements_mm)
         return View(
-            body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light, facing_mm=state.facing_mm
-        )
+            body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light,
+            facing_mm=state.facing_mm, passing_mm=state.passing_mm,
+        )  # fmt: skip
 
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""

@@ -9,10 +9,10 @@ from magicsim.camera.exposure import FloatImage
 from magicsim.camera.stream import Instant
 from magicsim.deform.deformation import Deformation
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, reference_states
 from magicsim.simulation.episode import Episode, SimulatedFrame
 from magicsim.simulation.labelled_frame import Shot
-from magicsim.simulation.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, efforts, plan_scene
+from magicsim.simulation.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, as_seen, efforts, plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_camera
 
 Progress = Callable[[int, int], None]
@@ -69,10 +69,10 @@ def stream_states(sensor: Sensor, plan: ScenePlan, untouched: FloatImage) -> Ite
         untouched: Radiance of the sensor at rest, shape (rows, columns, 3).
     """
     scene = plan.scene
-    for index in range(scene.references):
-        yield RenderedState(
-            state=UNTOUCHED, deformation=sensor.rest, radiance=untouched, index=index, is_reference=True
-        )
+    for index, state in enumerate(reference_states(scene)):
+        still = as_seen(scene.design, state) == UNTOUCHED
+        radiance = untouched if still else sensor.radiance(state, sensor.rest)
+        yield RenderedState(state=state, deformation=sensor.rest, radiance=radiance, index=index, is_reference=True)
     reused = {frame.same_as for frame in plan.frames}
     radiances = {UNTOUCHED_FRAME: untouched}
     deformation = sensor.rest

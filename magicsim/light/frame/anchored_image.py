@@ -22,6 +22,21 @@ def anchored_image(
         careful: The untouched sensor with many samples, of the same shape.
         changed: Which pixels the frame can change, shape (rows, columns); the others are the careful ones.
     """
+    change = anchored_change(now, cheap, careful, changed)
+    return np.where(changed[..., None], np.maximum(change, 0), change)
+
+
+def anchored_change(
+    now: FloatImage, cheap: FloatImage, careful: FloatImage, changed: npt.NDArray[np.bool_]
+) -> FloatImage:
+    """`anchored_image` of values that may be negative, as those are that one light changes.
+
+    Args:
+        now: See there.
+        cheap: See there.
+        careful: See there.
+        changed: See there.
+    """
     result = careful.copy()
     if not changed.any():
         return result
@@ -30,6 +45,5 @@ def anchored_image(
         column=int(columns[0]), row=int(rows[0]), columns=int(np.ptp(columns)) + 1, rows=int(np.ptp(rows)) + 1
     ).grown(REACH_PX, changed.shape[1], changed.shape[0])
     change = change_without_shared_noise(*(box.of(each) for each in (now, cheap, careful)))
-    part = np.maximum(box.of(careful) + change, 0)
-    box.of(result)[...] = np.where(box.of(changed)[..., None], part, box.of(careful))
+    box.of(result)[...] = np.where(box.of(changed)[..., None], box.of(careful) + change, box.of(careful))
     return result

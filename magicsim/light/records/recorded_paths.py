@@ -114,7 +114,9 @@ class RecordedPaths:
             found |= (self.met[word] & boxes[word]) != 0
         return found[pixels]
 
-    def seen_outside(self, scene: Any, outside: Outside, irradiance: Array, finish: Finish, pixels: Numbers) -> Array:
+    def seen_outside(
+        self, scene: Any, outside: Outside, irradiance: Array, finish: Finish, pixels: Numbers, *, room: Any = None
+    ) -> Array:
         """Radiance that some pixels get from what stands outside, less that of the room behind it, shape (pixels, 3).
 
         Args:
@@ -123,14 +125,30 @@ class RecordedPaths:
             irradiance: Of the object's triangles, shape (triangles, 3).
             finish: Surface of the object.
             pixels: Numbers of the pixels, row by row of the film.
+            room: What shines from all around; that of the scene by default.
         """
         if not len(self.owner):  # nothing leaves a black block, and the renderer cannot loop over no rays
             return np.zeros((len(pixels), 3))
         lit = mi.Float(aligned(irradiance, np.float32).ravel())
         numbers = mi.UInt32(aligned(pixels, np.uint32))
         begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
-        thing, room = mi.ShapePtr(outside.object), scene.environment()
-        return np.array(_met_outside(outside.scene, room, thing, lit, finish, self.rays, begin, end), np.float64).T
+        thing, lamps = mi.ShapePtr(outside.object), room is None
+        room = scene.environment() if lamps else room
+        met = _met_outside(outside.scene, room, thing, lit, finish, self.rays, begin, end, lamps)
+        return np.array(met, np.float64).T
+
+    def seen_of_room(self, room: Any, pixels: Numbers) -> Array:
+        """Radiance that some pixels get from all around where nothing stands in the way, shape (pixels, 3).
+
+        Args:
+            room: What shines.
+            pixels: Numbers of the pixels, row by row of the film.
+        """
+        if not len(self.owner):
+            return np.zeros((len(pixels), 3))
+        numbers = mi.UInt32(aligned(pixels, np.uint32))
+        begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
+        return np.array(_met_room(room, self.rays, begin, end), np.float64).T
 
     def mirrored(
         self, outside: Outside, finish: Finish, pixels: Numbers, follow: Follow, *, samples: int, seed: int
@@ -171,6 +189,19 @@ class RecordedPaths:
         return np.stack([np.bincount(at, met[:, channel], len(pixels)) for channel in range(3)], 1)
 
 
+@dr.syntax  # type: ignore[untyped-decorator]
+def _met_room(room: Any, rays: Any, begin: Any, end: Any) -> Any:
+    """Sum over each pixel's rays of what the room sends along them."""
+    number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
+    while number < end:
+        ray, weight = _escaped(rays, number)
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        si.wi = -ray.d
+        radiance += weight * room.eval(si, number < end)
+        number += 1
+    return radiance
+
+
 def _mirror(scene: Any, thing: Any, finish: Finish, rays: Any, numbers: Any, seed: int, samples: int) -> Any:
     """Mirrored rays and their weights, 0 where there is none: light ones survive in proportion to their weight."""
     ray, weight = _escaped(rays, numbers)
@@ -195,7 +226,9 @@ def _escaped(rays: Any, number: Any) -> tuple[Any, Any]:
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
-def _met_outside(scene: Any, room: Any, thing: Any, lit: Any, finish: Finish, rays: Any, begin: Any, end: Any) -> Any:
+def _met_outside(
+    scene: Any, room: Any, thing: Any, lit: Any, finish: Finish, rays: Any, begin: Any, end: Any, lamps: bool
+) -> Any:
     """Sum over each pixel's rays of what they bring."""
     number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
     while number < end:
@@ -204,7 +237,7 @@ def _met_outside(scene: Any, room: Any, thing: Any, lit: Any, finish: Finish, ra
         on_object = si.is_valid() & (si.shape == thing)
         flux = mi.Color3f(*[dr.gather(mi.Float, lit, 3 * si.prim_index + channel, on_object) for channel in range(3)])
         found = dr.select(on_object, flux * finish.diffuse(si, on_object), 0)
-        on_light = si.is_valid() & ~on_object
+        on_light = si.is_valid() & ~on_object & lamps
         found += dr.select(on_light, si.emitter(scene, on_light).eval(si, on_light), 0)
         if room is not None:
             hidden = dr.zeros(mi.SurfaceInteraction3f)

@@ -1,5 +1,6 @@
 """Both passes in the untouched block: record what they meet and what leaves it, and follow what things send back."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -91,8 +92,9 @@ def recorded_paths(scene: Any, *, seed: int, samples: int, regions: Regions | No
 
 
 def follow_camera(
-    scene: Any, outside: Outside, starts: ObjectStarts, field: LightField, finish: Finish, *, seed: int
-) -> Array:
+    scene: Any, outside: Outside, starts: ObjectStarts, field: LightField, finish: Finish, *, seed: int,
+    room: Any = None,
+) -> Array:  # fmt: skip
     """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3).
 
     Args:
@@ -102,9 +104,11 @@ def follow_camera(
         field: Light in the block and on the object.
         finish: Surface of the object.
         seed: Of the frame.
+        room: What alone shines, see `Shapes`.
     """
     integrator: FluenceIntegrator = scene.integrator()
-    shapes, stream = integrator.inventory.shapes(scene, outside), SEEDS_PER_RENDER * seed + MIRRORED
+    shapes = replace(integrator.inventory.shapes(scene, outside), room=room)
+    stream = SEEDS_PER_RENDER * seed + MIRRORED
     seen = integrator.camera_pass(scene, shapes, field, starts, finish, stream=stream)
     return np.array(seen, np.float64).T
 

@@ -79,7 +79,7 @@ def gather_radiance(
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
     triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
     infill, body, ahead = constants.infill, constants.body, Coefficients.of(forward or media.infill)
-    environment = scene.environment()
+    environment, lamps = scene.environment() if shapes.room is None else shapes.room, shapes.room is None
     collisions, waiting_collisions, waiting_inside = mi.UInt32(0), mi.UInt32(0), mi.Bool(True)
     at = Whereabouts.unknown()
     coating, asked, waiting_asked = shapes.coating, mi.UInt32(0), mi.UInt32(0)
@@ -188,12 +188,12 @@ def gather_radiance(
         local = dr.select(on_object, mirrored, local)
         opaque = active & segment.opaque & ~on_object
         if dr.hint(opaque, mode="symbolic"):
-            radiance += weight * si.emitter(scene).eval(si, opaque & (asked == 0))
+            radiance += weight * si.emitter(scene).eval(si, opaque & (asked == 0) & lamps)
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo
             weight *= value
         on = send_on(coating, scene, si, segment, face, constants, (sample1, sample2), sampler, active)
-        radiance += weight * on.lit if coating is not None else 0
+        radiance += weight * on.lit if coating is not None and lamps else 0
         local = dr.select(face.painted, on.local, local)
         weight *= on.share
         passed = after_lens(coating, si, asked, interface & ~segment.entering & reflect)

@@ -186,8 +186,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         return [each._replace(beam=beam) for each, beam in zip((first, around), beams, strict=False)]
 
     def with_lit_object(
-        self, scene: Any, field: LightField, *, particles: int, seed: int, outside: Outside | None = None
-    ) -> LightField:
+        self, scene: Any, field: LightField, *, particles: int, seed: int, outside: Outside | None = None,
+        room: Any = None,
+    ) -> LightField:  # fmt: skip
         """The field with the irradiance of the object gathered by rays from its surface, see `object_light`.
 
         Args:
@@ -196,8 +197,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             particles: Of the light pass: as many rays serve the object as `RAYS_PER_PARTICLE` says.
             seed: Seed of the render.
             outside: What stands before the block in a scene of its own.
+            room: What alone shines, see `Shapes`.
         """
-        shapes = self.inventory.shapes(scene, outside)
+        shapes = replace(self.inventory.shapes(scene, outside), room=room)
         if shapes.object is None:
             return field
         stream = SEEDS_PER_RENDER * seed + ON_OBJECT
@@ -281,8 +283,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         return mi.TensorXf(dr.ravel(seen), shape=(window.rows, window.columns, 3))
 
     def gather_pixels(
-        self, scene: Any, field: LightField, pixels: Numbers, *, samples: int, seed: int, pattern: int = 0
-    ) -> Any:
+        self, scene: Any, field: LightField, pixels: Numbers, *, samples: int, seed: int, pattern: int = 0,
+        room: Any = None,
+    ) -> Any:  # fmt: skip
         """Radiance of some pixels of the film from cached light, mi.Color3f.
 
         Args:
@@ -292,8 +295,9 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
             samples: Camera samples of each.
             seed: Seed of the render.
             pattern: Number of the pattern of samples.
+            room: What alone shines, see `Shapes`.
         """
-        shapes = self.inventory.shapes(scene)
+        shapes = replace(self.inventory.shapes(scene), room=room)
         starts = CameraStarts.of(
             scene.sensors()[0], samples=samples, pixels=pixels, pattern=pattern, part=range(samples)
         )

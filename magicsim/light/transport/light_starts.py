@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 from magicsim.light.backend import dr, mi
+from magicsim.light.passing.passing_light import PassingPart
 from magicsim.light.transport.sequence import sequence
 from magicsim.light.world.room_light import Beam, room_particles
 
@@ -136,7 +137,8 @@ def _begun(part: Sent) -> tuple[Any, ...]:
     stream = number + dr.opaque(mi.UInt64, part.first)
     u = sequence(mi.UInt32(stream), shift)
     if part.beam is not None:
-        ray, weight = room_particles(part.emitter, part.beam, u=u)
+        is_passing = isinstance(part.emitter, PassingPart)
+        ray, weight = part.emitter.rays(part.beam, u) if is_passing else room_particles(part.emitter, part.beam, u=u)
         weight *= dr.opaque(mi.Float, part.weight)
     else:
         places = mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3])

@@ -17,3 +17,7 @@ ROOM_BACK = SEEDS_PER_RENDER - 5
 """The room's recorded light that something outside sends on."""
 FACING = SEEDS_PER_RENDER - 6
 """Light of a facing finger."""
+PASSING = SEEDS_PER_RENDER - 7
+"""Light of what passes in the room, through the opening of the housing."""
+PASSING_ON_OBJECT = SEEDS_PER_RENDER - 8
+"""Its light around an object."""

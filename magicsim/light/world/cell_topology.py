@@ -32,9 +32,10 @@ class CellTopology:
 
     @classmethod
     def of(cls, elastomer: Elastomer) -> Self | None:
-        """Topology of an elastomer's cells, or None without a grid or where its cells are meshed in another way."""
+        """Topology of an elastomer's cells, or None without a grid or where its cells are no boxes."""
         grid, infill = elastomer.grid, elastomer.infill
-        if grid is None or infill is None:
+        # A ray beside a fillet may meet the cell diagonally across before the one that its face looks at.
+        if grid is None or infill is None or elastomer.design.unevenness.crossing_radius_mm > 0:
             return None
         infill = elastomer.boxed_cells
         size = len(infill.vertices) // grid.cell_count

@@ -115,13 +115,25 @@ def room_particles(environment: Any, beam: Beam, *, u: list[Any]) -> tuple[Any, 
     sine = dr.safe_sqrt(1 - dr.square(height))
     way = mi.Vector3f(-sine * dr.cos(turn), -sine * dr.sin(turn), -height)
     chance = dr.gather(mi.Float, shares, cell) * (RINGS * SECTORS / (4 * dr.pi))
-    place, area = _places(beam, way, u[2], u[3])
-    away = dr.opaque(mi.Float, beam.away_mm)
-    ray = mi.Ray3f(mi.Point3f(beam.centre) + place - away * way, way)
-    weight = _radiance(environment, way) * area / chance
+    ray, area = beam_rays(beam, way, u[2], u[3])
+    weight = room_towards(environment, way) * area / chance
     if beam.leaves_out is not None:
         weight[beam.leaves_out.has(ray)] = 0
     return ray, weight
+
+
+def beam_rays(beam: Beam, way: Any, right: Any, up: Any) -> tuple[Any, Any]:
+    """Rays of a beam along ways, from where nothing is in the way yet, and the area that each stands for [mm2].
+
+    Args:
+        beam: The beam.
+        way: Unit vectors, mi.Vector3f.
+        right: Uniform in [0, 1).
+        up: The same, independent of it.
+    """
+    place, area = _places(beam, way, right, up)
+    away = dr.opaque(mi.Float, beam.away_mm)
+    return mi.Ray3f(mi.Point3f(beam.centre) + place - away * way, way), area
 
 
 def _places(beam: Beam, way: Any, right: Any, up: Any) -> tuple[Any, Any]:
@@ -149,15 +161,20 @@ def _shares(environment: Any, beam: Beam) -> Array:
     towards = np.stack([sine * np.cos(turn), sine * np.sin(turn), height])
     across = np.ones(len(height)) if beam.block_mm is None else np.maximum(-height, 0)
     bright = across * np.broadcast_to(
-        np.array(_radiance(environment, -mi.Vector3f(*(aligned(each, np.float32) for each in towards)))).sum(0),
+        np.array(room_towards(environment, -mi.Vector3f(*(aligned(each, np.float32) for each in towards)))).sum(0),
         height.shape,
     )
     even = across / across.sum()
     return np.asarray(EVEN * even + (1 - EVEN) * bright / bright.sum() if bright.sum() > 0 else even)
 
 
-def _radiance(environment: Any, way: Any) -> Any:
-    """Radiance of what arrives along ways, mi.Color3f."""
+def room_towards(environment: Any, way: Any) -> Any:
+    """Radiance of what arrives along ways, mi.Color3f.
+
+    Args:
+        environment: What shines from all around.
+        way: Unit vectors, mi.Vector3f.
+    """
     si = dr.zeros(mi.SurfaceInteraction3f, dr.width(way))
     si.wi = way
     return mi.Color3f(environment.eval(si))

@@ -37,10 +37,17 @@ INCLUSIONS = (
     "design.inclusions.flake_reflectance=1",
 )  # fmt: skip
 
+FILLETS = ("design.unevenness.crossing_radius_mm=0.15",)
+
 
 @pytest.mark.parametrize(
     ("case", "flaws"),
-    [("default, rest", ROUGH), ("default, rest", INCLUSIONS), ("default, 1 mm press", (*ROUGH, *INCLUSIONS))],
+    [
+        ("default, rest", ROUGH),
+        ("default, rest", INCLUSIONS),
+        ("default, rest", FILLETS),
+        ("default, 1 mm press", (*ROUGH, *INCLUSIONS, *FILLETS)),
+    ],
 )
 def test_a_print_with_flaws_keeps_its_light(case, flaws):
     check(case, *SMALL, *flaws)

@@ -83,6 +83,16 @@ def test_images_that_are_no_room_are_refused(tmp_path, size, value, message):
         load_scene("rest", [LIT, f"rig.room='{tmp_path / 'room.png'}'"])
 
 
+@pytest.mark.parametrize("mode", ["I;16", "F", "CMYK"])
+def test_pixels_of_another_kind_are_one_line(tmp_path, mode):
+    name = "room.png" if mode == "I;16" else "room.jpg" if mode == "CMYK" else "room.tiff"
+    Image.new(mode, (64, 32)).save(tmp_path / name)
+    path = (tmp_path / name).rename((tmp_path / name).with_suffix(".jpg" if mode == "CMYK" else ".png"))
+    with pytest.raises(ConfigError, match=f"pixels of kind {mode}: must be 8-bit") as told:
+        load_scene("rest", [LIT, f"rig.room='{path}'"])
+    assert "\n" not in str(told.value)
+
+
 def test_a_file_that_is_no_image_is_one_line(tmp_path):
     (tmp_path / "room.png").write_text("nothing")
     with pytest.raises(ConfigError, match="is no image that can be read"):

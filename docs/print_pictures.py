@@ -1,0 +1,53 @@
+"""Draws what each flaw of a print does to a frame, far stronger than a good print where that is needed.
+
+python docs/print_pictures.py             # writes docs/print-flaws.png, a few minutes
+
+A pen with coloured rings a millimetre before the default sensor, in the default room; the middle of the image is shown.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw
+
+from magicsim import load_scene, simulate
+
+Frame = npt.NDArray[np.uint8]
+HERE = Path(__file__).parent
+CROP = (slice(90, 230), slice(50, 190))
+ENLARGE, LABEL_PX, ACROSS = 2, 18, 3
+BEFORE = (
+    'object="yellow-scissors"', "references=0", "keyframes=[{frame=0,gap_mm=1.0}]", "design.inclusions.seed=2",
+)  # fmt: skip
+FLAWS: dict[str, tuple[str, ...]] = {
+    "as drawn": (),
+    "uneven walls": ("design.unevenness.wall_sd_mm=0.015", "design.unevenness.wave_sd_mm=0.03"),
+    "rough skin, 0.1": ("design.roughness.skin=0.1",),
+    "rough walls, 0.2": ("design.roughness.walls=0.2",),
+    "bubbles, 1 per mm3": ("design.inclusions.bubbles_per_mm3=1",),
+    "flakes, 1 per mm3": ("design.inclusions.flakes_per_mm3=1",),
+}
+
+
+def frame(*settings: str) -> Frame:
+    """The only frame of the scene with some settings."""
+    return simulate(load_scene("near", [*BEFORE, *settings])).frames[-1].image
+
+
+def sheet(pictures: dict[str, Frame]) -> Image.Image:
+    """All pictures with their labels."""
+    tiles = {label: Image.fromarray(picture[CROP]) for label, picture in pictures.items()}
+    width, height = (ENLARGE * size for size in next(iter(tiles.values())).size)
+    rows = -(-len(tiles) // ACROSS)
+    page = Image.new("RGB", (ACROSS * (width + 4), rows * (height + LABEL_PX + 4)), "white")
+    draw = ImageDraw.Draw(page)
+    for number, (label, tile) in enumerate(tiles.items()):
+        left, top = (number % ACROSS) * (width + 4), number // ACROSS * (height + LABEL_PX + 4)
+        draw.text((left + 2, top + 3), label, fill="black")
+        page.paste(tile.resize((width, height), Image.Resampling.NEAREST), (left, top + LABEL_PX))
+    return page
+
+
+if __name__ == "__main__":
+    sheet({label: frame(*settings) for label, settings in FLAWS.items()}).save(HERE / "print-flaws.png")

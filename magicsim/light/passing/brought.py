@@ -1,0 +1,126 @@
+"""What something that passes changes of the light in the block and on an object, with the sensor's own lights off."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.light.backend import dr
+from magicsim.light.frame.anchored_light import anchored_light
+from magicsim.light.frame.frame_image import MIRRORED_PER_SAMPLE
+from magicsim.light.passing.passing_light import PassingLight, PassingPart
+from magicsim.light.records.untouched import Untouched
+from magicsim.light.records.untouched_passes import follow_camera
+from magicsim.light.transport.integrator import FluenceIntegrator
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, sum_tracks
+from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
+from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.inventory import beams_of
+from magicsim.light.world.outside import Outside
+
+Array = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.uint64]
+Numbers = npt.NDArray[np.uint32]
+SIGNS = (1.0, -1.0)
+
+
+def brought(
+    scene: Any, outside: Outside, light: PassingLight, rest: LightField, *, particles: int, seed: int
+) -> LightField:
+    """Change of the light in the untouched block and on what stands before it; values of either sign.
+
+    Fluence changes between local means, as that of a frame does (`anchored_light`).
+
+    Args:
+        scene: The loaded scene, with nothing before the block.
+        outside: What stands there.
+        light: What passes, in its place.
+        rest: Light of the untouched sensor.
+        particles: How many; the part around an object gets fewer.
+        seed: Of the frame.
+    """
+    integrator: FluenceIntegrator = scene.integrator()
+    inventory = integrator.inventory
+    shapes = inventory.shapes(scene, outside)
+    tracks = [
+        integrator.light_pass(scene, shapes, starts, lights=len(SIGNS))
+        for chunk in chunks(_sent(scene, outside, light, particles, seed))
+        if (starts := _bright(LightStarts.emitted(chunk))) is not None
+    ]
+    if not tracks:
+        return integrator.darkness(scene, outside)
+    found, scale = sum_tracks(tracks), 1 / (FIXED_POINT * particles)
+    change = LightField(
+        fluence=scale * _signed(found, "cells") / inventory.volumes_mm3(scene),
+        body=scale * _signed(found, "body"),
+        irradiance=inventory.irradiance(scene, shapes, scale * _signed(found, "landed")),
+    )
+    voxels = integrator.voxels.counts if integrator.voxels is not None else None
+    known = replace(rest, irradiance=np.zeros_like(change.irradiance))
+    lit = anchored_light({"": total([known, change])}, {"": known}, {"": known}, integrator.counts, voxels)[""]
+    return replace(change, fluence=lit.fluence - rest.fluence, body=lit.body - rest.body)
+
+
+def _sent(scene: Any, outside: Outside, light: PassingLight, particles: int, seed: int) -> list[Sent]:
+    sent = []
+    for place, sign in enumerate(SIGNS):
+        parts = ((1.0, PASSING), (ROUND_OBJECT, PASSING_ON_OBJECT))
+        for beam, (share, stream) in zip(beams_of(scene, outside), parts, strict=False):
+            count = max(1, round(share * particles))
+            part, numbers = PassingPart(light, sign), SEEDS_PER_RENDER * seed + stream
+            sent.append(Sent(part, 0, count, numbers, False, place, beam, particles / count))
+    return sent
+
+
+def _bright(starts: LightStarts) -> LightStarts | None:
+    """Those of one sign that bring anything."""
+    kept = dr.compress(starts.brightest > 0)
+    return starts.some(kept) if len(kept) else None
+
+
+def _signed(tracks: Tracks, name: str) -> Array:
+    """What the positive part left less what the negative part did."""
+    plus, minus = getattr(tracks, name).astype(np.float64)
+    return np.asarray(plus - minus)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PassingLook:
+    """What a frame shows of it to paths through the untouched block."""
+
+    scene: Any
+    """The loaded scene, with nothing before the block."""
+    outside: Outside
+    """What stands there."""
+    light: PassingLight
+    """What passes, in its place."""
+    field: LightField
+    """What it changes of the light in the block and on the object."""
+    finish: Finish
+    """Surface of the object."""
+    samples: int
+    """Camera samples of each pixel that are traced on where the object mirrors."""
+    seed: int
+    """Seed of the frame."""
+
+    def through(self, rest: Untouched, pixels: Numbers) -> Array:
+        """Change of the radiance of some pixels by the paths of one record, shape (pixels, 3).
+
+        Args:
+            rest: The untouched sensor, with its paths.
+            pixels: Numbers of the pixels, row by row of the film.
+        """
+        paths, integrator, outside = rest.paths, self.scene.integrator(), self.outside
+        seen = paths.glow(integrator.elements(self.scene, self.field), pixels)
+        seen += paths.seen_of_room(self.light, pixels)
+        if outside.object is not None or outside.flashlight is not None:
+            seen += paths.seen_outside(self.scene, outside, self.field.irradiance, self.finish, pixels, room=self.light)
+        seen += paths.mirrored(
+            outside, self.finish, pixels, lambda starts: follow_camera(
+                self.scene, outside, starts, self.field, self.finish, seed=self.seed, room=self.light
+            ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
+        )  # fmt: skip
+        return np.asarray(seen)
