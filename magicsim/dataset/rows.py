@@ -121,6 +121,7 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         "twist_deg": state.twist_deg,
         "flashlight": state.flashlight,
         "flashlight_x_mm": scene.rig.flashlight.x_mm + state.light_x_mm,
+        "passing_x_mm": state.passing_mm,
         "iterations": solve.iterations,
         "min_jacobian": solve.min_jacobian,
         "max_penetration_mm": solve.max_penetration_mm,

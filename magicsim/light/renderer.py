@@ -38,6 +38,8 @@ Array = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.uint32]
 CLEAR_MM = 1e-3
 """An object that is not farther than this from the contact face may touch it [mm]."""
+NO_CONTACT = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), np.int32))
+"""What a dent touches that an object has left: what it changes of the light in the block is less than noise."""
 MOST_RECORDED = 20_000_000
 """Camera paths that are recorded at most, with two gigabytes: of a larger image fewer a pixel."""
 
@@ -225,10 +227,12 @@ class Renderer(PlainRenderer):
             return self._gathered(view, field, lit)
         before = self._free(view, placed)
         world = self.world(view).scene
+        contact = self._contact(placed)
+        if view.is_released and contact is None and not self.elastomer.design.is_opaque:
+            contact = NO_CONTACT
         field = touched_light(
-            world, self._before_contact(before), careful, self._contact(placed),
-            least=self.settings.light_change, seed=seed,
-        )  # fmt: skip
+            world, self._before_contact(before), careful, contact, least=self.settings.light_change, seed=seed
+        )
         field = self._arrived(view, world, None, field)
         found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
         return self._gathered(view, field, found)

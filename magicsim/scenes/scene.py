@@ -54,11 +54,21 @@ class ContactSettings(Config):
     """Coulomb's coefficient between skin and object."""
     rate_dependent: bool = False
     """Whether the body relaxes from frame to frame (it needs a Prony series); otherwise its stiffness is long-term."""
+    recovers: bool = False
+    """Whether a rate-dependent body goes on relaxing after the object has left: a dent stays for a while, is seen, and
+    is found by a second touch. Otherwise the untouched sensor is the drawn one."""
 
     coupling: Literal["wet", "dry"] = "wet"
     """Wet: the tacky skin couples optically to the object. Dry: a thin film of air stays between them."""
     film_mm: Annotated[float, Field(ge=0.01, le=0.1)] = 0.02
     """Thickness of the film of air in dry contact [mm]."""
+
+    @model_validator(mode="after")
+    def _check_recovers(self) -> Self:
+        if self.recovers and not self.rate_dependent:
+            msg = "recovers = true is not allowed with rate_dependent = false: a body without memory keeps no dent"
+            raise ValueError(msg)
+        return self
 
 
 class RenderSettings(Config):

@@ -28,6 +28,8 @@ class View:
     facing_mm: float | None = None
     """Distance to the contact face of another finger that looks back [mm]; None without one."""
 
+    is_released: bool = False
+    """Whether a deformed block is touched no more, and only a dent is left."""
     passing_mm: float | None = None
     """Where something that passes in the room is along x [mm]; None while it is out of sight."""
 

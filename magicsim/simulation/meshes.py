@@ -62,14 +62,14 @@ def _attach_infill(elastomer: Elastomer, lattice: Lattice) -> CellCorrectors | N
 
 
 def deformed_vertices(
-    meshes: Meshes, displacements_mm: Array, indenter: Indenter, contact: ContactSettings, *, still_mm: float
+    meshes: Meshes, displacements_mm: Array, indenter: Indenter | None, contact: ContactSettings, *, still_mm: float
 ) -> tuple[Array, Array | None]:
     """Vertices of body and infill on a displaced lattice, the skin fitted to the object.
 
     Args:
         meshes: How they hang on the lattice.
         displacements_mm: Displacements of the lattice's nodes, shape (nodes, 3) [mm].
-        indenter: The object where it is.
+        indenter: The object where it is, None where a dent is left without one.
         contact: How skin and object meet.
         still_mm: Displacements up to this are left out (`magicsim.simulation.unmoved`) [mm].
 
@@ -83,6 +83,10 @@ def deformed_vertices(
     followed = meshes.body.displaced(displacements_mm)
     followed[meshes.is_face] = meshes.face.displaced(displacements_mm)
     followed = still(followed, meshes.body.points_mm, still_mm)
+    if indenter is None:
+        if meshes.infill is None:
+            return followed, None
+        return followed, still(meshes.infill.displaced(displacements_mm), meshes.infill.points_mm, still_mm)
     body = settle(followed, meshes.is_face, indenter, clearance)
     if contact.coupling == "dry":
         middles = (body[meshes.face_edges[:, 0]] + body[meshes.face_edges[:, 1]]) / 2

@@ -60,8 +60,10 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
     states = timeline(scene)
     frames: list[FramePlan] = []
     seen = {UNTOUCHED: UNTOUCHED_FRAME} if leave_out else {}
+    dented = False
     for index, state in enumerate(states):
-        touching = can_touch(state)
+        touching = can_touch(state) or dented
+        dented = scene.contact.recovers and touching
         relaxing = touching and scene.contact.rate_dependent
         before = frames[-1] if touching and frames and states[index - 1] == state else None
         look = as_seen(scene.design, state) if leave_out else state

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from copy import copy
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -40,6 +41,8 @@ from magicsim.simulation.meshes import attach_meshes, deformed_vertices
 from magicsim.simulation.plan import ScenePlan, as_seen, can_touch
 from magicsim.simulation.touch_truth import TouchTruth
 
+AWAY_MM = 5.0
+"""Gap at which an object counts that is gone, while a dent recovers [mm]."""
 STEP_S = 1 / 15
 """Time between states of a sensor that has no frame rate [s]."""
 
@@ -204,7 +207,8 @@ class Sensor:
         Raises:
             ConvergenceError: No valid equilibrium was found.
         """
-        indenter = self.indenter(state)
+        recovers = self.contact.recovers and not previous.is_rest
+        indenter = self.indenter(state if state.has_object or not recovers else replace(state, gap_mm=AWAY_MM))
         if indenter is None:
             return self.rest
         if not self.contact.rate_dependent and is_there(indenter, previous):
@@ -216,6 +220,7 @@ class Sensor:
                 friction=self.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=self._branches(),
+                recovers=self.contact.recovers,
             )
         start = previous if not previous.is_rest else None
         return self._solver.solve(indenter, start, dt_s=self.step_s)
@@ -255,7 +260,7 @@ class Sensor:
         state = as_seen(self.design, state)
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
-        if deformation.is_rest or indenter is None:
+        if deformation.is_rest or (indenter is None and not self.contact.recovers):
             return View(
                 indenter=indenter, flashlight_x_mm=light, facing_mm=state.facing_mm, passing_mm=state.passing_mm
             )
@@ -270,7 +275,7 @@ class Sensor:
             markers = self.meshes.markers.displaced(deformation.displacements_mm)
         return View(
             body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light,
-            facing_mm=state.facing_mm, passing_mm=state.passing_mm,
+            facing_mm=state.facing_mm, passing_mm=state.passing_mm, is_released=not can_touch(state),
         )  # fmt: skip
 
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:

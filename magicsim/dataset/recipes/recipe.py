@@ -183,6 +183,12 @@ class Recipe(Config):
             raise ValueError(msg)
         return self
 
+    @property
+    def may_pass(self) -> bool:
+        """Whether something passes in any of the rooms."""
+        rooms = [self.rig.model_copy(update={"room": each.room}) for each in self.rooms] or [self.rig]
+        return any(rig.moving is not None for rig in rooms)
+
     def config_hash(self) -> str:
         """SHA-256 of everything that rows depend on: neither of their number, nor of time or licence."""
         data = self.model_dump(mode="json", exclude={"episodes", "license", "timeout_s"})

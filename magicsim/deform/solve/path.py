@@ -50,6 +50,10 @@ Array = npt.NDArray[np.float64]
 LOGGER = logging.getLogger(__name__)
 TOUCHING_SHARE = 0.01
 """Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
+RECOVERED_MM = 5e-4
+"""A dent below this counts as recovered [mm]: half of what is rendered at all."""
+RAISED_MM = 0.05
+"""How far below the contact face an object waits that has left it [mm]."""
 ROUNDING = 1e-9
 BALANCE_SHARE = 100.0
 """Largest force balance in units of the residual that ends the iterations, where that is not `MAX_BALANCE`'s."""
@@ -59,6 +63,12 @@ RESTARTS = (1 / 4, 4)
 """Numbers of load steps of a path begun again, in units of the first attempt's: long steps do not meet the snaps of a
 face between the bumps of a texture at all, and short ones follow what long ones miss. Short ones, the costlier, are not
 tried where the object has passed through the face with long ones."""
+
+
+def waiting(indenter: Indenter) -> Indenter:
+    """An object that has left the face, just clear of it where it is: nothing depends on how far away it is."""
+    lifted = np.array([0.0, 0.0, max(0.0, -RAISED_MM - indenter.top_mm())])
+    return replace(indenter, pose=replace(indenter.pose, position_mm=indenter.pose.position_mm + lifted))
 
 
 class ContactSolver:
@@ -75,6 +85,7 @@ class ContactSolver:
         friction: float = 0.0,
         point_spacing_mm: float = POINT_SPACING_MM,
         branches: Branches | None = None,
+        recovers: bool = False,
     ) -> None:
         """Prepares a lattice.
 
@@ -86,7 +97,9 @@ class ContactSolver:
             friction: Coulomb's coefficient between object and face.
             point_spacing_mm: Largest distance between contact points at rest [mm].
             branches: Relaxation of a timed path; None is the quasi-static, long-term response.
+            recovers: Whether a dent goes on recovering where nothing touches; it needs branches.
         """
+        self.recovers = recovers and branches is not None
         self.lattice = lattice
         self.max_step_mm = max_step_mm
         face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
@@ -126,7 +139,7 @@ class ContactSolver:
 
         Returns:
             A valid deformation; the rest state, without a solve, when no point of the undeformed face lies inside the
-            object or below a part of it (a dent that would still recover there is left out).
+            object or below a part of it, unless a dent recovers there.
 
         Raises:
             ConvergenceError: No valid equilibrium was found, or the object lies inside the block between the points
@@ -134,7 +147,9 @@ class ContactSolver:
         """
         if not self.can_touch(indenter):
             self._refuse_overlap(self._rest, indenter, Effort())
-            return self._rest
+            if not self.recovers or previous is None or previous.pose is None:
+                return self._rest
+            return self._recovered(waiting(indenter), previous, dt_s, Effort(progress=progress))
         buried = burial_fault(self.lattice, indenter)
         if buried is not None:
             raise ConvergenceError(buried)
@@ -153,6 +168,17 @@ class ContactSolver:
         self._refuse_overlap(state, indenter, effort)
         if self._relaxation is None or start.relaxation is None:
             return state
+        positions = self.lattice.nodes_mm + state.displacements_mm
+        return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
+
+    def _recovered(self, indenter: Indenter, start: Deformation, dt_s: float, effort: Effort) -> Deformation:
+        """What is left of a dent that nothing presses any more; rest where that is next to nothing."""
+        problem = self._timed(start, dt_s)
+        state = self._follow_path(problem, indenter, start, effort, fineness=1)
+        if state is None or self._relaxation is None or start.relaxation is None:
+            raise ConvergenceError(report(problem, effort), history=tuple(effort.iterations))
+        if np.abs(state.displacements_mm).max() < RECOVERED_MM:
+            return self._rest
         positions = self.lattice.nodes_mm + state.displacements_mm
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
 
