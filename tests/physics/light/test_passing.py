@@ -15,8 +15,8 @@ AMBIENT = 0.3
 HAND = {"distance_mm": 300.0, "size_mm": (400.0, 300.0), "rise_mm": 60.0, "reflectance": (0.05, 0.3, 0.9)}
 PLACE_MM = 80.0
 SMALL = (
-    "rig=digit-rgb", "rig.camera.columns=48", "rig.camera.rows=56", "rig.camera.field_mm=7",
-    "design.footprint_mm=[8,9]", "render.particles=200000", "render.samples=32", "render.anchor_samples=64",
+    "rig=digit-rgb", "render.anchor_particles=300000", "rig.camera.columns=48", "rig.camera.rows=56", "rig.camera.field_mm=7",
+    "design.footprint_mm=[8,9]", "render.particles=60000", "render.samples=16", "render.anchor_samples=32",
     "object.radius_mm=3", "seed=5",
 )  # fmt: skip
 
@@ -101,3 +101,18 @@ def test_frames_are_those_of_a_still_room_with_it_in_the_image(rooms, gap_mm):
     np.testing.assert_allclose(ours.mean((0, 1)), theirs.mean((0, 1)), rtol=0.004)
     off = np.abs(blocks(ours) - blocks(theirs)) / blocks(theirs).mean()
     assert off.mean() < 0.01
+
+
+def test_a_frame_does_not_depend_on_those_before(rooms):
+    first, later = sensor_of(*rooms[0], table(HAND)), sensor_of(*rooms[0], table(HAND))
+    for gap_mm, place_mm in ((0.5, -200.0), (None, 40.0), (0.5, 40.0)):
+        seen = first.radiance(state(gap_mm, place_mm), first.rest)
+    np.testing.assert_array_equal(seen, later.radiance(state(0.5, 40.0), later.rest))
+
+
+def test_it_moves_the_image_smoothly(rooms):
+    sensor = sensor_of(*rooms[0], table(HAND))
+    still, *moved = (sensor.radiance(state(None, place), sensor.rest) for place in (None, 0.0, 2.0, 4.0))
+    change = [blocks(each) - blocks(still) for each in moved]
+    bend = np.abs(change[0] - 2 * change[1] + change[2]).mean()
+    assert bend < 0.02 * np.abs(change[1]).mean()

@@ -55,3 +55,11 @@ def test_object_that_reaches_a_cell_through_the_skin_is_refused(block, depth_mm,
     else:
         with pytest.raises(RenderError, match="skin near"):
             check_skin(block.infill.vertices, ball, -0.008)
+
+
+@pytest.mark.parametrize("uneven", ["wave_sd_mm=0.03", "wall_sd_mm=0.02", "crossing_radius_mm=0.15"])
+def test_walls_of_a_printed_block_are_told_apart(uneven):
+    settings = ["design.footprint_mm=[6,7]", "design.core_mm=4", "design.wall_mm=0.2", f"design.unevenness.{uneven}"]
+    printed = build_elastomer(load_scene("rest", settings).design)
+    thickness, _ = thinnest_wall(printed.infill.vertices, printed.infill, printed.grid)
+    assert 0.1 < thickness < 0.201

@@ -2,6 +2,7 @@ import re
 
 import pytest
 
+from magicsim.errors import ConfigError
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.plan import UNTOUCHED_FRAME, ScenePlan, can_touch, efforts, plan_scene
@@ -162,3 +163,18 @@ def test_a_lattice_coarser_than_an_objects_edges_is_told():
 def test_long_hold_in_contact_is_planned_in_one_pass():
     planned = plan("{frame=0, gap_mm=-1.0}, {frame=20000, gap_mm=-1.0}")
     assert {frame.same_as for frame in planned.frames[1:]} == {0}
+
+
+def test_frames_after_a_touch_are_solved_while_a_dent_may_recover():
+    keys = "{frame=0, gap_mm=1.0}, {frame=1, gap_mm=-0.5}, {frame=2, gap_mm=1.0}, {frame=3}, {frame=4}"
+    prony = "design.materials.body.prony=[{time_s=1.0,modulus_mpa=1.0}]"
+    timed = ["contact.rate_dependent=true", prony]
+    assert [frame.solve for frame in plan(keys, *timed).frames] == [False, True, False, False, False]
+    recovering = plan(keys, *timed, "contact.recovers=true").frames
+    assert [frame.solve for frame in recovering] == [False, True, True, True, True]
+    assert all(frame.same_as is None for frame in recovering[1:])
+
+
+def test_a_dent_asks_for_a_body_with_a_memory():
+    with pytest.raises(ConfigError, match="recovers = true is not allowed with rate_dependent = false"):
+        plan("{frame=0}", "contact.recovers=true")

@@ -291,3 +291,29 @@ def test_rooms_come_as_often_as_they_weigh_and_stand_in_every_row():
 def test_a_room_that_does_not_exist_is_one_line():
     with pytest.raises(ConfigError, match=r"rooms\.0.*kitchen.*office"):
         recipe_with(rooms=[{"room": "kitchen"}])
+
+
+def test_each_print_has_flaws_of_its_own_and_every_row_names_them():
+    flaws = {
+        "skin_roughness": {"low": 0.0, "high": 0.2},
+        "wall_roughness": 0.1,
+        "bubbles_per_mm3": {"low": 0.5, "high": 1.0},
+        "flakes_per_mm3": 0.25,
+    }
+    recipe = recipe_with(tolerances=flaws)
+    sensors = draw_sensors(recipe, 4)
+    for number, sensor in enumerate(sensors):
+        roughness, inclusions = sensor.design.roughness, sensor.design.inclusions
+        assert roughness.skin == sensor.values["sensor.skin_roughness"]
+        assert inclusions.bubbles_per_mm3 == sensor.values["sensor.bubbles_per_mm3"]
+        assert (roughness.walls, inclusions.flakes_per_mm3, inclusions.seed) == (0.1, 0.25, number)
+    assert len({sensor.design.roughness.skin for sensor in sensors}) == len(sensors)
+    assert {"drawn.sensor.skin_roughness", "drawn.sensor.bubbles_per_mm3"} <= {each.name for each in columns_of(recipe)}
+
+
+def test_rows_say_where_somebody_passes_in_rooms_where_somebody_does():
+    names = [
+        {each.name for each in columns_of(recipe_with(rooms=[{"room": "bench"}, {"room": room}]))}
+        for room in ("office", "corridor")
+    ]
+    assert names[1] - names[0] == {"passing_x_mm"}
