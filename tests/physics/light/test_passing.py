@@ -15,7 +15,8 @@ AMBIENT = 0.3
 HAND = {"distance_mm": 300.0, "size_mm": (400.0, 300.0), "rise_mm": 60.0, "reflectance": (0.05, 0.3, 0.9)}
 PLACE_MM = 80.0
 SMALL = (
-    "rig=digit-rgb", "render.anchor_particles=300000", "rig.camera.columns=48", "rig.camera.rows=56", "rig.camera.field_mm=7",
+    "rig=digit-rgb", "rig.camera.columns=48", "rig.camera.rows=56", "rig.camera.field_mm=7",
+    "render.anchor_particles=300000",
     "design.footprint_mm=[8,9]", "render.particles=60000", "render.samples=16", "render.anchor_samples=32",
     "object.radius_mm=3", "seed=5",
 )  # fmt: skip
