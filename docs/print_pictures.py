@@ -1,8 +1,8 @@
 """Draws what each flaw of a print does to a frame, far stronger than a good print where that is needed.
 
-python docs/print_pictures.py             # writes docs/print-flaws.png, a few minutes
+python docs/print_pictures.py             # writes docs/print-flaws.png, some minutes
 
-A pen with coloured rings a millimetre before the default sensor, in the default room; the middle of the image is shown.
+Yellow scissors a millimetre before a small copy of the default sensor, in the default room; the middle of the image.
 """
 
 from pathlib import Path
@@ -15,18 +15,28 @@ from magicsim import load_scene, simulate
 
 Frame = npt.NDArray[np.uint8]
 HERE = Path(__file__).parent
-CROP = (slice(90, 230), slice(50, 190))
-ENLARGE, LABEL_PX, ACROSS = 2, 18, 3
+CROP = (slice(30, 130), slice(20, 120))
+ENLARGE, LABEL_PX, ACROSS = 3, 18, 4
 BEFORE = (
     'object="yellow-scissors"', "references=0", "keyframes=[{frame=0,gap_mm=1.0}]", "design.inclusions.seed=2",
+    "design.footprint_mm=[14,16]", "rig.camera.columns=140", "rig.camera.rows=160", "rig.camera.field_mm=12.5",
 )  # fmt: skip
 FLAWS: dict[str, tuple[str, ...]] = {
     "as drawn": (),
     "uneven walls": ("design.unevenness.wall_sd_mm=0.015", "design.unevenness.wave_sd_mm=0.03"),
+    "fillets of 0.15 mm": ("design.unevenness.crossing_radius_mm=0.15",),
     "rough skin, 0.1": ("design.roughness.skin=0.1",),
     "rough walls, 0.2": ("design.roughness.walls=0.2",),
     "bubbles, 1 per mm3": ("design.inclusions.bubbles_per_mm3=1",),
     "flakes, 1 per mm3": ("design.inclusions.flakes_per_mm3=1",),
+    "all of them": (
+        "design.unevenness.wall_sd_mm=0.015",
+        "design.unevenness.crossing_radius_mm=0.15",
+        "design.roughness.skin=0.1",
+        "design.roughness.walls=0.2",
+        "design.inclusions.bubbles_per_mm3=1",
+        "design.inclusions.flakes_per_mm3=1",
+    ),
 }
 
 

@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import gaussian_filter
 
 from magicsim.light.backend import dr
-from magicsim.light.frame.anchored_light import anchored_light
 from magicsim.light.frame.frame_image import MIRRORED_PER_SAMPLE
 from magicsim.light.passing.passing_light import PassingLight, PassingPart
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.integrator import FluenceIntegrator
-from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, sum_tracks
 from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
@@ -25,6 +25,8 @@ Array = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.uint64]
 Numbers = npt.NDArray[np.uint32]
 SIGNS = (1.0, -1.0)
+SPREAD_CELLS = 1.5
+"""Standard deviation of that Gaussian [cells]: below a scattering free path of 3 mm."""
 
 
 def brought(
@@ -32,7 +34,7 @@ def brought(
 ) -> LightField:
     """Change of the light in the untouched block and on what stands before it; values of either sign.
 
-    Fluence changes between local means, as that of a frame does (`anchored_light`).
+    Noise is spread over neighbouring cells, see `spread`.
 
     Args:
         scene: The loaded scene, with nothing before the block.
@@ -58,10 +60,31 @@ def brought(
         body=scale * _signed(found, "body"),
         irradiance=inventory.irradiance(scene, shapes, scale * _signed(found, "landed")),
     )
-    voxels = integrator.voxels.counts if integrator.voxels is not None else None
-    known = replace(rest, irradiance=np.zeros_like(change.irradiance))
-    lit = anchored_light({"": total([known, change])}, {"": known}, {"": known}, integrator.counts, voxels)[""]
-    return replace(change, fluence=lit.fluence - rest.fluence, body=lit.body - rest.body)
+    body = spread(change.body, rest.body, integrator.voxels.counts) if integrator.voxels is not None else change.body
+    return replace(change, fluence=spread(change.fluence, rest.fluence, integrator.counts), body=body)
+
+
+def spread(change: Array, level: Array, counts: tuple[int, int, int]) -> Array:
+    """A noisy change of light, spread over neighbouring cells in proportion to the light that is there; its sum stays.
+
+    Each cell's change goes to its neighbours by a Gaussian's weights times their level: what changes light from cell to
+    cell is the grid, and that of the untouched sensor is known.
+
+    Args:
+        change: Shape (cells, 3).
+        level: Light of the untouched sensor, shape (cells, 3).
+        counts: Cells along x, y and z.
+    """
+    around = _neighbours(level, counts)
+    share = np.divide(change, around, out=np.zeros_like(change), where=around > 0)
+    return np.where(around > 0, level * _neighbours(share, counts), change)
+
+
+def _neighbours(values: Array, counts: tuple[int, int, int]) -> Array:
+    """Gaussian mean over neighbouring cells with weights that are the same both ways, cells in x-fastest order."""
+    nx, ny, nz = counts
+    grid = values.reshape(nz, ny, nx, 3)
+    return gaussian_filter(grid, (SPREAD_CELLS,) * 3 + (0.0,), mode="reflect").reshape(-1, 3)
 
 
 def _sent(scene: Any, outside: Outside, light: PassingLight, particles: int, seed: int) -> list[Sent]:

@@ -34,9 +34,11 @@ class Piecewise:
     """Along x, y and z in each element, mi.Float of size 9 * elements, channel after axis [1/mm]."""
     centres: Any
     """Centres of the elements, mi.Float of size 3 * elements [mm]."""
+    is_change: bool = False
+    """Whether values of either sign are meant; otherwise none is negative."""
 
     def at(self, element: Any, point: Any, active: Any) -> Any:
-        """Value at a point of an element, never negative."""
+        """Value at a point of an element."""
         centre = [dr.gather(mi.Float, self.centres, 3 * element + axis, active) for axis in range(3)]
         channels = []
         for channel in range(3):
@@ -44,7 +46,7 @@ class Piecewise:
             for axis in range(3):
                 slope = dr.gather(mi.Float, self.slopes, 9 * element + 3 * axis + channel, active)
                 value = dr.fma(slope, point[axis] - centre[axis], value)
-            channels.append(dr.maximum(value, 0))
+            channels.append(value if self.is_change else dr.maximum(value, 0))
         return mi.Color3f(*channels)
 
 
@@ -56,7 +58,7 @@ class VoxelField:
     field: Piecewise
 
     def at(self, point: Any, active: Any) -> Any:
-        """Value at a point, never negative."""
+        """Value at a point."""
         return self.field.at(self.voxels.index(point), point, active)
 
 

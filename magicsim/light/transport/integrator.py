@@ -346,13 +346,12 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         return Elements(field.fluence, slopes, centres)
 
     def _cached(self, scene: Any, shapes: Shapes, field: LightField) -> CachedLight:
-        body = None
+        body, is_change = None, shapes.room is not None
         if self.voxels is not None:
             part = self.voxels.body_part(scene, shapes)
-            body = VoxelField(voxels=self.voxels, field=_piecewise(_body_elements(self.voxels, part, field)))
-        return CachedLight(
-            cells=_piecewise(self._cells(scene, shapes, field)), body=body, irradiance=_flat(field.irradiance)
-        )
+            body = VoxelField(voxels=self.voxels, field=_piecewise(_body_elements(self.voxels, part, field), is_change))
+        cells = _piecewise(self._cells(scene, shapes, field), is_change)
+        return CachedLight(cells=cells, body=body, irradiance=_flat(field.irradiance))
 
     def to_string(self) -> str:
         """One line for logs."""
@@ -363,8 +362,9 @@ def _flat(values: FloatArray) -> Any:
     return mi.Float(aligned(values, np.float32).ravel())
 
 
-def _piecewise(elements: Elements) -> Piecewise:
-    return Piecewise(values=_flat(elements.values), slopes=_flat(elements.slopes), centres=_flat(elements.centres_mm))
+def _piecewise(elements: Elements, is_change: bool) -> Piecewise:
+    values, slopes, centres = (_flat(each) for each in elements)
+    return Piecewise(values=values, slopes=slopes, centres=centres, is_change=is_change)
 
 
 def _body_elements(voxels: Voxels, part: BodyPart, field: LightField) -> Elements:
