@@ -26,6 +26,11 @@ def columns_of(recipe: Recipe) -> list[Column]:
             else []
         ),
         *_of_surroundings(),
+        *(
+            [value("passing_x_mm", "float64", "where something passes along x; NaN while away [mm]")]
+            if recipe.may_pass
+            else []
+        ),
         *_of_camera(),
         value("iterations", "int32", "Newton iterations of the frame's deformation"),
         value("min_jacobian", "float64", "smallest Jacobian of the deformation, above 0"),
@@ -94,11 +99,6 @@ def _of_surroundings() -> list[Column]:
     return [
         value("room", "string", "room that the sensor stands in: a preset, `dark`, a file, or empty for even light"),
         vector("room_radiance", 3, "its mean radiance, RGB, in the units of the strips'"),
-        *(
-            [value("passing_x_mm", "float64", "where something passes in the room along x; NaN while it is away [mm]")]
-            if recipe.may_pass
-            else []
-        ),
         value("flashlight", "bool", "whether the outside light is on"),
         vector("flashlight_radiance", 3, "its radiance, RGB"),
         value("flashlight_x_mm", "float64", "its centre along x [mm]"),
