@@ -1,6 +1,7 @@
-"""The commands that play a task of the gripper: `task grasp` and `task assembly`."""
+"""The commands that play a task of the gripper: `task grasp`, `task assembly` and `task alignment`."""
 
 import sys
+from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
@@ -66,3 +67,39 @@ def assembly(
 
     summary = run_assembly(loaded, out, trials=trials, seed=loaded.seed, quality=quality, told=told)
     print_result(fields_of(summary), as_json=json)
+
+
+@task_app.command
+def alignment(
+    *, out: Out,
+    model: Annotated[Path | None, Parameter(help="File model.safetensors of the study alignment.")] = None,
+    episodes: Annotated[int, Parameter(help="How many; with --resume a finished folder grows by more.")] = 14,
+    quality: Annotated[Literal["full", "control"], Parameter(help="How finely is solved and rendered.")] = "full",
+    resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's run.")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Hold a cylinder askew, read its angle from both fingers with a learned model, and turn it upright with the wrist.
+
+    Items take turns, a pen that the model has not seen among them. --set changes settings, such as `items=["pen"]` or
+    `grip_n=4`.
+    """
+    if not 1 <= episodes <= MOST_EPISODES:
+        msg = f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}"
+        raise ConfigError(msg)
+    from magicsim.config.models import apply_overrides, validate
+    from magicsim.learn.packages import need_torch
+    from magicsim.task.alignment.settings import MISSING_MODEL, AlignmentConfig
+    from magicsim.task.folder import FOLDER
+
+    if model is None:
+        raise ConfigError(MISSING_MODEL)
+    asked = {"quality": quality} | ({} if seed is None else {"seed": seed})
+    config = validate(AlignmentConfig, apply_overrides(asked, settings or []), source="task alignment")
+    need_torch("task alignment")
+    FOLDER.check(out, resume=resume)
+    from magicsim.cli.output.progress import show_progress
+    from magicsim.task.alignment.running import run_alignment
+
+    with show_progress("task alignment") as progress:
+        summary = run_alignment(config, model, out, episodes=episodes, resume=resume, progress=progress)
+    print_result(summary.as_dict(), as_json=json)

@@ -12,10 +12,9 @@ import numpy.typing as npt
 from magicsim.dataset.export.source import decoded, open_dataset
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.sources.source import read_source, source_kind
-from magicsim.errors import ConfigError, FrameError
-from magicsim.learn.model_file import ModelConfig, read_config
-from magicsim.learn.samples import Samples, reduced
-from magicsim.learn.training import answer
+from magicsim.errors import ConfigError
+from magicsim.learn.frame_reader import FrameReader
+from magicsim.learn.samples import Images
 
 Frame = npt.NDArray[np.uint8]
 AT_ONCE = 64
@@ -48,37 +47,29 @@ def estimate_frames(
         ConfigError: The model or a source does not exist, a camera without `frames`, or the reference is missing.
         FrameError: Frames have another size than the model takes, or cannot be read.
     """
-    config, content = read_config(model), model.read_bytes()
+    reader = FrameReader(model)
     if frames is not None and frames < 1:
         msg = f"frames = {frames} is not allowed: must be at least 1"
         raise ConfigError(msg)
     if (source / MANIFEST).is_file():
-        found = _dataset_frames(source, config)
+        found = _dataset_frames(source, reader)
     else:
         if frames is None and source_kind(source) == "camera":
             msg = f"frames is missing: camera {source} never ends; give the number of frames to read"
             raise ConfigError(msg)
-        found = _source_frames(source, _reference(reference, config), config)
-    return _estimates(islice(found, frames), config, content)
+        found = _source_frames(source, _reference(reference, reader), reader)
+    return _estimates(islice(found, frames), reader)
 
 
-def _estimates(
-    frames: Iterator[tuple[str, Frame, npt.NDArray[np.float32]]], config: ModelConfig, model: bytes
-) -> Iterator[Estimate]:
+def _estimates(frames: Iterator[tuple[str, Frame, Images]], reader: FrameReader) -> Iterator[Estimate]:
+    labels = [label.name for label in reader.config.labels]
     while batch := list(islice(frames, AT_ONCE)):
-        images = np.stack([reduced(image, config.long_side_px) for _, image, _ in batch])
-        numbers = np.arange(len(batch))
-        samples = Samples(
-            images=images, references=np.stack([reference for _, _, reference in batch]), reference_of=numbers,
-            targets=np.zeros((len(batch), len(config.labels))), labels=config.labels, press=numbers, unit=numbers,
-            features=np.zeros((len(batch), 0)), group=numbers,
-        )  # fmt: skip
-        for (name, _, _), row in zip(batch, answer(samples, model, config), strict=True):
-            values = {label.name: float(value) for label, value in zip(config.labels, row, strict=True)}
-            yield Estimate(frame=name, values=values)
+        found = reader.read([image for _, image, _ in batch], [reference for _, _, reference in batch])
+        for (name, _, _), row in zip(batch, found, strict=True):
+            yield Estimate(frame=name, values=dict(zip(labels, map(float, row), strict=True)))
 
 
-def _dataset_frames(folder: Path, config: ModelConfig) -> Iterator[tuple[str, Frame, npt.NDArray[np.float32]]]:
+def _dataset_frames(folder: Path, reader: FrameReader) -> Iterator[tuple[str, Frame, Images]]:
     source = open_dataset(folder)
     for split in source.splits:
         for shard in source.shards(split):
@@ -87,30 +78,31 @@ def _dataset_frames(folder: Path, config: ModelConfig) -> Iterator[tuple[str, Fr
                 untouched = np.array(table["is_reference"].to_pylist(), bool)
                 episode = table["episode"][0].as_py()
                 for image in images[:1]:
-                    _check_size(image, config, f"dataset '{folder}'")
-                small = [reduced(each, config.long_side_px) for each in images]
-                used = [each for each, is_one in zip(small, untouched, strict=True) if is_one]
-                if not used and config.input == "difference":
+                    reader.check(image, f"dataset '{folder}'")
+                used = [each for each, is_one in zip(images, untouched, strict=True) if is_one]
+                if not used and reader.config.input == "difference":
                     msg = f"dataset '{folder}' has no reference frames, and the model reads differences to them"
                     raise ConfigError(msg)
-                reference = np.mean(used, axis=0) if used else np.zeros_like(small[0])
+                reference = reader.untouched(used) if used else np.zeros_like(reader.reduced(images[0]))
                 for step, (image, is_one) in enumerate(zip(images, untouched, strict=True)):
                     if not is_one:
-                        yield f"episode {episode} step {step}", image, reference.astype(np.float32)
+                        yield f"episode {episode} step {step}", image, reference
 
 
 def _source_frames(
-    source: Path, reference: npt.NDArray[np.float32] | None, config: ModelConfig
-) -> Iterator[tuple[str, Frame, npt.NDArray[np.float32]]]:
+    source: Path, reference: Images | None, reader: FrameReader
+) -> Iterator[tuple[str, Frame, Images]]:  # fmt: skip
     with closing(read_source(source)) as found:
         for each in found:
-            _check_size(each.image, config, f"frame '{each.name}'")
-            small = reduced(each.image, config.long_side_px)
-            yield each.name, each.image, reference if reference is not None else np.zeros_like(small)
+            reader.check(each.image, f"frame '{each.name}'")
+            yield (
+                each.name, each.image,
+                reference if reference is not None else np.zeros_like(reader.reduced(each.image)),
+            )  # fmt: skip
 
 
-def _reference(reference: Path | None, config: ModelConfig) -> npt.NDArray[np.float32] | None:
-    if config.input != "difference":
+def _reference(reference: Path | None, reader: FrameReader) -> Images | None:
+    if reader.config.input != "difference":
         return None
     if reference is None:
         msg = "--reference is missing: the model reads differences to frames of the untouched sensor"
@@ -118,17 +110,6 @@ def _reference(reference: Path | None, config: ModelConfig) -> npt.NDArray[np.fl
     with closing(read_source(reference)) as found:
         used = []
         for each in islice(found, 30):
-            _check_size(each.image, config, f"reference '{each.name}'")
-            used.append(reduced(each.image, config.long_side_px))
-    return np.asarray(np.mean(used, axis=0), np.float32)
-
-
-def _check_size(image: Frame, config: ModelConfig, what: str) -> None:
-    rows, columns = image.shape[:2]
-    if (rows, columns) != (config.frame_rows, config.frame_columns):
-        msg = (
-            f"{what} has {columns} x {rows} pixels; the model takes frames of "
-            f"{config.frame_columns} x {config.frame_rows}; `magicsim real` brings recorded ones to that with "
-            f"frames.size_px = [{config.frame_columns}, {config.frame_rows}]"
-        )
-        raise FrameError(msg)
+            reader.check(each.image, f"reference '{each.name}'")
+            used.append(each.image)
+    return reader.untouched(used)

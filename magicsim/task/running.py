@@ -1,38 +1,30 @@
 """Many episodes into one folder: each is written whole, and a run that was stopped goes on where it was."""
 
-import io
-import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from magicsim.config.models import validate
 from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.errors import ConfigError, OutputError
-from magicsim.folder.ledger import RESUMABLE
-from magicsim.folder.lock import sole_writer
-from magicsim.folder.result import output_errors
+from magicsim.errors import ConfigError
 from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.task.episode import FrameRow, Image, Recorded, play
 from magicsim.task.film import contact_sheet, film
-from magicsim.task.folder import EPISODES_TABLE, FOLDER, FRAMES_TABLE, INDEX, RESULTS, TaskIndex, episode_name
+from magicsim.task.folder import EPISODES_TABLE, FRAMES_TABLE, RESULTS
+from magicsim.task.growing import Played, Progress, Run, as_json, as_parquet, grow
 from magicsim.task.item import Item, load_item
 from magicsim.task.outcome import Outcome, judge_episode
 from magicsim.task.settings import GraspConfig, in_room
 from magicsim.task.story import Story, draw_story
 from magicsim.task.summary import TaskSummary, summarise
 from magicsim.task.world import World, build_gripper
-from magicsim.workers.versions import versions
 
-Progress = Callable[[float, float, str], None]
 NOISE = 31
 """Keeps the seeds of the frames' noise apart from others."""
 Frames = list[tuple[Image, FrameRow]]
@@ -111,38 +103,33 @@ def run_grasps(
         MagicsimError: The task cannot be played, or the folder is not ours or holds another task.
     """
     stage = Stage(config)
-    FOLDER.check(out, resume=resume)
-    with output_errors(out, then=RESUMABLE), sole_writer(out):
-        out.mkdir(parents=True, exist_ok=True)
-        ledger = FOLDER.open_ledger(out)
-        index = TaskIndex(config_hash=config.config_hash(), versions=versions(), variant=variant(), episodes=episodes)
-        earlier = FOLDER.read_index(out)
-        if earlier is not None:
-            FOLDER.refuse_another(out, earlier, index)
-        FOLDER.write_config(ledger, config)
-        FOLDER.write_index(ledger, index)
-        for episode in range(episodes):
-            if progress is not None:
-                progress(episode, episodes, f"episode {episode}")
-            if ledger.is_intact(episode_name(episode)):
-                continue
-            frames: Frames = []
-            recorded, outcome = stage.play(episode, seen=_keeping(frames) if with_film else None)
-            values = {"outcome": asdict(outcome), "rows": [asdict(row) for row in recorded.rows]}
-            if with_film:
-                ledger.place(f"films/{episode:05d}.jpg", contact_sheet(frames))
-                ledger.place(f"films/{episode:05d}.webp", film(frames, frames_per_second=config.frames_per_second))
-            ledger.place(episode_name(episode), (json.dumps(values, allow_nan=False) + "\n").encode())
-        played = [_read(out, episode) for episode in range(episodes)]
-        found = [Outcome(**each["outcome"]) for each in played]
+
+    def played(episode: int) -> Played:
+        frames: Frames = []
+        recorded, outcome = stage.play(episode, seen=_keeping(frames) if with_film else None)
+        values = {"outcome": asdict(outcome), "rows": [asdict(row) for row in recorded.rows]}
+        if not with_film:
+            return Played(values=values)
+        rate = config.frames_per_second
+        pictures = {
+            f"films/{episode:05d}.jpg": contact_sheet(frames),
+            f"films/{episode:05d}.webp": film(frames, frames_per_second=rate),
+        }
+        return Played(values=values, pictures=pictures)
+
+    def concluded(episodes: Sequence[dict[str, Any]]) -> tuple[TaskSummary, dict[str, bytes]]:
+        found = [Outcome(**each["outcome"]) for each in episodes]
         summary = summarise(found, detector=config.detector, room=config.room, out=str(out))
-        ledger.place(FRAMES_TABLE, _parquet([row for each in played for row in each["rows"]]))
-        ledger.place(EPISODES_TABLE, _parquet([_flat(each["outcome"]) for each in played]))
-        ledger.place(RESULTS, (json.dumps(summary.as_dict(), allow_nan=False, indent=1) + "\n").encode())
-        files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
-        FOLDER.write_index(ledger, index.model_copy(update={"is_complete": True, "files": files}))
-        ledger.close()
-    return summary
+        return summary, {
+            FRAMES_TABLE: as_parquet([row for each in episodes for row in each["rows"]]),
+            EPISODES_TABLE: as_parquet([_flat(each["outcome"]) for each in episodes]),
+            RESULTS: as_json(summary.as_dict()),
+        }
+
+    run = Run(
+        task="grasp", episodes=episodes, order=range(episodes), resume=resume, progress=progress, variant=variant
+    )  # fmt: skip
+    return grow(out, config, config.config_hash(), run, played, concluded)
 
 
 def _keeping(frames: Frames) -> Callable[[Image, FrameRow], None]:
@@ -152,23 +139,7 @@ def _keeping(frames: Frames) -> Callable[[Image, FrameRow], None]:
     return keep
 
 
-def _read(out: Path, episode: int) -> dict[str, Any]:
-    path = out / episode_name(episode)
-    try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        msg = f"'{path}' is not an episode of a task: {error}; without it, --resume plays it again"
-        raise OutputError(msg) from None
-    return found
-
-
 def _flat(outcome: dict[str, Any]) -> dict[str, Any]:
     """An outcome as a row: seconds in each stage as columns."""
     times = {f"seconds_{stage.lower()}": value for stage, value in outcome["seconds_in"].items()}
     return {name: value for name, value in outcome.items() if name != "seconds_in"} | times
-
-
-def _parquet(rows: list[dict[str, Any]]) -> bytes:
-    sink = io.BytesIO()
-    pq.write_table(pa.Table.from_pylist(rows), sink, compression="zstd")
-    return sink.getvalue()

@@ -1,0 +1,127 @@
+"""The closed loop on a small block; PyTorch is optional."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from magicsim.errors import ConfigError, OutputError
+from magicsim.learn.model_file import ModelConfig
+from magicsim.learn.samples import Label
+from magicsim.task.alignment.angle_reader import ReadAngle
+from magicsim.task.alignment.episode import play
+from magicsim.task.alignment.grip import Grip, build_gripper, grip_scene
+from magicsim.task.alignment.settings import AlignmentConfig
+from magicsim.task.item import load_item
+
+SMALL = (
+    "rig.camera.exposure_grey=90", "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2",
+    "design.lattice.cells_across=0", "rig.camera.field_mm=10", "rig.room='dark'", "rig.ambient=[0,0,0]",
+    "render.samples=1", "render.particles=2000", "render.anchor_samples=2", "render.anchor_particles=4000",
+)  # fmt: skip
+MODEL = ModelConfig(
+    network="small", labels=(Label(name="p_x", unit="mm"), Label(name="r_z", unit="deg")), input="difference",
+    long_side_px=0, frame_rows=32, frame_columns=24, input_mean=(0.0,) * 3, input_sd=(0.1,) * 3,
+    target_mean=(0.0, 0.0), target_sd=(1.0, 20.0), study="alignment",
+)  # fmt: skip
+
+
+@pytest.fixture
+def small() -> AlignmentConfig:
+    return AlignmentConfig(
+        items=("rod-10-black",), scene=SMALL, frames=6, grip_n=1.0, references=1, askew_deg=(10, 20), aside_mm=0.5,
+        gain_per_s=8.0, wrist_deg_s=100.0,
+    )  # fmt: skip
+
+
+class Knowing:
+    """A reader that knows the truth, each finger off by as much to the other side."""
+
+    def __init__(self, gripper) -> None:
+        self.gripper = gripper
+
+    def learn(self, upper, lower) -> None:
+        assert len(upper) == len(lower) == 1
+
+    def read(self, upper, lower) -> ReadAngle:
+        assert upper.shape == lower.shape == (32, 24, 3)
+        angle = self.gripper.place.twist_deg
+        return ReadAngle(upper_deg=angle + 4, lower_deg=angle - 4)
+
+
+def test_right_readings_turn_the_item_upright_and_gravity_in_the_grip(small: AlignmentConfig):
+    item = load_item("rod-10-black")
+    with build_gripper(grip_scene(small, item, MODEL), small) as gripper:
+        grip = Grip(item="rod-10-black", askew_deg=20.0, x_mm=0.3, y_mm=0.0)
+        found = play(gripper, Knowing(gripper), grip, item, small, episode=0, seed=1)
+        load = gripper.truth().load
+    assert not found.error
+    assert not found.is_dropped
+    errors = [row.error_deg for row in found.rows]
+    assert errors[0] == pytest.approx(20.0, abs=0.5)
+    for before, after in zip(errors, errors[1:], strict=False):
+        assert after == pytest.approx(0.2 * before if 0.8 * before < 10 else before - 10, abs=0.3)
+    assert found.rows[-1].upper_n == pytest.approx(1.0, rel=0.1)
+    wrist = found.rows[-1].wrist_deg
+    assert load.down[0] < 0  # the gripper turned by about -20 degrees, so gravity leans to -x in it
+    assert wrist == pytest.approx(-20.0, abs=1.0)
+
+
+def test_run_writes_what_it_saw_and_grows(small: AlignmentConfig, tmp_path: Path, model: Path):
+    from magicsim.task.alignment.running import run_alignment
+
+    first = run_alignment(small, model, tmp_path / "run", episodes=1)
+    assert (first.episodes, first.failed.count) == (1, 0)
+    names = {path.name for path in (tmp_path / "run").iterdir()}
+    assert names == {
+        "task.json", "config.toml", "results.json", "frames.parquet", "episodes.parquet", "episodes", "error.png",
+        "pictures",
+    }  # fmt: skip
+    rows = pq.read_table(tmp_path / "run/frames.parquet").to_pylist()
+    assert [row["frame"] for row in rows] == list(range(6))
+    assert all(row["read_deg"] == pytest.approx((row["upper_deg"] + row["lower_deg"]) / 2) for row in rows)
+    before = (tmp_path / "run/episodes/00000.json").read_bytes()
+    with pytest.raises(OutputError, match="--resume goes on with it"):
+        run_alignment(small, model, tmp_path / "run", episodes=2)
+    assert run_alignment(small, model, tmp_path / "run", episodes=2, resume=True).episodes == 2
+    assert (tmp_path / "run/episodes/00000.json").read_bytes() == before
+    with pytest.raises(OutputError, match="holds another task"):
+        run_alignment(small.model_copy(update={"grip_n": 2.0}), model, tmp_path / "run", episodes=2, resume=True)
+    assert json.loads((tmp_path / "run/results.json").read_text())["seen"]["upright"]["of"] == 2
+
+
+def test_model_that_does_not_fit_is_one_line(small: AlignmentConfig, tmp_path: Path, model: Path, make_model):
+    from magicsim.task.alignment.running import Stage
+
+    with pytest.raises(ConfigError, match=r"does not exist: 'magicsim study alignment --out DIR' makes one"):
+        Stage(small, tmp_path / "none")
+    blind = make_model(replace(MODEL, labels=(Label(name="gap"), Label(name="p_x"))), "blind")
+    with pytest.raises(ConfigError, match=r"tells gap, p_x and not r_z: 'magicsim study alignment"):
+        Stage(small, blind)
+    wide = make_model(replace(MODEL, frame_columns=64), "wide")
+    with pytest.raises(ConfigError, match=r"takes frames of 64 x 32 pixels, .* of the rig's 240 x 320"):
+        Stage(small, wide)
+
+
+@pytest.fixture
+def make_model(tmp_path: Path):
+    """Writes a model file with random weights."""
+    torch = pytest.importorskip("torch")
+    pytest.importorskip("safetensors")
+    from magicsim.learn.model_file import save_model
+    from magicsim.learn.networks import build_network
+
+    def made(config: ModelConfig, name: str) -> Path:
+        torch.manual_seed(1)
+        path = tmp_path / f"{name}.safetensors"
+        path.write_bytes(save_model(config, build_network("small", len(config.labels)).state_dict()))
+        return path
+
+    return made
+
+
+@pytest.fixture
+def model(make_model) -> Path:
+    return make_model(MODEL, "model")
