@@ -20,6 +20,7 @@ KINDS: dict[str, str] = {
     "manufacturing": "magicsim.study.mechanics.manufacturing:Manufacturing",
     "ranging": "magicsim.study.learned.ranging:Ranging",
     "resolution": "magicsim.study.learned.resolution:Resolution",
+    "wear": "magicsim.study.learned.wear:Wear",
 }
 """Kind of a study, as its file names it, and `module:class` of what does it."""
 EXTRAS = {"torch": "learn", "safetensors": "learn"}
