@@ -15,6 +15,7 @@ KINDS: dict[str, str] = {
     "compare": "magicsim.study.compare:Compare",
     "deformation-law": "magicsim.study.mechanics.deformation_law:DeformationLaw",
     "fusion": "magicsim.study.fusion:Fusion",
+    "light-modes": "magicsim.study.lighting.light_modes:LightModes",
     "limits": "magicsim.study.mechanics.limits:Limits",
     "localisation": "magicsim.study.learned.localisation:Localisation",
     "manufacturing": "magicsim.study.mechanics.manufacturing:Manufacturing",

@@ -129,9 +129,8 @@ class Wear(LearnedStudy):
     def conclude(self, folder: Path) -> StudyResult:
         """Errors along the life, with each drift alone, and on the second unit."""
         errors, _, _, checks = self.number_tables(folder, LABELS)
-        life = tuple(self._read_rows(folder, {0.0: None} | {k: stage.name for k, stage in self._life.items()}, "wear"))
-        new = {"nothing, new": None}
-        alone = tuple(self._read_rows(folder, new | {name: stage.name for name, stage in self._alone.items()}, "drift"))
+        life = tuple(self._read_rows(folder, {0.0: self.data[0], **self._life}, "wear"))
+        alone = tuple(self._read_rows(folder, {"nothing, new": self.data[0], **self._alone}, "drift"))
         cross = tuple(self._cross_rows(folder))
         end = max(self._life)
         headline: dict[str, Cell] = {
@@ -173,13 +172,15 @@ class Wear(LearnedStudy):
             notes=NOTES,
         )  # fmt: skip
 
-    def _read_rows(self, folder: Path, parts: Mapping[float | str, str | None], what: str) -> Iterator[Row]:
-        """A row a label, way of reading and set of frames; None stands for unseen presses of the new sensor."""
+    def _read_rows(
+        self, folder: Path, parts: Mapping[float, DatasetStage] | Mapping[str, DatasetStage], what: str
+    ) -> Iterator[Row]:
+        """A row a label, way of reading and set of frames; of the first data unseen presses."""
         seed = self.config.seed
         for label in LABELS:
             for stage in (self.learning, self._plain):
-                for key, name in parts.items():
-                    found = self._answers(folder, stage, name)
+                for key, data in parts.items():
+                    found = self._answers(folder, stage, data)
                     if found is None or not len(found):
                         continue
                     others = {
@@ -194,7 +195,7 @@ class Wear(LearnedStudy):
         seed = self.config.seed
         tuned = {share: self._tuned(folder, share) for share in sorted(self.config.tuned_shares)}
         kept = next((each.column("press") for each in tuned.values() if each is not None), None)
-        plain = self._answers(folder, self.learning, OTHER)
+        plain = self._answers(folder, self.learning, self._other)
         if plain is not None and kept is not None:
             plain = plain.where(np.isin(plain.column("press"), kept))
         for label in LABELS:
@@ -208,12 +209,12 @@ class Wear(LearnedStudy):
     def _tuned(self, folder: Path, share: float) -> Answers | None:
         return read_answers(folder, self._tuning, share_name(share))
 
-    def _answers(self, folder: Path, stage: LearningStage, name: str | None) -> Answers | None:
-        """Answers of a stage's first model: on its own test, or on a further dataset."""
+    def _answers(self, folder: Path, stage: LearningStage, data: DatasetStage) -> Answers | None:
+        """Answers of a stage's first model: on the test of what it learned from, or on further data."""
         first = replace(stage, fits=stage.fits[:1])
-        if name is None:
+        if data.name == stage.dataset:
             return read_answers(folder, first, "press")
-        return read_answers(folder, first, "press", f"answers-{name}.parquet")
+        return read_answers(folder, first, "press", f"answers-{data.name}.parquet")
 
 
 def _life_figures(rows: Sequence[Row]) -> Iterator[Figure]:

@@ -21,8 +21,8 @@ class WearConfig(LearnedConfig):
     """Settings of the study."""
 
     kind: Literal["wear"]
-    skin_mm: Annotated[float, Field(ge=0.1, le=5)] | None = 0.3
-    """Skin of the block when new [mm]; left as the design has it where it is none."""
+    skin_mm: Annotated[float, Field(ge=0.1, le=5)] | None = None
+    """Skin of the block when new [mm]; the design's own by default."""
     drifts: Annotated[tuple[Drift, ...], Field(min_length=1, max_length=12)]
     """What wears; what is not published is assumed."""
     parts: Annotated[int, Field(ge=1, le=20)] = 10

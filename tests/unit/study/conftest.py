@@ -6,9 +6,8 @@ from magicsim.workers.attempt import attempt
 from magicsim.workers.outcome import Outcome
 
 
-@pytest.fixture
-def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Attempts in this process, where a test is not about processes: starting one takes a second."""
+def stay_here(monkeypatch: pytest.MonkeyPatch, *homes: str) -> None:
+    """Attempts of modules in this process: starting one takes a second, with PyTorch more."""
 
     def run_here(function, tasks, options, *, prepare=None):
         del options
@@ -17,7 +16,20 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
             failures = (reply.failure,) if reply.failure is not None else ()
             yield Outcome(key=key, result=reply.result, failures=failures, seconds=reply.seconds)
 
-    monkeypatch.setattr("magicsim.study.stages.pieces.run_tasks", run_here)
+    for home in homes:
+        monkeypatch.setattr(f"{home}.run_tasks", run_here)
+
+
+@pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pieces in this process, where a test is not about processes."""
+    stay_here(monkeypatch, "magicsim.study.stages.pieces")
+
+
+@pytest.fixture
+def learns_in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Data and training in this process."""
+    stay_here(monkeypatch, "magicsim.study.stages.learning_stage", "magicsim.dataset.generate")
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 from magicsim.dataset.recipes.draw import draw_episodes
@@ -12,56 +11,11 @@ from magicsim.errors import ConfigError, OutputError
 from magicsim.study.learned.alignment import axis_angle_deg
 from magicsim.study.learned.localisation import mask_features
 from magicsim.study.learned.ranging import bin_names, gap_bin
-from magicsim.study.running import run_study
 from magicsim.study.study_file import load_study
-from magicsim.workers.attempt import attempt
-from magicsim.workers.outcome import Outcome
 
-from .made_touches import MADE
+from .made_study import contents, made, rows, run
 
-TINY = (
-    "rig.camera.columns=24", "rig.camera.rows=32", "camera_scale=1.0", "check_episodes=3", "learning.epochs=12",
-    "learning.folds=2", "learning.folds_used=1", "learning.long_side_px=0", "learning.curve=[0.5]",
-)  # fmt: skip
-
-
-def made(name: str, *overrides: str):
-    """A study in its small form whose data are made."""
-    study = load_study(name, [*TINY, *overrides], quick=True)
-    for stage in study.stages():
-        if hasattr(stage, "simulator"):
-            object.__setattr__(stage, "simulator", MADE)
-    return study
-
-
-@pytest.fixture(autouse=True)
-def in_process(monkeypatch):
-    """Attempts in this process: starting one with PyTorch takes seconds."""
-
-    def run_here(function, tasks, options, *, prepare=None):
-        del options
-        for key, task in tasks:
-            reply = attempt(function, task, prepare, 1)
-            yield Outcome(
-                key=key, result=reply.result, failures=(reply.failure,) if reply.failure else (), seconds=reply.seconds
-            )
-
-    for home in ("magicsim.study.stages.learning_stage", "magicsim.dataset.generate"):
-        monkeypatch.setattr(f"{home}.run_tasks", run_here)
-
-
-def run(study, out: Path, **options):
-    pytest.importorskip("torch")
-    pytest.importorskip("safetensors")
-    return run_study(study, out, variant=lambda: "none", **options)
-
-
-def rows(out: Path, table: str) -> list[dict]:
-    return pq.read_table(out / f"tables/{table}.parquet").to_pylist()
-
-
-def contents(out: Path) -> dict[str, bytes]:
-    return {path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+pytestmark = pytest.mark.usefixtures("learns_in_process")
 
 
 def test_localisation_beats_a_constant(tmp_path: Path):

@@ -43,7 +43,8 @@ def test_summary_keeps_unseen_items_and_fingers_apart():
     runs = [recorded(20, 1.0, read=3.0), recorded(20, 5.0, episode=1, read=1.0)]
     grips = [GRIP, Grip(item="pen", askew_deg=20.0, x_mm=0.0, y_mm=0.0)]
     outcomes = [
-        judge_episode(run, grip, episode=k, within_deg=2.0) for k, (run, grip) in enumerate(zip(runs, grips, strict=True))
+        judge_episode(run, grip, episode=k, within_deg=2.0)
+        for k, (run, grip) in enumerate(zip(runs, grips, strict=True))
     ]
     rows = [each for run in runs for each in run.rows]
     found = summarise(outcomes, rows, unseen=["pen"], within_deg=2.0, out="out")
