@@ -9,7 +9,6 @@ import numpy.typing as npt
 from magicsim.errors import FrameError
 from magicsim.learn.model_file import ModelConfig, read_config
 from magicsim.learn.samples import Images, Samples, reduced
-from magicsim.learn.training import answer
 
 Frame = npt.NDArray[np.uint8]
 Numbers = npt.NDArray[np.float64]
@@ -61,6 +60,8 @@ class FrameReader:
             references: What `untouched` gave for the sensor of each frame; zeros where the model takes frames as they
                 are.
         """
+        from magicsim.learn.training import answer  # PyTorch, which only this needs
+
         numbers = np.arange(len(images))
         samples = Samples(
             images=np.stack([self.reduced(each) for each in images]), references=np.stack(list(references)),

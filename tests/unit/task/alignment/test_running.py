@@ -5,22 +5,36 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 from magicsim.errors import ConfigError, OutputError
 from magicsim.learn.model_file import ModelConfig
 from magicsim.learn.samples import Label
+from magicsim.robot.gripper import Gripper
 from magicsim.task.alignment.angle_reader import ReadAngle
 from magicsim.task.alignment.episode import play
 from magicsim.task.alignment.grip import Grip, build_gripper, grip_scene
 from magicsim.task.alignment.settings import AlignmentConfig
 from magicsim.task.item import load_item
 
+ITEM = """schema_version = 1
+mass_g = 10.0
+friction = 0.8
+crush_n = 10.0
+
+[object]
+kind = "cylinder"
+radius_mm = 4.0
+length_mm = 8.0
+edge_radius_mm = 1.0
+"""
 SMALL = (
-    "rig.camera.exposure_grey=90", "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2",
-    "design.lattice.cells_across=0", "rig.camera.field_mm=10", "rig.room='dark'", "rig.ambient=[0,0,0]",
+    "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2", "design.lattice.cells_across=0",
+    "rig.camera.exposure_grey=90", "rig.camera.field_mm=10", "rig.room='dark'", "rig.ambient=[0,0,0]",
     "render.samples=1", "render.particles=2000", "render.anchor_samples=2", "render.anchor_particles=4000",
 )  # fmt: skip
 MODEL = ModelConfig(
@@ -31,11 +45,26 @@ MODEL = ModelConfig(
 
 
 @pytest.fixture
-def small() -> AlignmentConfig:
+def small(tmp_path: Path) -> AlignmentConfig:
+    item = tmp_path / "rod.toml"
+    item.write_text(ITEM)
     return AlignmentConfig(
-        items=("rod-10-black",), scene=SMALL, quality="control", frames=3, grip_n=0.6, references=1, askew_deg=(10, 20),
-        aside_mm=0.5, gain_per_s=8.0, wrist_deg_s=100.0, sees_other=False,
+        design="uniform-block", items=(str(item),), scene=SMALL, quality="control", frames=3, grip_n=0.6, references=1,
+        askew_deg=(10, 20), aside_mm=0.5, gain_per_s=8.0, wrist_deg_s=100.0, sees_other=False,
     )  # fmt: skip
+
+
+@pytest.fixture
+def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frames of noise instead of rendered ones, their truth as it is."""
+    random = np.random.default_rng(1)
+
+    def frames(gripper: Gripper) -> SimpleNamespace:
+        upper, lower = (random.integers(0, 255, (32, 24, 3), dtype=np.uint8) for _ in range(2))
+        truth = gripper.truth()
+        return SimpleNamespace(upper=SimpleNamespace(image=upper), lower=SimpleNamespace(image=lower), truth=truth)
+
+    monkeypatch.setattr(Gripper, "frames", frames)
 
 
 class Knowing:
@@ -53,10 +82,11 @@ class Knowing:
         return ReadAngle(upper_deg=angle + 4, lower_deg=angle - 4)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_right_readings_turn_the_item_upright_and_gravity_in_the_grip(small: AlignmentConfig):
-    item = load_item("rod-10-black")
+    item = load_item(small.items[0])
     with build_gripper(grip_scene(small, item, MODEL), small) as gripper:
-        grip = Grip(item="rod-10-black", askew_deg=20.0, x_mm=0.3, y_mm=0.0)
+        grip = Grip(item="rod", askew_deg=20.0, x_mm=0.3, y_mm=0.0)
         found = play(gripper, Knowing(gripper), grip, item, small, episode=0, seed=1)
         load = gripper.truth().load
     assert not found.error
@@ -71,6 +101,7 @@ def test_right_readings_turn_the_item_upright_and_gravity_in_the_grip(small: Ali
     assert load.down[0] == pytest.approx(math.sin(math.radians(wrist)))  # gravity leans to -x in the turned gripper
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_run_writes_what_it_saw_and_grows(small: AlignmentConfig, tmp_path: Path, model: Path):
     from magicsim.task.alignment.running import run_alignment
 
@@ -92,6 +123,14 @@ def test_run_writes_what_it_saw_and_grows(small: AlignmentConfig, tmp_path: Path
     with pytest.raises(OutputError, match="holds another task"):
         run_alignment(small.model_copy(update={"grip_n": 2.0}), model, tmp_path / "run", episodes=2, resume=True)
     assert json.loads((tmp_path / "run/results.json").read_text())["seen"]["upright"]["of"] == 2
+
+
+@pytest.mark.slow
+def test_rendered_frames_are_read(small: AlignmentConfig, tmp_path: Path, model: Path):
+    from magicsim.task.alignment.running import run_alignment
+
+    facing = small.model_copy(update={"frames": 2, "sees_other": True, "design": "mini-magictac"})
+    assert run_alignment(facing, model, tmp_path / "run", episodes=1).seen.episodes == 1
 
 
 def test_model_that_does_not_fit_is_one_line(small: AlignmentConfig, tmp_path: Path, model: Path, make_model):
