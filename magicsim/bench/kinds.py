@@ -18,7 +18,7 @@ from magicsim.bench.stress.plot import plot_stress
 from magicsim.bench.stress.pool import remove_parts
 from magicsim.config.documents import read_json
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.folder import result_file
+from magicsim.folder import check_file, result_file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,17 +54,19 @@ def run_bench(kind: str, out: Path, *, quick: bool = False, recompute: bool = Fa
     Raises:
         ConfigError: An unknown kind, or NGSolve is missing where it is needed.
         PresetError: There is no reference.
+        OutputError: The folder cannot be written; that is told before anything is measured.
     """
     if kind == "all":
         found = [run_bench(each, out, quick=quick, recompute=recompute) for each in BENCHMARKS]
         return {"kind": "all", "results": [{"kind": one["kind"], **row} for one in found for row in one["results"]]}
     if kind not in BENCHMARKS:
         raise ConfigError(unknown_choice("benchmark", kind, BENCHMARKS))
+    file = out / f"bench-{kind}.json"
+    check_file(file)
     if recompute and kind == "deform":
         _recompute()
     parts = out / "stress-parts"
     data = BENCHMARKS[kind].run(quick=quick, **({"parts": parts} if kind == "stress" else {}))
-    file = out / f"bench-{kind}.json"
     with result_file(file) as partial:
         partial.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     draw(file, out / f"bench-{kind}.png")

@@ -88,11 +88,16 @@ def _curve(
 ) -> dict[str, Any]:
     from magicsim.cli.output.progress import show_progress
     from magicsim.config.ranges import check_number
+    from magicsim.deform.indentation.press import check_depth
     from magicsim.deform.indentation.press_curve import MAX_POINTS, press_curve
     from magicsim.report.curve_file import check_curve_file, write_curve
 
     check_curve_file(target)
     check_number("points", points, 2, MAX_POINTS, whole=True)
+    check_depth(depth_mm, block)
+    if depth_mm == 0:
+        msg = "depth_mm = 0 is not allowed with curve: must be above 0"
+        raise ConfigError(msg)
     depths = [depth_mm * number / (points - 1) for number in range(points)]
     with show_progress(title) as progress:
         found = press_curve(block, thing, depths, friction=friction, progress=progress)

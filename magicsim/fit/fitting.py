@@ -18,7 +18,7 @@ from magicsim.fit.model import Comparison, compare, observed_states, render_base
 from magicsim.fit.observation import Observation
 from magicsim.fit.solve import DETERMINED_SD, UNKNOWN_SD, Solution, scatter, solve
 from magicsim.fit.strengths import Basis, Strengths
-from magicsim.folder import refuse_unsigned
+from magicsim.folder import check_file, refuse_unsigned
 from magicsim.scenes.scene import SceneConfig
 
 Array = npt.NDArray[np.float64]
@@ -177,7 +177,8 @@ def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -
     if out.suffix != ".toml":
         msg = f"out = {out} is not allowed; must end in .toml"
         raise ConfigError(msg)
-    if not out.resolve().parent.is_dir():
+    check_file(out)
+    if not out.parent.is_dir():
         msg = f"scene file '{out}' cannot be written: no such folder"
         raise OutputError(msg)
     refuse_unsigned(_picture(out))

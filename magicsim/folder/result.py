@@ -13,6 +13,7 @@ from magicsim.folder.listing import LISTING, foreign_in, read_listing, remove_li
 from magicsim.folder.lock import can_be_replaced, is_lock, sole_writer
 from magicsim.folder.naming import beside, within, working_folders
 from magicsim.folder.placing import put_in_place
+from magicsim.folder.writable import check_writable
 
 LOGGER = logging.getLogger(__name__)
 MARKER = "config.toml"
@@ -102,17 +103,18 @@ def check_target(target: Path) -> None:
             name for name in foreign_in(target, listing or {}) if Path(name).parts[0] not in own and not is_lock(name)
         ]
     refuse_foreign(target, foreign)
-    _check_place(target)
+    check_place(target)
 
 
-def _check_place(target: Path) -> None:
-    """Refuses a place that cannot be written, before any work is done for it."""
-    place = target.parent if can_be_replaced(target) else target
-    while not place.exists() and place != place.parent:
-        place = place.parent
-    if not os.access(place, os.W_OK | os.X_OK) and place.is_dir():
-        msg = f"cannot write {target}: '{place}' cannot be written"
-        raise OutputError(msg)
+def check_place(target: Path) -> None:
+    """Refuses a folder that cannot be made or written, before any work is done for it.
+
+    Raises:
+        OutputError: Something above it is a file, a name is too long, or nothing can be made there.
+    """
+    with output_errors(target):
+        real = Path(os.path.realpath(target))  # `.` has no name of its own
+        check_writable(target, beside(real, "partial") if can_be_replaced(real) else within(real, "partial"))
 
 
 def refuse_foreign(target: Path, names: Sequence[str]) -> None:
@@ -146,7 +148,7 @@ def names_in(folder: Path) -> list[str]:
     """Names in an output folder but for its lock; none where there is no folder yet.
 
     Raises:
-        OutputError: It is a file.
+        OutputError: It is a file, or something above it is.
         OSError: It cannot be read, such as a loop of links.
     """
     try:
@@ -154,7 +156,8 @@ def names_in(folder: Path) -> list[str]:
     except FileNotFoundError:
         return []
     except NotADirectoryError:
-        if not folder.is_file():  # something above it is a file
+        if not folder.is_file():
+            check_place(folder)  # which names what is a file above it
             return []
         msg = f"output folder '{folder}' is a file; name a new folder"
         raise OutputError(msg) from None

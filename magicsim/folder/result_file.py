@@ -7,6 +7,7 @@ from pathlib import Path
 from magicsim.errors import OutputError
 from magicsim.folder.naming import beside
 from magicsim.folder.result import output_errors
+from magicsim.folder.writable import check_writable
 
 PRODUCER = "magicsim"
 """What a picture or a mesh says made it."""
@@ -33,17 +34,28 @@ def refuse_unsigned(target: Path) -> None:
         raise OutputError(msg)
 
 
-@contextmanager
-def result_file(target: Path) -> Iterator[Path]:
-    """A file to write beside the target, which takes its place when the block ends without an error.
+def check_file(target: Path) -> None:
+    """Refuses a file that cannot be written, before any work is done for it.
 
     Raises:
-        OutputError: The target is a folder or cannot be written.
+        OutputError: It is a folder, something above it is a file, its name is too long, or nothing can be made there.
     """
     with output_errors(target):
         if target.is_dir():
             msg = f"output file '{target}' is a folder; name a file"
             raise OutputError(msg)
+        check_writable(target, beside(target, "partial"))
+
+
+@contextmanager
+def result_file(target: Path) -> Iterator[Path]:
+    """A file to write beside the target, which takes its place when the block ends without an error.
+
+    Raises:
+        OutputError: The target is a folder or cannot be written, see `check_file`.
+    """
+    check_file(target)
+    with output_errors(target):
         target.parent.mkdir(parents=True, exist_ok=True)
         partial = beside(target, "partial")
         try:

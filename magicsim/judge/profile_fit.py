@@ -22,6 +22,7 @@ from magicsim.detectors.scoring.episode import Episode, scored_classes
 from magicsim.detectors.scoring.score import DetectionScore
 from magicsim.detectors.verdict import Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError, OutputError, unknown_choice
+from magicsim.folder import check_file
 from magicsim.frame_class import FrameClass
 from magicsim.judge.recorded import read_episode
 
@@ -98,6 +99,7 @@ def calibrate(
     if out.suffix != ".toml":
         msg = f"out = {out} is not allowed; must end in .toml"
         raise ConfigError(msg)
+    check_file(out)
     if not out.parent.is_dir():
         msg = f"profile file '{out}' cannot be written: no such folder"
         raise OutputError(msg)

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from magicsim.errors import MagicsimError
+from magicsim.folder import check_place
 from magicsim.live.controls import Controls
 from magicsim.live.course import Course
 from magicsim.live.readout import force_lines, frame_picture, state_line, verdict_table
@@ -60,7 +61,9 @@ class LiveWindow:
 
         Raises:
             ConfigError: viser is missing, or the quality is unknown.
+            OutputError: No recording can be written in the folder.
         """
+        check_place(folder / recording_name(1))
         space = workspace or Workspace(x_mm=(-4, 4), y_mm=(-4, 4), gap_mm=(-2, 20))
         self.folder, self.workspace, self._told = folder, space, told
         self._session = Session(scene, quality=find_quality(quality), workspace=space, told=self._tell)

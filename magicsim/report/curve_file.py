@@ -5,7 +5,7 @@ from pathlib import Path
 
 from magicsim.deform.indentation.press_curve import PressCurve
 from magicsim.errors import ConfigError
-from magicsim.folder import PRODUCER, result_file
+from magicsim.folder import PRODUCER, check_file, result_file
 
 COLUMNS = (
     "depth_mm", "force_x_n", "force_y_n", "force_z_n", "torque_x_nmm", "torque_y_nmm", "torque_z_nmm",
@@ -15,10 +15,16 @@ SUFFIXES = (".csv", ".png")
 
 
 def check_curve_file(target: Path) -> None:
-    """Raises ConfigError where a name does not say which kind of file a curve becomes."""
+    """Refuses a file that a curve cannot become, before it is solved.
+
+    Raises:
+        ConfigError: Its name does not say which kind of file.
+        OutputError: It cannot be written.
+    """
     if target.suffix.lower() not in SUFFIXES:
         msg = f"curve = '{target}' is not allowed: must end in {' or '.join(SUFFIXES)}"
         raise ConfigError(msg)
+    check_file(target)
 
 
 def write_curve(curve: PressCurve, target: Path, *, title: str) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from magicsim.camera.exposure import FloatImage
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
-from magicsim.folder import result_file
+from magicsim.folder import check_file, result_file
 from magicsim.light.variant import activate_variant
 from magicsim.notebook.pictures import picture_row
 from magicsim.scenes.scene import SceneConfig
@@ -155,12 +155,15 @@ def render_still(
 
     Raises:
         ConfigError: No such frame, the file has another suffix, or the error is not allowed.
+        OutputError: The file cannot be written; that is told before anything is rendered.
         MagicsimError: The deformation or the image is not valid.
     """
     suffix = ".npz" if basis else ".npy"
     if out is not None and out.suffix != suffix:
         msg = f"out = '{out}' is not allowed: must end in {suffix}"
         raise ConfigError(msg)
+    if out is not None:
+        check_file(out)
     found = render(scene, frame, basis=basis, relative_error=relative_error)
     if out is None:
         return found.still

@@ -14,7 +14,7 @@ from magicsim.errors import OutputError
 from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import Ledger, is_begun
 from magicsim.folder.listing import Listed, files_below
-from magicsim.folder.result import names_in, output_errors, refuse_foreign, refuse_others
+from magicsim.folder.result import check_place, names_in, output_errors, refuse_foreign, refuse_others
 from magicsim.folder.sealing import is_sealed, sealed
 from magicsim.workers.log import ERRORS, changed_lines
 from magicsim.workers.versions import changed_versions
@@ -62,7 +62,7 @@ class RunFolder(Generic[Index]):
     """Whether a folder with an index holds what only `--resume` may go on with."""
 
     def check(self, out: Path, *, resume: bool) -> None:
-        """Refuses a folder that is not ours, or holds a run that nobody asked to go on with.
+        """Refuses a folder that is not ours, cannot be written, or holds a run that nobody asked to go on with.
 
         Raises:
             OutputError: With what to do instead.
@@ -76,6 +76,7 @@ class RunFolder(Generic[Index]):
             state = "a" if index.is_complete else "an unfinished"
             msg = f"output folder '{out}' holds {state} {self.content} already; --resume goes on with it"
             raise OutputError(msg)
+        check_place(out)
 
     def read_index(self, out: Path) -> Index | None:
         """The index of a folder, None where there is none.

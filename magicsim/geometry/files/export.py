@@ -8,7 +8,7 @@ from pathlib import Path
 import trimesh
 
 from magicsim.errors import OutputError
-from magicsim.folder import PRODUCER, refuse_unsigned, result_file
+from magicsim.folder import PRODUCER, check_file, refuse_unsigned, result_file
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import build_elastomer
 from magicsim.geometry.files.glb import write_glb
@@ -47,6 +47,7 @@ def export_design(design: ElastomerDesign, out: Path) -> Export:
     if out.suffix not in SUFFIXES:
         msg = f"out = '{out}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         raise OutputError(msg)
+    check_file(out)
     parts = printed_parts(build_elastomer(design.as_drawn()))
     for path in _paths(out, parts)[1:]:
         refuse_unsigned(path)

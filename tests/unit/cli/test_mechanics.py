@@ -1,3 +1,5 @@
+import pytest
+
 from .conftest import Shell
 
 COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]
@@ -40,3 +42,26 @@ def test_press_writes_force_against_depth_and_still_prints_the_last_place(shell:
     assert "must end in .csv or .png" in shell.refusal("press", *COARSE, *BALL, "--depth-mm", 0.4, "--curve", "ball")
     beside = ["--curve", "ball.png", "--twist-deg", 3]
     assert "twist_deg is not allowed with curve" in shell.refusal("press", *COARSE, *BALL, "--depth-mm", 0.4, *beside)
+
+
+@pytest.mark.parametrize(
+    ("depth", "named"),
+    [
+        ("inf", "depth_mm = inf is not allowed"),
+        ("-1", "depth_mm = -1 is not allowed"),
+        ("50", "depth_mm = 50 is not allowed"),
+        ("0", "depth_mm = 0 is not allowed with curve: must be above 0"),
+    ],
+)
+def test_depth_of_a_curve_is_refused_as_it_was_given(shell: Shell, depth: str, named: str):
+    curve = ["--curve", "ball.csv", "--points", 3]
+    assert named in shell.refusal("press", *COARSE, *BALL, "--depth-mm", depth, *curve)
+
+
+def test_file_of_a_curve_that_cannot_be_written_is_refused_before_it_is_solved(
+    shell: Shell, tmp_path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("magicsim.deform.indentation.press_curve.press_curve", lambda *_, **__: pytest.fail("solved"))
+    (tmp_path / "file").write_text("mine")
+    refused = shell.refusal("press", *COARSE, *BALL, "--depth-mm", 0.2, "--curve", "file/ball.csv")
+    assert "cannot write file/ball.csv: 'file' is not a folder" in refused

@@ -62,16 +62,18 @@ def plain() -> Observation:
         ({"blocks": (99, 1)}, "blocks = 99x1 is not allowed: must be 1x1 to 10x8"),
         ({"out": Path("a.txt")}, "must end in .toml"),
         ({"out": Path("none/a.toml")}, "no such folder"),
+        ({"out": Path("loop/a.toml")}, "Too many levels of symbolic links"),
     ],
 )
 def test_bad_input_is_refused_before_anything_is_rendered(
     plain: Observation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changed: dict[str, object], named: str
 ):
     monkeypatch.chdir(tmp_path)
+    Path("loop").symlink_to("loop")
     monkeypatch.setattr("magicsim.fit.fitting.render_bases", lambda *_, **__: pytest.fail("rendered"))
     with pytest.raises(MagicsimError, match=named.replace("(", r"\(")):
         fit_constants(scene(0), [plain], **{"out": Path("a.toml"), **changed})  # type: ignore[arg-type]
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["loop"]
 
 
 def test_states_must_be_those_of_the_scene_with_the_untouched_one_first(plain: Observation, tmp_path: Path):

@@ -210,6 +210,13 @@ def test_place_that_cannot_be_written_is_told_before_any_work(tmp_path: Path, mo
     assert names(tmp_path) == []
 
 
+def test_folder_below_a_file_is_told_before_any_work(tmp_path: Path):
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(OutputError, match=r"cannot write .*file/a/b: '.*file' is not a folder"):
+        check_target(tmp_path / "file" / "a" / "b")
+    assert names(tmp_path) == ["file"]
+
+
 def test_loop_of_links_is_one_line(tmp_path: Path):
     (tmp_path / "a").symlink_to(tmp_path / "b")
     (tmp_path / "b").symlink_to(tmp_path / "a")

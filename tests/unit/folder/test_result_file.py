@@ -1,9 +1,11 @@
+import errno
+import os
 from pathlib import Path
 
 import pytest
 
 from magicsim.errors import OutputError, RenderError
-from magicsim.folder import result_file
+from magicsim.folder import check_file, result_file
 
 from .test_result import names, write_half
 
@@ -37,3 +39,41 @@ def test_file_below_a_file_is_an_output_error(tmp_path: Path):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(OutputError, match="cannot write"), result_file(tmp_path / "file" / "image.npy"):
         pass
+
+
+@pytest.mark.parametrize(
+    ("name", "named"),
+    [
+        ("file/a.csv", "'.*file' is not a folder"),
+        ("file/deep/a.csv", "'.*file' is not a folder"),
+        ("loop/a.csv", "cannot write .*loop/a.csv: Too many levels of symbolic links"),
+        ("gone/a.csv", "cannot write .*: No such file"),
+        (".", "is a folder; name a file"),
+        (f"{'z' * 300}.csv", "File name too long"),
+        (f"{'z' * 240}.csv", "File name too long"),
+        (f"missing/{'z' * 300}.csv", "File name too long"),
+    ],
+)
+def test_file_that_cannot_be_written_is_told_before_any_work(tmp_path: Path, name: str, named: str):
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    (tmp_path / "gone").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(OutputError, match=named):
+        check_file(tmp_path / name)
+    assert names(tmp_path) == ["file", "gone", "loop"]
+
+
+def test_check_of_a_file_leaves_nothing_and_makes_no_folder(tmp_path: Path):
+    check_file(tmp_path / "a" / "b" / "c.csv")
+    assert names(tmp_path) == []
+
+
+def test_place_in_which_nothing_can_be_made_is_told_whatever_its_rights_say(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def refuse(path: Path, *_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    with pytest.raises(OutputError, match=r"a\.csv: Read-only file system"):
+        check_file(tmp_path / "a.csv")
