@@ -10,6 +10,7 @@ from cyclopts import App, Parameter
 
 import magicsim
 from magicsim.cli.output.lines import lines_of
+from magicsim.cli.words import read_words
 from magicsim.errors import ConfigError
 
 app = App(
@@ -18,6 +19,7 @@ app = App(
     help="Simulator of the mini-MagicTac see-through touch sensor. Every command takes --variant too: llvm_ad_rgb,\n"
     "cuda_ad_rgb (an NVIDIA GPU, untested) or scalar_rgb.",
     suppress_keyboard_interrupt=False,
+    default_parameter=Parameter(converter=read_words),
 )
 
 MAX_THREADS = 1024

@@ -94,12 +94,17 @@ def parse_object(text: str) -> AnyObject:
         named = [] if separator else preset_names("object")
         raise ConfigError(unknown_choice("object kind", kind, [*OBJECT_KINDS, *named]))
     values: dict[str, Any] = {"kind": kind}
+    given: set[str] = set()
     for setting in filter(None, _BETWEEN.split(settings)):
         key, separator, value = setting.partition("=")
         if not separator:
             msg = f"object '{text}': '{setting}' is not of the form key=value"
             raise ConfigError(msg)
         name = key.strip()
+        if name in given:
+            msg = f"object '{text}': {name} is given twice; give it once"
+            raise ConfigError(msg)
+        given.add(name)
         values[name] = _numbers(value) if name in SEQUENCES else value
     model = validate(OBJECT_KINDS[kind], values, source=f"object '{text}'")
     return TypeAdapter(ObjectConfig).validate_python(model)
