@@ -11,12 +11,13 @@ from magicsim.config.models import Config, in_place, validate
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
+from magicsim.study.design_name import DesignName
 from magicsim.study.kinds import study_class
 from magicsim.study.protocol import Stage, Study
 from magicsim.study.result import Cell, Column, Matrix, Row, StudyResult, Table
 from magicsim.study.settings import StudyConfig
 from magicsim.study.stages.within import Within
-from magicsim.study.study_file import merged, named_table, usual_rig
+from magicsim.study.study_file import merged, named_table, usual_rig, without_small_form
 
 ITSELF = "design"
 """What a design without a name is called."""
@@ -27,7 +28,7 @@ GIVEN = ("schema_version", "design", "rig", "seed", "quick")
 class Compared(Config):
     """A further design."""
 
-    name: Annotated[str, Field(pattern=r"^\w[\w .-]{0,59}$")]
+    name: DesignName
     """What it is called, and its folder."""
     design: ElastomerDesign
     rig: Rig
@@ -37,7 +38,7 @@ class CompareConfig(StudyConfig):
     """Settings of the study: its own design and rig are the first that is compared."""
 
     kind: Literal["compare"]
-    name: str = ITSELF
+    name: DesignName = ITSELF
     """What the first design is called."""
     study: dict[str, Any]
     """The study that every design does, a table as in its own file; a file may give its name instead."""
@@ -46,23 +47,28 @@ class CompareConfig(StudyConfig):
     list of `design.key=value` and `rig.key=value`."""
 
     @classmethod
+    def of_another_design(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Content without the name of the design that stood in the file."""
+        return {key: value for key, value in data.items() if key != "name"}
+
+    @classmethod
     def completed(cls, data: dict[str, Any], *, folder: Path, quick: bool) -> dict[str, Any]:
         """The file's content with the compared study and all designs in place."""
-        inner = named_table(data.get("study"), "study", folder)
-        small = inner.pop("quick", {})
-        inner = merged(inner, small) if quick else inner
-        inner = merged(inner, data.pop("study_changes", {}))
+        inner = without_small_form(named_table(data.get("study"), "study", folder), source="study", quick=quick)
+        inner = merged(inner, _changes(data.pop("study_changes", {})))
         kind = str(inner.get("kind", ""))
         if kind == "compare":
             msg = "study = 'compare' is not allowed: a comparison compares another study"
             raise ConfigError(msg)
         inner = study_class(kind).settings.completed(inner, folder=folder, quick=quick)
         first = {"design": data["design"], "rig": data["rig"]}
-        others = [_compared(each, first, folder) for each in data.get("others", [])]
-        name = data["design"] if isinstance(data.get("design"), str) else data.get("name", ITSELF)
-        return data | {
-            "study": {key: value for key, value in inner.items() if key not in GIVEN}, "others": others,
-            "name": Path(name).stem,
+        others = data.get("others", [])
+        if not isinstance(others, list):
+            msg = f"others = {others!r} is not allowed: must be a list of designs, names or tables"
+            raise ConfigError(msg)
+        return {"name": _name_of(data["design"])} | data | {
+            "study": {key: value for key, value in inner.items() if key not in GIVEN},
+            "others": [_compared(each, first, folder) for each in others],
         }  # fmt: skip
 
 
@@ -153,19 +159,40 @@ def renamed(matrix: Matrix, design: str) -> Matrix:
 def _compared(each: object, first: dict[str, Any], folder: Path) -> dict[str, Any]:
     """A further design from its name or its table; the first one with its changes where it names none."""
     if not isinstance(each, str | dict):
-        msg = f"designs holds {each!r}; each must be a name or a table with a design"
+        msg = f"others holds {each!r}, which is not allowed: must be a name or a table"
         raise ConfigError(msg)
     table: dict[str, Any] = {"design": each} if isinstance(each, str) else dict(each)
     if "design" not in table:
         table = first | table
     named = table.get("design")
-    table.setdefault("name", Path(named).stem if isinstance(named, str) else ITSELF)
+    table.setdefault("name", _name_of(named))
     table.setdefault("rig", usual_rig(named))
     changes = table.pop("changes", [])
     if not isinstance(changes, list) or not all(isinstance(one, str) for one in changes):
         msg = f"changes = {changes!r} is not allowed; must be a list of settings such as 'design.skin_mm=1'"
         raise ConfigError(msg)
     return in_place(table, folder, changes)
+
+
+def _name_of(design: object) -> str:
+    """What a design is called that has no name of its own: as its file, where it is one."""
+    return Path(design).stem if isinstance(design, str) else ITSELF
+
+
+def _changes(found: object) -> dict[str, Any]:
+    """The changes of the compared study.
+
+    Raises:
+        ConfigError: They are no table, or change what the comparison gives.
+    """
+    if not isinstance(found, dict):
+        msg = f"study_changes = {found!r} is not allowed: must be a table of settings of the compared study"
+        raise ConfigError(msg)
+    for key in GIVEN:
+        if key in found:
+            msg = f"study_changes.{key} = {found[key]!r} is not allowed: must be a setting of the compared study alone"
+            raise ConfigError(msg)
+    return found
 
 
 def _study_of(config: CompareConfig, each: Compared) -> Study:

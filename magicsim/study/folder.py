@@ -3,6 +3,8 @@
 from magicsim.workers.run_folder import CONFIG, RunFolder, RunIndex
 
 INDEX, RESULTS, REPORT = "study.json", "results.json", "report.html"
+DATA, MODELS, PIECES, TABLES = "data", "models", "pieces", "tables"
+"""Folders below it: datasets, what is learned, pieces of other stages, and the result as Parquet."""
 
 
 class StudyIndex(RunIndex):

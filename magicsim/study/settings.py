@@ -30,6 +30,11 @@ class StudyConfig(Config):
     """Longest time for one attempt at a part of the work [s]."""
 
     @classmethod
+    def of_another_design(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Content of a file whose own design, a table, has been replaced by one that was named."""
+        return data
+
+    @classmethod
     def completed(cls, data: dict[str, Any], *, folder: Path, quick: bool) -> dict[str, Any]:
         """The file's content with what this kind of study names, such as a recipe, put in place.
 

@@ -48,10 +48,13 @@ def load_study(
         msg = f"{path.name}: kind is missing; available: {', '.join(sorted(kinds))}"
         raise ConfigError(msg)
     found = study_class(kind, kinds)
+    own = data.get("design")
     if design is not None:
         data["design"] = design
     first = [each for each in overrides if "." not in each.partition("=")[0]]
     data = apply_overrides(data, first)
+    if isinstance(own, Mapping) and isinstance(data.get("design"), str) and not _is_set("name", first):
+        data = found.settings.of_another_design(data)
     data.setdefault("design", DESIGN)
     if "rig" not in data:
         data["rig"] = usual_rig(data["design"])
@@ -64,18 +67,31 @@ def load_study(
     return study
 
 
+def _is_set(key: str, overrides: Sequence[str]) -> bool:
+    return any(each.partition("=")[0].strip() == key for each in overrides)
+
+
 def read_study(path: Path, *, quick: bool) -> dict[str, Any]:
     """Content of a study's file, in its small form or without it.
 
     Raises:
         ConfigError: The file cannot be read.
     """
-    data = read_with_paths(path)
-    small = data.pop(QUICK, {})
+    return without_small_form(read_with_paths(path), source=path.name, quick=quick)
+
+
+def without_small_form(data: Mapping[str, Any], *, source: str, quick: bool) -> dict[str, Any]:
+    """Content of a study's file with its table `quick` put over the rest, or left out.
+
+    Raises:
+        ConfigError: That is no table.
+    """
+    rest = {key: value for key, value in data.items() if key != QUICK}
+    small = data.get(QUICK, {})
     if not isinstance(small, Mapping):
-        msg = f"{path.name}: {QUICK} = {small!r} is not allowed: must be a table"
+        msg = f"{source}: {QUICK} = {small!r} is not allowed: must be a table"
         raise ConfigError(msg)
-    return merged(data, small) if quick else data
+    return merged(rest, small) if quick else rest
 
 
 def merged(data: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

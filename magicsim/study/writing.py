@@ -10,13 +10,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.folder.ledger import Ledger
-from magicsim.study.folder import REPORT, RESULTS
+from magicsim.study.folder import REPORT, RESULTS, TABLES
 from magicsim.study.page import render_page
 from magicsim.study.protocol import Study
 from magicsim.study.result import StudyResult, Table
-
-TABLES = "tables"
-"""Folder of the Parquet files."""
 
 
 def write_result(ledger: Ledger, study: Study, found: StudyResult) -> None:

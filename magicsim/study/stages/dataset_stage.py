@@ -11,10 +11,8 @@ from magicsim.dataset.recipes.estimate import estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import OutputError
 from magicsim.folder.lock import LOCK
+from magicsim.study.folder import DATA
 from magicsim.study.protocol import Workshop
-
-DATA = "data"
-"""Folder of the datasets, below the study's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,14 +9,13 @@ from magicsim.errors import OutputError
 from magicsim.folder.ledger import WORK
 from magicsim.learn.fitting import ANSWERS, MODEL, Also, Fit, FitOutcome, FitTask, Read, fit_stretch, prepare_learning
 from magicsim.learn.settings import LearningSettings
+from magicsim.study.folder import MODELS
 from magicsim.study.protocol import Workshop
 from magicsim.study.stages.dataset_stage import dataset_folder
 from magicsim.workers.log import log_failures
 from magicsim.workers.outcome import Outcome
 from magicsim.workers.tasks import run_tasks
 
-MODELS = "models"
-"""Folder of what is learned, below the study's."""
 START_S = 6.0
 """Core seconds that a stretch needs to load PyTorch and the frames."""
 PIXEL_S = {"small": 2e-7, "resnet18": 5e-6}

@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.errors import OutputError
+from magicsim.study.folder import PIECES
 from magicsim.study.protocol import Workshop
 from magicsim.workers.attempt import Prepare
 from magicsim.workers.log import log_failures
 from magicsim.workers.outcome import FailureKind, Outcome
 from magicsim.workers.tasks import run_tasks
 from magicsim.workers.threads import bound_threads
-
-PIECES = "pieces"
-"""Folder of the pieces, below the study's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
