@@ -4,19 +4,23 @@
 
 Each state of each object before the default sensor in each room is rendered once and photographed `DRAWS` times. Told
 are, by the profile `calibrated`: the share of photographs called Touched against depth and force, and called
-Approaching against the gap, with Wilson's 95 % intervals; and what the measure S itself can do in that room: the
-smallest depth from which on at least 90 % of photographs have an S below the level that the untouched sensor falls
-below once an hour (normal law of 60 photographs at rest, 15 frames a second). Writes detection-curves.json and .png.
+Approaching against the gap, with Wilson's 95 % intervals; and what the measure S itself can do in that room: the share
+of photographs whose S is below the level that the untouched sensor falls below once an hour (normal law of 60
+photographs at rest, 15 frames a second), and below that of the same object at the gap at which it looks most like a
+touch. The smallest touches are those from which on 90 % are called Touched, and below the level beside near frames.
+Writes detection-curves.json and .png.
 """
 
 import argparse
 import json
 from dataclasses import asdict, dataclass, replace
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+import numpy.typing as npt
 from scipy.stats import binomtest, norm
 
 from magicsim.camera.exposure import Exposure, FloatImage, Frame, expose, meter
@@ -62,7 +66,9 @@ class CurveRow:
     similarity: float
     """Median S."""
     below_hourly: float
-    """Share of photographs whose S is below the level of one false alarm an hour."""
+    """Share of photographs whose S is below the level of one false alarm an hour of the untouched sensor."""
+    below_near: float | None
+    """Below that of the same object before contact; None before contact."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,6 +77,8 @@ class SmallestTouch:
 
     room: str
     object: str
+    told_by: str
+    """`verdict` of the profile, or `S` below its level beside near frames."""
     depth_mm: float | None
     """None where no depth of the series suffices."""
     force_n: float | None
@@ -89,7 +97,7 @@ def measure(profile: DetectorProfile) -> list[CurveRow]:
             frame = profile.reference_count
             still = [detect(shoot(rest, frame + number), references, profile).similarity for number in range(AT_REST)]
             frame += AT_REST
-            hourly = np.mean(still) + norm.ppf(1 / AN_HOUR) * np.std(still, ddof=1)
+            hourly, beside_near = _hourly_level(still), np.inf
             deformation = sensor.rest
             for gap in (*GAPS_MM, *(-depth for depth in DEPTHS_MM)):
                 state = replace(UNTOUCHED, gap_mm=gap)
@@ -100,6 +108,9 @@ def measure(profile: DetectorProfile) -> list[CurveRow]:
                 radiance = sensor.radiance(state, deformation)
                 said = [detect(shoot(radiance, frame + number), references, profile) for number in range(DRAWS)]
                 frame += DRAWS
+                similarities = np.array([each.similarity for each in said])
+                if gap > 0:
+                    beside_near = min(beside_near, _hourly_level(similarities))
                 near = sum(each.proximity == Proximity.APPROACHING for each in said)
                 touch = sum(each.combined == Contact.TOUCHED for each in said)
                 interval = binomtest(touch if gap < 0 else near, DRAWS).proportion_ci(method="wilson")
@@ -107,8 +118,9 @@ def measure(profile: DetectorProfile) -> list[CurveRow]:
                     CurveRow(
                         room=room, object=name, gap_mm=gap, force_n=float(np.linalg.norm(deformation.force_n)),
                         approaching=near / DRAWS, touched=touch / DRAWS, low=interval.low, high=interval.high,
-                        similarity=float(np.median([each.similarity for each in said])),
-                        below_hourly=float(np.mean([each.similarity < hourly for each in said])),
+                        similarity=float(np.median(similarities)),
+                        below_hourly=float(np.mean(similarities < hourly)),
+                        below_near=float(np.mean(similarities < beside_near)) if gap < 0 else None,
                     )
                 )  # fmt: skip
                 print(json.dumps(asdict(rows[-1])), flush=True)
@@ -119,19 +131,22 @@ def _photograph(radiance: FloatImage, frame: int, *, exposure: Exposure, camera:
     return expose(radiance, exposure, camera, seed=5, frame=frame)
 
 
+def _hourly_level(similarities: npt.ArrayLike) -> float:
+    """What S of frames like these falls below once an hour, by a normal law."""
+    return float(np.mean(similarities) + norm.ppf(1 / AN_HOUR) * np.std(similarities, ddof=1))
+
+
 def smallest_touches(rows: list[CurveRow]) -> list[SmallestTouch]:
-    """Depth from which on all deeper states are below the hourly level as often as wanted."""
+    """Depth from which on all deeper states are told as often as wanted."""
     found = []
     for room in ROOMS:
         for name in OBJECTS:
-            enough = None
             touched = [row for row in rows if (row.room, row.object) == (room, name) and row.gap_mm < 0]
-            for row in sorted(touched, key=lambda each: each.gap_mm):  # the deepest first
-                if row.below_hourly < WANTED:
-                    break
-                enough = row
-            depth, force = (None, None) if enough is None else (-enough.gap_mm, enough.force_n)
-            found.append(SmallestTouch(room=room, object=name, depth_mm=depth, force_n=force))
+            deepest_first = sorted(touched, key=lambda each: each.gap_mm)
+            for told_by, share in (("verdict", "touched"), ("S", "below_near")):
+                told = list(takewhile(lambda row, share=share: getattr(row, share) >= WANTED, deepest_first))
+                depth, force = (-told[-1].gap_mm, told[-1].force_n) if told else (None, None)
+                found.append(SmallestTouch(room=room, object=name, told_by=told_by, depth_mm=depth, force_n=force))
     return found
 
 
