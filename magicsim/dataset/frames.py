@@ -11,14 +11,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
 from magicsim.dataset.export.source import BYTES, MATRIX, Source, open_dataset
 from magicsim.dataset.features import Column
-from magicsim.errors import ConfigError, unknown_choice
+from magicsim.dataset.manifest import check_size
+from magicsim.dataset.png import decoded_png
+from magicsim.errors import ConfigError, OutputError, unknown_choice
 from magicsim.folder import result_file
 
 Array = npt.NDArray[Any]
@@ -31,6 +32,8 @@ GROUPS = {"episode": "episode", "unit": "sensor", "object": "object_kind"}
 """What may not be in two splits, and the column that tells."""
 KEPT = "MAGICSIM_FRAMES"
 """Environment variable that names the folder of the copies."""
+COPIED = "compared 1 "
+"""What the names of copies begin with before they are hashed; earlier ones may be of shards that had changed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,9 +58,10 @@ class FrameTable:
 
         Raises:
             IndexError: There is no such row.
+            OutputError: A picture cannot be decoded.
         """
         row = int(self.rows[number])
-        return {column.name: _value(column, self._table[column.name][row]) for column in self.columns}
+        return {column.name: self._value(column, row) for column in self.columns}
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """All rows in order."""
@@ -132,6 +136,16 @@ class FrameTable:
         part = np.searchsorted(ends, place, side="right")[member]
         return {name: self.where(part == number) for number, name in enumerate(shares)}
 
+    def _value(self, column: Column, row: int) -> Any:  # noqa: ANN401 - as the column has them
+        value = self._table[column.name][row]
+        if column.feature["_type"] != BYTES:
+            return _plain_value(column, value)
+        pixels = decoded_png(value["bytes"].as_py())
+        if pixels is None:
+            msg = f"'{self.path}', a copy of a dataset: {column.name} of row {row} is no PNG that can be decoded"
+            raise OutputError(msg)
+        return pixels > 0 if pixels.ndim == 2 else pixels  # noqa: PLR2004
+
     def _plain(self, name: str) -> Array:
         return np.array(self._table[name].take(pa.array(self.rows)).to_pylist())
 
@@ -151,7 +165,8 @@ def open_frames(folder: Path | str, columns: Sequence[str] | None = None, *, kee
         keep: Folder of the copy that is mapped; `MAGICSIM_FRAMES`, or `~/.cache/magicsim/frames`, by default.
 
     Raises:
-        OutputError: There is no finished dataset, or the copy cannot be written.
+        OutputError: There is no finished dataset, a shard is missing or not as it was written, or the copy cannot be
+            written.
         ConfigError: There is no such column.
     """
     source = open_dataset(Path(folder))
@@ -178,10 +193,13 @@ def _copied(source: Source, columns: Sequence[Column], keep: Path) -> Path:
     """The Arrow file with some columns of a dataset, made where it is not there yet."""
     hashes = "".join(f"{entry.file}{entry.sha256}" for split in source.splits for entry in source.shards(split))
     names = ",".join(column.name for column in columns)
-    path = keep / f"{hashlib.sha256(f'{hashes}{names}'.encode()).hexdigest()[:32]}.arrow"
-    if path.is_file():
-        return path
+    path = keep / f"{hashlib.sha256(f'{COPIED}{hashes}{names}'.encode()).hexdigest()[:32]}.arrow"
     schema = pa.schema([pa.field(each.name, each.arrow) for each in columns])
+    if _is_whole(path, schema, sum(source.rows(split) for split in source.splits)):
+        for split in source.splits:
+            for shard in source.shards(split):
+                check_size(source.folder, shard.file, shard.listed)
+        return path
     with result_file(path) as partial, pa.OSFile(str(partial), "wb") as sink, pa.ipc.new_file(sink, schema) as writer:
         for split in source.splits:
             for shard in source.shards(split):
@@ -190,10 +208,20 @@ def _copied(source: Source, columns: Sequence[Column], keep: Path) -> Path:
     return path
 
 
-def _value(column: Column, value: pa.Scalar) -> Any:  # noqa: ANN401 - as the column has them
+def _is_whole(path: Path, schema: pa.Schema, rows: int) -> bool:
+    """Whether a copy is there, with these columns and so many rows."""
+    if not path.is_file():
+        return False
+    try:
+        with pa.memory_map(str(path)) as mapped:
+            found = pa.ipc.open_file(mapped).read_all()
+            return bool(found.schema == schema and found.num_rows == rows)
+    except (pa.ArrowException, OSError):
+        return False
+
+
+def _plain_value(column: Column, value: pa.Scalar) -> Any:  # noqa: ANN401 - as the column has them
     kind = column.feature["_type"]
-    if kind == BYTES:
-        return _pixels(value["bytes"])
     if kind == MATRIX:
         inner = value.values
         return np.asarray(inner.flatten().to_numpy(zero_copy_only=False)).reshape(len(inner), -1)
@@ -202,10 +230,3 @@ def _value(column: Column, value: pa.Scalar) -> Any:  # noqa: ANN401 - as the co
         return np.array(found if found is not None else column.empty)
     found = value.as_py()
     return column.empty if found is None else found
-
-
-def _pixels(png: pa.Scalar) -> Array:
-    """Pixels of a PNG: (rows, columns, 3) RGB of a frame, (rows, columns) of a mask, true where it touches."""
-    found = cv2.imdecode(np.frombuffer(png.as_buffer(), np.uint8), cv2.IMREAD_UNCHANGED)
-    assert found is not None
-    return found > 0 if found.ndim == 2 else cv2.cvtColor(found, cv2.COLOR_BGR2RGB)  # noqa: PLR2004

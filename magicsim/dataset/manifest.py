@@ -1,5 +1,6 @@
 """What a dataset's folder holds, with the hash of every file: `manifest.json`."""
 
+import hashlib
 from pathlib import Path, PurePosixPath
 from typing import Literal, Self
 
@@ -27,6 +28,11 @@ class ShardEntry(Config):
     size: int
     """Bytes."""
     sha256: str
+
+    @property
+    def listed(self) -> Listed:
+        """What the file was when it was written."""
+        return Listed(sha256=self.sha256, size=self.size)
 
 
 class FailedEpisode(Config):
@@ -72,7 +78,7 @@ class Manifest(Config):
 
     def listed(self) -> dict[str, Listed]:
         """What every other file was when it was written, by name."""
-        shards = {entry.file: Listed(sha256=entry.sha256, size=entry.size) for entry in self.shards}
+        shards = {entry.file: entry.listed for entry in self.shards}
         return {name: Listed(sha256=digest) for name, digest in self.files.items()} | shards
 
 
@@ -90,6 +96,47 @@ def read_manifest(folder: Path) -> Manifest | None:
     except (ValueError, OSError) as error:
         msg = f"'{path}' is not a manifest of magicsim: {error}"
         raise OutputError(msg) from None
+
+
+def check_size(folder: Path, name: str, listed: Listed) -> None:
+    """Refuses a file that is missing or is longer or shorter than its manifest lists, without reading it.
+
+    Raises:
+        OutputError: It names the file.
+    """
+    path = folder / name
+    if not path.is_file():
+        msg = f"'{path}' is missing, and {MANIFEST} lists it: put it back, or make the dataset again"
+        raise OutputError(msg)
+    if listed.size not in {None, path.stat().st_size}:
+        raise OutputError(_changed(path, f"has {path.stat().st_size} bytes, and {MANIFEST} lists {listed.size}"))
+
+
+def listed_content(folder: Path, name: str, listed: Listed) -> bytes:
+    """Content of a file, which must be what the manifest lists.
+
+    Args:
+        folder: Of the dataset.
+        name: Of the file below it.
+        listed: What the manifest says of it.
+
+    Raises:
+        OutputError: It is missing, cannot be read, or has changed; the message names it.
+    """
+    check_size(folder, name, listed)
+    path = folder / name
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        msg = f"'{path}' cannot be read: {error.strerror or error}"
+        raise OutputError(msg) from None
+    if hashlib.sha256(content).hexdigest() != listed.sha256:
+        raise OutputError(_changed(path, f"its SHA-256 is not the one in {MANIFEST}"))
+    return content
+
+
+def _changed(path: Path, how: str) -> str:
+    return f"'{path}' is not as it was written ({how}): put it back, or make the dataset again"
 
 
 def is_unchanged(folder: Path) -> bool:

@@ -7,6 +7,9 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from magicsim.dataset.manifest import MANIFEST, ShardEntry, listed_content
+from magicsim.errors import OutputError
+
 ROWS_A_GROUP = 100
 """Most rows in a row group: what a reader of single rows has to decode."""
 SPLIT_STREAMS = ("depth_map_mm.list.element.list.element", "displacements_mm.list.element.list.element")
@@ -65,6 +68,31 @@ def read_episodes(path: Path, wanted: set[int]) -> Iterator[tuple[int, pa.Table]
     episodes = whole["episode"].to_pylist()
     for episode in sorted(wanted & set(episodes)):
         yield episode, whole.slice(episodes.index(episode), episodes.count(episode)).combine_chunks()
+
+
+def read_shard(folder: Path, entry: ShardEntry, schema: pa.Schema) -> pa.Table:
+    """Rows of a finished shard, whose bytes must be those that the manifest lists.
+
+    Args:
+        folder: Of the dataset.
+        entry: The shard.
+        schema: Of the result.
+
+    Raises:
+        OutputError: It is missing, has changed, or holds other rows or columns; the message names it.
+    """
+    content = listed_content(folder, entry.file, entry.listed)
+    try:
+        with pq.ParquetFile(pa.BufferReader(content)) as file:
+            found = as_schema(file.read(), schema)
+    except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
+        reason = str(error.args[0] if error.args else error).partition("\n")[0]
+        msg = f"'{folder / entry.file}' does not hold the rows of this dataset: {reason}"
+        raise OutputError(msg) from None
+    if found.num_rows != entry.rows:
+        msg = f"'{folder / entry.file}' holds {found.num_rows} rows, and {MANIFEST} lists {entry.rows}"
+        raise OutputError(msg)
+    return found
 
 
 def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:

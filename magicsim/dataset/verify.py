@@ -4,16 +4,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.dataset.layout import Layout
 from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, is_unchanged, read_manifest
+from magicsim.dataset.png import decoded_png
 from magicsim.dataset.preview.preview_files import PREVIEW_FILES, changed_preview
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
-from magicsim.detectors.sources.image_header import HEAD_BYTES, MAX_PIXELS, image_size
 from magicsim.errors import MagicsimError, OutputError
 from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import WORK
@@ -159,7 +158,7 @@ def _rows(file: pq.ParquetFile, entry: ShardEntry, config_hash: str) -> Iterator
         for name in ("image", "contact_mask"):
             if name in file.schema_arrow.names:
                 images = file.read_row_group(number, columns=[name])[name].to_pylist()
-                if any(not _decodes(each["bytes"]) for each in images):
+                if any(each is None or decoded_png(each["bytes"]) is None for each in images):
                     yield f"{name}: a PNG of row group {number} cannot be decoded"
 
 
@@ -170,11 +169,3 @@ def _taxels(table: pa.Table) -> Iterator[str]:
         expected = np.array(table[whole].to_pylist())
         if not np.allclose(total, expected, rtol=TAXEL_ROUNDING, atol=TAXEL_ROUNDING):
             yield f"holds rows whose {taxels} does not add up to {whole}"
-
-
-def _decodes(png: bytes) -> bool:
-    """Whether the bytes are a picture, of a size that may be decoded at all."""
-    columns, rows = image_size(png[:HEAD_BYTES]) or (0, 0)
-    if not 0 < columns * rows <= MAX_PIXELS:
-        return False
-    return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED) is not None

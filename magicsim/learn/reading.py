@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.dataset.export.source import decoded, open_dataset
+from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.sources.source import read_source, source_kind
 from magicsim.errors import ConfigError
@@ -74,7 +74,7 @@ def _dataset_frames(folder: Path, reader: FrameReader) -> Iterator[tuple[str, Fr
     for split in source.splits:
         for shard in source.shards(split):
             for table in source.episodes(shard):
-                images = [decoded(each) for each in table["image"].to_pylist()]
+                images = source.pictures(table, "image")
                 untouched = np.array(table["is_reference"].to_pylist(), bool)
                 episode = table["episode"][0].as_py()
                 for image in images[:1]:

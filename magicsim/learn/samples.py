@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from magicsim.dataset.export.source import open_dataset
+from magicsim.dataset.export.source import Source, open_dataset
 
 Images = npt.NDArray[np.float32]
 Numbers = npt.NDArray[np.float64]
@@ -110,7 +110,7 @@ def read_samples(
         masks: Whether it needs contact masks.
 
     Raises:
-        OutputError: There is no finished dataset.
+        OutputError: There is no finished dataset, or a file of it is not as it was written.
     """
     source = open_dataset(folder)
     wanted = ["image", "episode", "sensor", "is_reference", *columns, *(["contact_mask"] if masks else [])]
@@ -118,7 +118,7 @@ def read_samples(
     for split in source.splits:
         for shard in source.shards(split):
             for table in source.episodes(shard):
-                rows = _decoded(table.select(list(dict.fromkeys(wanted))), long_side_px)
+                rows = _decoded(source, table.select(list(dict.fromkeys(wanted))), long_side_px)
                 is_reference = np.array(rows.columns["is_reference"], bool)
                 reference = rows.images[is_reference].mean(0, keepdims=True)
                 found = choose(rows)
@@ -156,17 +156,11 @@ def reduced(image: npt.NDArray[np.uint8], long_side_px: int) -> Images:
     return np.asarray(cv2.resize(image.astype(np.float32), size, interpolation=cv2.INTER_AREA), np.float32)
 
 
-def _decoded(table: pa.Table, long_side_px: int) -> EpisodeRows:
+def _decoded(source: Source, table: pa.Table, long_side_px: int) -> EpisodeRows:
     plain = [name for name in table.column_names if name not in {"image", "contact_mask"}]
-    masks = table["contact_mask"].to_pylist() if "contact_mask" in table.column_names else []
+    masks = source.pictures(table, "contact_mask") if "contact_mask" in table.column_names else []
     return EpisodeRows(
         columns={name: table[name].to_pylist() for name in plain},
-        images=np.stack([reduced(_pixels(each["bytes"]), long_side_px) for each in table["image"].to_pylist()]),
-        masks=[_pixels(each["bytes"]) > 0 for each in masks],
+        images=np.stack([reduced(each, long_side_px) for each in source.pictures(table, "image")]),
+        masks=[each > 0 for each in masks],
     )
-
-
-def _pixels(png: bytes) -> npt.NDArray[Any]:
-    found = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
-    assert found is not None
-    return cv2.cvtColor(found, cv2.COLOR_BGR2RGB) if found.ndim == 3 else found  # noqa: PLR2004

@@ -92,8 +92,9 @@ def test_stored_frames_are_those_that_the_detectors_see(tmp_path: Path):
 
 
 def test_a_dataset_has_the_rows_of_the_simulated_scene():
+    from dataset.fakes import decoded
+
     from magicsim.dataset.columns import columns_of
-    from magicsim.dataset.export.source import decoded
     from magicsim.dataset.recipes.draw import draw_episodes
     from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.dataset.sample import SampleTask, simulate_sample

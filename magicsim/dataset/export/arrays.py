@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, decoded, numbers
+from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, numbers
 from magicsim.dataset.features import Column
+from magicsim.dataset.manifest import SENSORS
 
 LARGE = 256
 """Numbers in a row from which on it is stored by itself."""
@@ -51,7 +52,7 @@ def fill(source: Source, split: str, put: Callable[[str, slice, Any], None]) -> 
     for table in _tables(source, split):
         rows = slice(done, done + table.num_rows)
         for column in source.columns:
-            put(column.name, rows, _values(table, column, specs[column.name]))
+            put(column.name, rows, _values(source, table, column, specs[column.name]))
         done = rows.stop
 
 
@@ -69,7 +70,8 @@ def _nodes(source: Source) -> int:
 
     if not any(column.feature["_type"] == MATRIX for column in source.columns):
         return 0
-    lattices = pq.read_table(source.folder / "sensors.parquet", columns=["lattice_nodes_mm"])["lattice_nodes_mm"]
+    content = pa.BufferReader(source.content(SENSORS))
+    lattices = pq.read_table(content, columns=["lattice_nodes_mm"])["lattice_nodes_mm"]
     return max(len(each) for each in lattices.to_pylist())
 
 
@@ -87,10 +89,10 @@ def _spec(column: Column, size: tuple[int, int], nodes: int) -> ArraySpec:
     return ArraySpec(name=column.name, shape=shape, dtype=dtype, meaning=column.meaning)
 
 
-def _values(table: pa.Table, column: Column, spec: ArraySpec) -> npt.NDArray[Any] | list[str]:
+def _values(source: Source, table: pa.Table, column: Column, spec: ArraySpec) -> npt.NDArray[Any] | list[str]:
     kind = column.feature["_type"]
     if kind == BYTES:
-        return np.stack([decoded(value) for value in table[column.name].to_pylist()])
+        return np.stack(source.pictures(table, column.name))
     if kind == MATRIX:
         filled = np.full((table.num_rows, *spec.shape), np.nan, spec.dtype)
         for place, matrix in enumerate(numbers(table, column)):

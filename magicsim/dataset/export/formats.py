@@ -1,5 +1,6 @@
 """Writes a dataset in another library's layout."""
 
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,7 +36,8 @@ def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
         layout: Which library's.
 
     Raises:
-        OutputError: There is no finished dataset, or the target exists or cannot be written.
+        OutputError: There is no finished dataset or a file of it is not as it was written, or the target exists, is
+            inside of the dataset or cannot be written.
         ConfigError: The layout's library is not installed, or needs more than is known of recorded frames.
     """
     start = time.perf_counter()
@@ -44,6 +46,9 @@ def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
         others = ", ".join(each for each in get_args(Format) if each not in OF_SIMULATED)
         msg = f"format = {layout} is not allowed for recorded frames, whose calibration is not known: must be {others}"
         raise ConfigError(msg)
+    if Path(os.path.realpath(out)).is_relative_to(os.path.realpath(folder)):
+        msg = f"output folder '{out}' is inside of the dataset '{folder}'; name a folder elsewhere"
+        raise OutputError(msg)
     if out.exists():
         msg = f"output folder '{out}' exists; name a new folder"
         raise OutputError(msg)

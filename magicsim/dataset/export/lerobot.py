@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from magicsim.dataset.export.source import Source, decoded
+from magicsim.dataset.export.source import Source
 from magicsim.dataset.features import Column, image, schema_of_columns
 
 IMAGE, STATE = "observation.images.tactile", "observation.state"
@@ -81,7 +81,7 @@ def write_lerobot(source: Source, folder: Path) -> None:
             with pq.ParquetWriter(path, schema, compression="zstd") as writer:
                 for table in source.episodes(shard):
                     rows = _rows(table, len(episodes), first, paths)
-                    moments = _moments(rows)
+                    moments = _moments(rows, source.pictures(table, "image"))
                     whole = {name: whole[name].plus(each) if whole else each for name, each in moments.items()}
                     arrays = [pa.array(rows[column.name], column.arrow) for column in columns]
                     writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
@@ -126,8 +126,8 @@ def _rows(table: pa.Table, episode: int, first: int, paths: list[str]) -> dict[s
     }
 
 
-def _moments(rows: dict[str, Any]) -> dict[str, Moments]:
-    pixels = np.concatenate([decoded(value).reshape(-1, 3) for value in rows[IMAGE]]) / 255
+def _moments(rows: dict[str, Any], frames: list[npt.NDArray[np.uint8]]) -> dict[str, Moments]:
+    pixels = np.concatenate([each.reshape(-1, 3) for each in frames]) / 255
     found = {IMAGE: Moments.of(pixels), STATE: Moments.of(np.stack(rows[STATE]))}
     return found | {name: Moments.of(np.array(rows[name])[:, None]) for name in ("timestamp", *COUNTERS)}
 

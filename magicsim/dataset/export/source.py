@@ -1,6 +1,5 @@
 """A finished dataset as exporters read it: one episode at a time, in order."""
 
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,14 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-import pyarrow.parquet as pq
-from PIL import Image
 
 from magicsim.dataset.features import Column
-from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, read_manifest
+from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, listed_content, read_manifest
+from magicsim.dataset.png import decoded_png
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.recorded import Recorded, read_recorded
-from magicsim.dataset.shard import as_schema
+from magicsim.dataset.shard import read_shard
 from magicsim.errors import OutputError
 
 BYTES, MATRIX, VECTOR = "Image", "Array2D", "Sequence"
@@ -40,11 +38,12 @@ class Source:
         """What it was drawn from.
 
         Raises:
-            OutputError: Its frames were recorded, and no recipe draws them.
+            OutputError: Its frames were recorded, and no recipe draws them; or the recipe's file has changed.
         """
         if self.recorded is not None:
             msg = f"'{self.folder}' holds recorded frames, which no recipe draws"
             raise OutputError(msg)
+        self.content(CONFIG)
         return load_recipe(self.folder / CONFIG)
 
     @cached_property
@@ -56,11 +55,23 @@ class Source:
             return columns_of(self.recipe)
         return [each for each in recorded_columns() if each.name in self.recorded.table]
 
+    def content(self, name: str) -> bytes:
+        """Content of a file beside the shards, which is compared with the manifest.
+
+        Raises:
+            OutputError: It is missing or not as it was written; the message names it.
+        """
+        listed = self.manifest.listed().get(name)
+        if listed is None:
+            msg = f"'{self.folder / name}' is not listed in {MANIFEST}"
+            raise OutputError(msg)
+        return listed_content(self.folder, name, listed)
+
     @property
     def config_text(self) -> str:
         """The recipe, or the description of recorded frames, as TOML."""
         name = CONFIG if self.recorded is None else self.recorded.description
-        return (self.folder / name).read_text(encoding="utf-8")
+        return self.content(name).decode()
 
     @property
     def frame_size(self) -> tuple[int, int]:
@@ -85,14 +96,37 @@ class Source:
         return [entry for entry in self.manifest.shards if entry.split == split]
 
     def episodes(self, shard: ShardEntry) -> Iterator[pa.Table]:
-        """Rows of each episode of a shard."""
+        """Rows of each episode of a shard, which is compared with the manifest when it is opened.
+
+        Raises:
+            OutputError: The shard is not as it was written; the message names it.
+        """
         from magicsim.dataset.features import schema_of_columns
 
-        with pq.ParquetFile(self.folder / shard.file) as file:
-            whole = as_schema(file.read(), schema_of_columns(self.columns))
+        whole = read_shard(self.folder, shard, schema_of_columns(self.columns))
         numbers = whole["episode"].to_pylist()
         for episode in shard.episodes:
+            if episode not in numbers:
+                msg = f"'{self.folder / shard.file}' holds no row of episode {episode}, which {MANIFEST} lists"
+                raise OutputError(msg)
             yield whole.slice(numbers.index(episode), numbers.count(episode))
+
+    def pictures(self, table: pa.Table, name: str) -> list[npt.NDArray[np.uint8]]:
+        """Pixels of an image column of an episode's rows: (rows, columns, 3) RGB for frames, (rows, columns) for masks.
+
+        Raises:
+            OutputError: One cannot be decoded; the message names the file, the episode and the row.
+        """
+        found = []
+        for row, value in enumerate(table[name].to_pylist()):
+            pixels = decoded_png(value["bytes"] if value is not None else None)
+            if pixels is None:
+                episode = table["episode"][0].as_py()
+                file = next((each.file for each in self.manifest.shards if episode in each.episodes), "")
+                msg = f"'{self.folder / file}': {name} of row {row} of episode {episode} is no PNG that can be decoded"
+                raise OutputError(msg)
+            found.append(pixels)
+        return found
 
     def rows(self, split: str) -> int:
         """Rows of a split."""
@@ -113,11 +147,6 @@ def open_dataset(folder: Path) -> Source:
         msg = f"'{folder}' holds an unfinished dataset; the command that made it finishes it with --resume"
         raise OutputError(msg)
     return Source(folder=folder, manifest=manifest)
-
-
-def decoded(value: dict[str, Any]) -> npt.NDArray[np.uint8]:
-    """Pixels of an image column's value: (rows, columns, 3) for frames, (rows, columns) for masks."""
-    return np.asarray(Image.open(io.BytesIO(value["bytes"])))
 
 
 def numbers(table: pa.Table, column: Column) -> list[npt.NDArray[Any]]:

@@ -13,8 +13,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from magicsim.dataset.export.formats import export_dataset
-from magicsim.dataset.export.source import decoded, open_dataset
+from magicsim.dataset.export.source import open_dataset
 from magicsim.errors import OutputError
+
+from .fakes import decoded
 
 READ_TARS = """
 import json, sys, webdataset

@@ -7,9 +7,10 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from magicsim.dataset.export.source import decoded
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.errors import ConfigError, OutputError
+
+from .fakes import decoded
 
 
 @pytest.fixture

@@ -14,7 +14,6 @@ from scipy.spatial import cKDTree
 
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.dataset.columns import columns_of
-from magicsim.dataset.export.source import decoded
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors
 from magicsim.dataset.sample import SampleTask, simulate_sample
@@ -23,7 +22,7 @@ from magicsim.geometry.objects.kinds import SphereObject
 from magicsim.light.records.untouched_states import shared_states
 from magicsim.workers.options import WorkerOptions
 
-from .fakes import FOLDER, SMALL, content, small_recipe
+from .fakes import FOLDER, SMALL, content, decoded, small_recipe
 
 pytestmark = pytest.mark.slow
 CONSTANTS = {"config_hash": "0", "version": "0", "variant": "0"}

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dataset.fakes import decoded
 
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.export.formats import export_dataset
-from magicsim.dataset.export.source import decoded, open_dataset
+from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.dataset.verify import verify_dataset
