@@ -32,8 +32,9 @@ def estimate(
         raise ConfigError(msg)
     need_torch("estimate")
     from magicsim.learn.reading import estimate_frames
+    from magicsim.learn.samples import FRAME
 
     for each in estimate_frames(model, source, reference=reference, frames=frames):
-        values = {"frame": each.frame, **each.values}
+        values = {FRAME: each.frame, **each.values}
         line = text.dumps(values, allow_nan=False) if json else "; ".join(lines_of(values))
         sys.stdout.write(line + "\n")

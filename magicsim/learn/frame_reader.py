@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.errors import FrameError
-from magicsim.learn.model_file import ModelConfig, read_config
+from magicsim.errors import ConfigError, FrameError
+from magicsim.learn.model_file import ModelConfig, read_model
 from magicsim.learn.samples import Images, Samples, reduced
 
 Frame = npt.NDArray[np.uint8]
@@ -24,10 +25,12 @@ class FrameReader:
             path: File `model.safetensors` of a study.
 
         Raises:
-            ConfigError: It does not exist, or is no model.
+            ConfigError: It does not exist, is no model, or its header says what is not allowed.
         """
-        self.config: ModelConfig = read_config(path)
-        self._content = path.read_bytes()
+        self.path = path
+        self.config: ModelConfig
+        self.config, self._content = read_model(path)
+        self._network: Any = None  # of PyTorch, which only reading needs
 
     def check(self, image: Frame, what: str) -> None:
         """Refuses a frame of another size than the model takes.
@@ -59,13 +62,24 @@ class FrameReader:
             images: As the camera gives them.
             references: What `untouched` gave for the sensor of each frame; zeros where the model takes frames as they
                 are.
-        """
-        from magicsim.learn.training import answer  # PyTorch, which only this needs
 
+        Raises:
+            ConfigError: The file's weights are not those of its network, or answers are not finite.
+        """
+        from magicsim.learn.training import answers_with
+        from magicsim.learn.weights import open_network
+
+        if self._network is None:
+            self._network = open_network(self._content, self.config, source=str(self.path))
         numbers = np.arange(len(images))
         samples = Samples(
             images=np.stack([self.reduced(each) for each in images]), references=np.stack(list(references)),
             reference_of=numbers, targets=np.zeros((len(images), len(self.config.labels))), labels=self.config.labels,
             press=numbers, unit=numbers, features=np.zeros((len(images), 0)), group=numbers,
         )  # fmt: skip
-        return answer(samples, self._content, self.config)
+        with np.errstate(all="ignore"):  # what overflows is told below
+            answers = answers_with(self._network, samples, self.config)
+        if not np.isfinite(answers).all():
+            msg = f"model '{self.path}' has no finite answer: its numbers overflow"
+            raise ConfigError(msg)
+        return answers

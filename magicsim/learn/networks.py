@@ -7,12 +7,20 @@ it is one class without its weights, which are of photographs.
 import torch
 from torch import nn
 
+from magicsim.errors import ConfigError, unknown_choice
 from magicsim.learn.samples import Label
 
 
 def build_network(name: str, outputs: int) -> nn.Module:
-    """A network from images (n, 3, rows, columns) to outputs (n, outputs)."""
-    return ResNet18(outputs) if name == "resnet18" else SmallNetwork(outputs)
+    """A network from images (n, 3, rows, columns) to outputs (n, outputs).
+
+    Raises:
+        ConfigError: There is no network of that name.
+    """
+    networks: dict[str, type[SmallNetwork | ResNet18]] = {"small": SmallNetwork, "resnet18": ResNet18}
+    if name not in networks:
+        raise ConfigError(unknown_choice("network", name, networks))
+    return networks[name](outputs)
 
 
 def output_places(labels: tuple[Label, ...]) -> list[slice]:

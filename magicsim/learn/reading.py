@@ -44,7 +44,8 @@ def estimate_frames(
         frames: Most frames to read.
 
     Raises:
-        ConfigError: The model or a source does not exist, a camera without `frames`, or the reference is missing.
+        ConfigError: The model is missing, damaged or overflows, a source does not exist, a camera without `frames`,
+            or the reference is missing.
         FrameError: Frames have another size than the model takes, or cannot be read.
     """
     reader = FrameReader(model)

@@ -2,31 +2,50 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
+from pydantic import Field, model_validator
 
+from magicsim.config.models import Config
 from magicsim.dataset.export.source import Source, open_dataset
 
 Images = npt.NDArray[np.float32]
 Numbers = npt.NDArray[np.float64]
 Whole = npt.NDArray[np.int64]
+FRAME = "frame"
+"""Key of a frame's name beside its answers."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Label:
+class Label(Config):
     """What a model tells."""
 
-    name: str
-    unit: str = ""
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$")]
+    """Key of the answer; `frame` is that of the frame's name."""
+    unit: Annotated[str, Field(pattern=r"^[ -~]{0,20}$")] = ""
     kind: Literal["number", "flag", "choice"] = "number"
     """A number; whether something is so (0 or 1); or one of some values."""
-    choices: tuple[float, ...] = ()
+    choices: Annotated[tuple[float, ...], Field(max_length=1000)] = ()
     """Values of a choice, ascending."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.name == FRAME:
+            msg = f"name = '{self.name}' is not allowed: it stands for the name of the frame"
+            raise ValueError(msg)
+        if (self.kind == "choice") != bool(self.choices):
+            wanted = "must name at least one" if self.kind == "choice" else f"must be [] of a {self.kind}"
+            msg = f"choices = {list(self.choices)} is not allowed: {wanted}"
+            raise ValueError(msg)
+        if any(later <= earlier for earlier, later in pairwise(self.choices)):
+            msg = f"choices = {list(self.choices)} is not allowed: must ascend"
+            raise ValueError(msg)
+        return self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,6 +7,8 @@ from pydantic import Field
 from magicsim.config.models import Config
 
 Network = Literal["small", "resnet18"]
+Input = Literal["difference", "frame"]
+LongSidePx = Annotated[int, Field(ge=0, le=4096)]
 
 
 class LearningSettings(Config):
@@ -14,9 +16,9 @@ class LearningSettings(Config):
 
     networks: Annotated[tuple[Network, ...], Field(min_length=1)] = ("small",)
     """The first one gives the results; others are trained for the first fold, to compare."""
-    long_side_px: Annotated[int, Field(ge=0, le=4096)] = 80
+    long_side_px: LongSidePx = 80
     """Frames are reduced so that their longer side has so many pixels; 0 keeps the full size."""
-    input: Literal["difference", "frame"] = "difference"
+    input: Input = "difference"
     """Frame minus the untouched reference of the unit, or the frame as it is."""
     epochs: Annotated[int, Field(ge=1, le=10_000)] = 60
     """Most passes over the training frames."""

@@ -18,6 +18,7 @@ from magicsim.learn.outputs import answers_of
 from magicsim.learn.samples import Label, Samples, Whole
 from magicsim.learn.settings import LearningSettings
 from magicsim.learn.splitting import Split
+from magicsim.learn.weights import load_weights, open_network
 
 Numbers = npt.NDArray[np.float64]
 LAST_RATE = 0.01
@@ -71,9 +72,7 @@ def train(
     places = output_places(samples.labels)
     network = build_network(config.network, places[-1].stop)
     if start is not None:
-        from safetensors.torch import load
-
-        network.load_state_dict(load(start))
+        load_weights(network, start)
     network.to(device)
     optimizer = torch.optim.AdamW(
         network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
@@ -122,20 +121,30 @@ def train(
     )
 
 
-def answer(samples: Samples, model: bytes, config: ModelConfig, *, batch: int = 64) -> Numbers:
+def answer(samples: Samples, model: bytes, config: ModelConfig) -> Numbers:
     """A model's answers on all frames, shape (n, labels).
 
     Args:
         samples: Reduced frames of the size that the model takes.
         model: Content of its file.
         config: Its header.
+
+    Raises:
+        ConfigError: Its weights are not those of its network.
+    """
+    return answers_with(open_network(model, config), samples, config)
+
+
+def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig, *, batch: int = 64) -> Numbers:
+    """Answers of a network on all frames, shape (n, labels).
+
+    Args:
+        network: With its weights, see `open_network`.
+        samples: Reduced frames of the size that it takes.
+        config: Header of its file.
         batch: Frames at once.
     """
-    from safetensors.torch import load
-
     torch.set_num_threads(1)
-    network = build_network(config.network, output_places(config.labels)[-1].stop)
-    network.load_state_dict(load(model))
     images = torch.from_numpy(_normalised(samples, config))
     return answers_of(_outputs(network, images, np.arange(len(samples)), batch, torch.device("cpu")), config)
 
