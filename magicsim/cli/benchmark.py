@@ -52,6 +52,7 @@ def evaluate(
         raise ConfigError(msg)
     config = load_suite(suite, settings or [], seed=seed)
     make = find_detector(detector) if detector is not None else built_in(profile)
+    make()  # what cannot be made is told before anything is rendered
     is_whole = detector is None and not quick and on is None
     file = baseline or (default_baseline(suite, profile) if is_whole else None)
     known = load_baseline(file) if file is not None else None

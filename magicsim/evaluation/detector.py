@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -118,7 +118,7 @@ def find_detector(name: str) -> MakeDetector:
         points = {each.name: each for each in entry_points(group=ENTRY_POINTS)}
         if name not in points:
             raise ConfigError(f"{unknown_choice('detector', name, points)}; or give module:Class or file.py:Class")
-        found = points[name].load()
+        found = _tried(points[name].load, f"detector '{name}' cannot be loaded")
     else:
         module = _load_file(module_name) if module_name.endswith(".py") else _load_module(module_name)
         if not hasattr(module, attribute):
@@ -156,23 +156,28 @@ def check_detection(said: object, *, who: str) -> Detection:
 
 
 def _made(name: str, make: Callable[[], object]) -> Detector:
-    try:
-        made = make()
-    except TypeError as error:
-        msg = f"detector '{name}' cannot be made without arguments: {error}"
-        raise ConfigError(msg) from error
+    made = _tried(make, f"detector '{name}' cannot be made without arguments")
     if not isinstance(made, Detector):
         msg = f"detector '{name}' has no methods fit and step"
         raise ConfigError(msg)
     return made
 
 
-def _load_module(name: str) -> ModuleType:
+def _tried(call: Callable[[], Any], problem: str) -> Any:  # noqa: ANN401 - what somebody else's code returns
+    """What a call of somebody else's code returns.
+
+    Raises:
+        ConfigError: Instead of whatever it raises, also where it ends the program: the problem, and what it said.
+    """
     try:
-        return importlib.import_module(name)
-    except (ImportError, TypeError, ValueError) as error:  # no such module, or no name of one
-        msg = f"detector module '{name}' cannot be imported: {error}"
-        raise ConfigError(msg) from error
+        return call()
+    except (Exception, SystemExit) as error:
+        raise ConfigError(f"{problem}: {type(error).__name__}: {error}".removesuffix(": ")) from error
+
+
+def _load_module(name: str) -> ModuleType:
+    module: ModuleType = _tried(lambda: importlib.import_module(name), f"detector module '{name}' cannot be imported")
+    return module
 
 
 def _load_file(path: str) -> ModuleType:
@@ -181,10 +186,6 @@ def _load_file(path: str) -> ModuleType:
     if not is_file(file) or spec is None or spec.loader is None:
         msg = f"detector file '{path}' does not exist"
         raise ConfigError(msg)
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except (ImportError, SyntaxError) as error:
-        msg = f"detector file '{path}' cannot be loaded: {error}"
-        raise ConfigError(msg) from error
+    module, loader = importlib.util.module_from_spec(spec), spec.loader
+    _tried(lambda: loader.exec_module(module), f"detector file '{path}' cannot be loaded")
     return module

@@ -3,17 +3,15 @@
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from magicsim.detectors.scoring.episode import Episode
 from magicsim.detectors.scoring.labels import LABELS, read_labels
 from magicsim.detectors.sources.source import read_image
-from magicsim.errors import ConfigError
+from magicsim.errors import ConfigError, unknown_choice
 from magicsim.frame_class import FrameClass, classify_frame
 from magicsim.judge.recording import TABLE as TRUTH
 from magicsim.judge.recording import read_recording
-from magicsim.judge.table import TABLE
+from magicsim.judge.table import TABLE, read_table
 
 
 def read_episode(folder: Path) -> Episode:
@@ -52,12 +50,9 @@ def _read_recording(folder: Path) -> Episode:
 
 
 def _read_run(folder: Path) -> Episode:
-    try:
-        table = pq.read_table(folder / TABLE, columns=["file", "is_reference", "frame_class"])
-    except (OSError, pa.ArrowException) as error:
-        msg = f"'{folder / TABLE}' cannot be read: {str(error).splitlines()[0]}"
-        raise ConfigError(msg) from error
-    rows = table.to_pylist()
+    rows = read_table(folder, ("file", "is_reference", "frame_class"))
+    for name in {row["frame_class"] for row in rows} - {None, "", *FrameClass}:
+        raise ConfigError(f"'{folder / TABLE}': {unknown_choice('frame_class', name, FrameClass)}")
     scored = [row for row in rows if not row["is_reference"]]
     return Episode(
         references=[read_image(folder / row["file"]) for row in rows if row["is_reference"]],

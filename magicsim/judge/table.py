@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.detectors.verdict import NUMBERS, WORDS
+from magicsim.errors import ConfigError
 from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.taxels import TaxelSettings
 from magicsim.simulation.episode import Episode, SimulatedFrame
@@ -19,6 +20,15 @@ from magicsim.simulation.touch_truth import TOUCH_COLUMNS, touch_columns
 
 TABLE = "episode.parquet"
 """Name of the table in a folder of results."""
+READ = {
+    field.name: field for field in (
+        pa.field("file", pa.string(), nullable=False), pa.field("is_reference", pa.bool_(), nullable=False),
+        pa.field("frame_class", pa.string()), pa.field("gap_mm", pa.float64()),
+        pa.field("force_n", pa.list_(pa.float64(), 3), nullable=False),
+        pa.field("flashlight", pa.bool_(), nullable=False),
+    )
+}  # fmt: skip
+"""Columns that are read back, and whether they may have nulls."""
 
 
 def frame_file(index: int) -> str:
@@ -46,6 +56,27 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
                 row[f"{judgement.profile}_{key}"] = verdict.get(key, math.nan if key in NUMBERS else "")
     schema = _schema(judgements, marked=marked, touch=rows[0] if taxels else {})
     pq.write_table(pa.Table.from_pylist(rows, schema=schema), path, compression="zstd")
+
+
+def read_table(folder: Path, names: Sequence[str]) -> list[dict[str, Any]]:
+    """Rows of the table in a folder of results.
+
+    Args:
+        folder: What `magicsim simulate --out` wrote.
+        names: Columns, of those in `READ`.
+
+    Raises:
+        ConfigError: The table cannot be read, lacks a column, or holds something else there; the message names it.
+    """
+    path, schema = folder / TABLE, pa.schema([READ[name] for name in names])
+    try:
+        found = pq.read_table(path, columns=list(names)).select(list(names)).cast(schema)
+    except (OSError, pa.ArrowException, KeyError, ValueError) as error:
+        reason = str(error.args[-1] if error.args else error).partition("\n")[0]
+        msg = f"'{path}' cannot be read: {reason}"
+        raise ConfigError(msg) from None
+    rows: list[dict[str, Any]] = found.to_pylist()
+    return rows
 
 
 def write_lattice(path: Path, lattice: Lattice) -> None:

@@ -1,4 +1,4 @@
 """Learned models that read frames: data from a dataset's Parquet, training that resumes, files, scores and baselines.
 
-What needs PyTorch (extra `learn`) is in `networks`, `losses`, `training` and `reading`; everything else does without.
+What needs PyTorch (extra `learn`) is in `networks`, `weights`, `losses`, `training` and `reading`; the rest does not.
 """

@@ -13,7 +13,7 @@ EXTRAS = {"felupe", "ngsolve", "netgen", "flip_evaluator", "distributed"}
 """What some modules need and the tests do not install."""
 OPTIONAL = {
     "magicsim.dataset.torch", "magicsim.learn.losses", "magicsim.learn.networks", "magicsim.learn.reading",
-    "magicsim.learn.training",
+    "magicsim.learn.training", "magicsim.learn.weights",
 }  # fmt: skip
 """Modules that need PyTorch, which is asked for before they are loaded."""
 NO_WINDOWS = ("fcntl", "resource", "pwd", "grp", "termios", "posix_ipc")

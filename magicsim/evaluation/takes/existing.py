@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pyarrow.parquet as pq
 
 from magicsim.config.models import validate
 from magicsim.config.toml_paths import read_with_paths
@@ -24,11 +23,11 @@ from magicsim.frame_class import FrameClass
 from magicsim.judge.recorded import read_episode
 from magicsim.judge.recording import TABLE as TRUTH
 from magicsim.judge.recording import read_recording
+from magicsim.judge.table import TABLE as RUN
+from magicsim.judge.table import read_table
 from magicsim.scenes.scene import SceneConfig
 
 Frame = npt.NDArray[np.uint8]
-RUN = "episode.parquet"
-"""Table of a run, see `magicsim.judge.table`."""
 AS_MADE = "as-made"
 """Light, noise and place of frames that exist: those that they were made with."""
 COLUMNS = (
@@ -166,8 +165,7 @@ def labelled_episodes(folder: Path) -> list[Episode]:
 
 
 def _run(folder: Path, scene: SceneConfig) -> Footage:
-    table = pq.read_table(folder / RUN, columns=["file", "is_reference", "gap_mm", "force_n", "flashlight"])
-    rows = table.to_pylist()
+    rows = read_table(folder, ("file", "is_reference", "gap_mm", "force_n", "flashlight"))
     scored = [row for row in rows if not row["is_reference"]]
     references = tuple(row["file"] for row in rows if row["is_reference"])
     _check_references(folder, len(references))

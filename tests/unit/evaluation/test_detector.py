@@ -67,6 +67,25 @@ def test_what_is_no_detector_is_refused(name: str, words: str):
 
 
 @pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        ("1/0", "cannot be loaded: ZeroDivisionError: division by zero"),
+        ("raise SystemExit(7)", "cannot be loaded: SystemExit: 7"),
+        ("import sys\nsys.exit()", "cannot be loaded: SystemExit$"),
+        ("X = (", "cannot be loaded: SyntaxError"),
+        ("class X:\n  def __init__(self): raise KeyError('x')", r"cannot be made without arguments: KeyError: 'x'"),
+        ("class X:\n  def __init__(self): raise SystemExit(7)", "cannot be made without arguments: SystemExit: 7"),
+        ("X = 5", "cannot be made without arguments: TypeError: 'int' object is not callable"),
+    ],
+)
+def test_whatever_a_file_raises_is_one_line(tmp_path: Path, code: str, words: str):
+    (tmp_path / "mine.py").write_text(code)
+    with pytest.raises(ConfigError, match=words) as caught:
+        find_detector(f"{tmp_path / 'mine.py'}:X")()
+    assert "mine.py" in str(caught.value)
+
+
+@pytest.mark.parametrize(
     ("change", "words"),
     [
         ({"proximity": "Nearby"}, "unknown proximity 'Nearby'"),
