@@ -1,6 +1,7 @@
 """Fits a translucent sensor to one real press and predicts two others: `docs/real-frames.json` and its picture.
 
     python benchmarks/real_frames.py
+    python benchmarks/real_frames.py --compare   # SSIM and PSNR of whole frames with the constants of the last fit
 
 The frames in `docs/real-frames` are 9DTact's (MIT). Fitted: scattering, absorption, the coat's reflectance and the
 depth of the press, one set of constants for the untouched frame and the pressed one, on rows through the middle of the
@@ -8,15 +9,18 @@ contact. Depths in between two that are solved are interpolated. Then the same s
 and with a layer thinner by a tenth, is predicted; nothing is compared with that.
 """
 
+import argparse
 import json
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import cv2
 import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
+from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
 from magicsim.deform.deformation import Deformation
 from magicsim.fit.constants import CONSTANTS, with_values
@@ -27,6 +31,11 @@ from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
 FOLDER = Path("docs/real-frames")
+RESULT = FOLDER.parent / "real-frames.json"
+WHOLE = ("render.samples=256", "render.particles=2000000")
+"""Quality of whole frames: SSIM counts the grain of a rendering as structure."""
+MIDDLE_GREY = 128.0
+"""What no change is, where the change by the press is compared as an image."""
 NAMES = ("gel_scattering", "gel_absorption", "coat_reflectance")
 COLUMNS, ROWS, STEP = 92, 69, 5
 MIDDLE_PX, PIXEL_MM = (245, 190), 0.0510
@@ -50,17 +59,22 @@ class Press:
     deformations: tuple[Deformation, ...]
 
 
-def observed(name: str) -> Array:
-    """Mean grey level of the three channels in the strip, shape (8, 92)."""
+def observed_whole(name: str) -> Array:
+    """Mean grey level of the three channels in blocks of 5 x 5 pixels, shape (69, 92)."""
     image = cv2.imread(str(FOLDER / f"{name}.png")).astype(float)
-    small = image.reshape(ROWS, STEP, COLUMNS, STEP, 3).mean((1, 3, 4))
-    return np.asarray(small[FIRST : FIRST + COUNT])
+    return np.asarray(image.reshape(ROWS, STEP, COLUMNS, STEP, 3).mean((1, 3, 4)))
 
 
-def base_scene(*overrides: str) -> SceneConfig:
-    """The press, of which the camera reads eight rows."""
-    read = f"rig.camera.region_px=[0,{FIRST},{COLUMNS},{COUNT}]"
-    camera = [f"rig.camera.columns={COLUMNS}", f"rig.camera.rows={ROWS}", "rig.camera.blur_px=0", read]
+def observed(name: str) -> Array:
+    """The strip of `observed_whole`, shape (8, 92)."""
+    return observed_whole(name)[FIRST : FIRST + COUNT]
+
+
+def base_scene(*overrides: str, is_whole: bool = False) -> SceneConfig:
+    """The press, of which the camera reads eight rows, or all."""
+    camera = [f"rig.camera.columns={COLUMNS}", f"rig.camera.rows={ROWS}", "rig.camera.blur_px=0"]
+    if not is_whole:
+        camera.append(f"rig.camera.region_px=[0,{FIRST},{COLUMNS},{COUNT}]")
     return load_scene(FOLDER / "9dtact.toml", [*camera, "render.samples=128", "render.particles=300000", *overrides])
 
 
@@ -74,7 +88,7 @@ def pressed(scene: SceneConfig, gaps_mm: tuple[float, ...]) -> Press:
 
 
 def images(press: Press, optics: Array, gaps_mm: tuple[float, ...]) -> list[Array]:
-    """Radiance of the strip, untouched and at the depths, each of shape (8, 92)."""
+    """Radiance, untouched and at the depths, each of shape (8, 92), or (69, 92) of a whole frame."""
     values: dict[str, object] = dict(zip((CONSTANTS[name].path for name in NAMES), optics.tolist(), strict=True))
     result = []
     sensor = Sensor.for_scene(with_values(press.scene, values))
@@ -198,9 +212,38 @@ def predict(fitted: Fit, depth_mm: float, *overrides: str) -> tuple[Array, dict[
     return drops[0], told
 
 
+def compared(told: dict[str, Any]) -> dict[str, dict[str, float]]:
+    """SSIM and PSNR of whole frames in blocks of 5 x 5 pixels, as `skimage.metrics` has them, with fitted constants.
+
+    Args:
+        told: What a fit wrote.
+    """
+    constants = {name: each["value"] for name, each in told["constants"].items()}
+    optics = np.array([constants[name] for name in ("sigma_s_per_mm", "absorption_per_mm", "coat_reflectance")])
+    gap = (-constants["depth_mm"],)
+    press = pressed(base_scene(*WHOLE, is_whole=True), gap)
+    seen = [told["strength"] * each for each in images(press, optics, gap)]
+    real = [observed_whole("ref"), observed_whole("sample")]
+    pairs = {"untouched": (real[0], seen[0]), "pressed": (real[1], seen[1])}
+    pairs["change"] = (real[1] - real[0] + MIDDLE_GREY, seen[1] - seen[0] + MIDDLE_GREY)
+    return {
+        name: {
+            "ssim": float(structural_similarity(one, other, data_range=255)),
+            "psnr_db": float(peak_signal_noise_ratio(one, other, data_range=255)),
+        }
+        for name, (one, other) in pairs.items()
+    }
+
+
 def main() -> None:
-    """Fits, predicts, writes."""
+    """Fits, predicts, writes; or compares whole frames."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--compare", action="store_true", help="only compare whole frames, with the last fit")
     activate_variant()
+    if parser.parse_args().compare:
+        told = json.loads(RESULT.read_text(encoding="utf-8"))
+        RESULT.write_text(json.dumps(told | {"whole_frames": compared(told)}, indent=1) + "\n", encoding="utf-8")
+        return
     ref, sample = observed("ref"), observed("sample")
     fitted = fit(pressed(base_scene(), GAPS_MM), ref, sample)
     curves = {
@@ -216,12 +259,13 @@ def main() -> None:
         ("layer thinner by a tenth", -fitted.gap_mm, (thinner,)),
     ):
         curves[f"predicted, {name}"], predictions[name] = predict(fitted, depth, *overrides)
-    told = _told(fitted, curves) | {"predictions": predictions}
-    (FOLDER.parent / "real-frames.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    told: dict[str, Any] = _told(fitted, curves) | {"predictions": predictions}
+    told["whole_frames"] = compared(told)
+    RESULT.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     _plot(curves)
 
 
-def _told(fitted: Fit, curves: dict[str, Array]) -> dict[str, object]:
+def _told(fitted: Fit, curves: dict[str, Array]) -> dict[str, Any]:
     values = [*fitted.optics.tolist(), -fitted.gap_mm]
     scale = [*fitted.optics[:2].tolist(), 1.0, abs(GAPS_MM[1] - GAPS_MM[0])]
     names = ("sigma_s_per_mm", "absorption_per_mm", "coat_reflectance", "depth_mm")

@@ -109,6 +109,7 @@ def fit_profile(
     candidates: Candidates | None = None,
     *,
     margin_sd: float = REST_MARGIN_SD,
+    entropy_margin_sd: float | None = None,
 ) -> Calibration:
     """Choose options and thresholds that maximise the mean of both balanced accuracies on labelled episodes.
 
@@ -124,12 +125,15 @@ def fit_profile(
         candidates: Values to try; the defaults when left out.
         margin_sd: How far tau_e and tau_g stay from the untouched frames of every episode, in standard deviations of
             each: what a camera's own noise does is no event.
+        entropy_margin_sd: Of tau_e instead; the same by default. Behind a camera that exposes by itself E at rest
+            spreads over bits, and a margin would leave no approach to be told; far below 0 is none.
 
     Raises:
         ConfigError: A class without frames, no candidates, or no candidate whose references show a grid.
         FrameError: A frame cannot be used.
     """
     tried = candidates or Candidates()
+    of_entropy = margin_sd if entropy_margin_sd is None else entropy_margin_sd
     classes = scored_classes(episodes)
     missing = [str(each) for each in FrameClass if each not in classes]
     if missing:
@@ -141,7 +145,7 @@ def fit_profile(
     scores: list[CandidateScore] = []
     for difference_blur_px in tried.difference_blur_px:
         entropy, correlation = measure_brightening(episodes, base, difference_blur_px)
-        near = fit_proximity(entropy, correlation, classes, least_tau_e=rest_limit(entropy, at_rest, margin_sd))
+        near = fit_proximity(entropy, correlation, classes, least_tau_e=rest_limit(entropy, at_rest, of_entropy))
         noise = (entropy >= near.tau_e) & (correlation >= near.tau_c)
         for ((tau_b, polarity, grid_blur_px, surround_px), measure), similarity in similarities.items():
             profile = replace(
