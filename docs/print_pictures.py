@@ -1,6 +1,6 @@
 """Draws what each flaw of a print does to a frame, far stronger than a good print where that is needed.
 
-python docs/print_pictures.py             # writes docs/print-flaws.png, some minutes
+python docs/print_pictures.py             # writes docs/print-flaws.jpg, some minutes
 
 Yellow scissors a millimetre before a small copy of the default sensor, in the default room; the middle of the image.
 """
@@ -60,4 +60,4 @@ def sheet(pictures: dict[str, Frame]) -> Image.Image:
 
 
 if __name__ == "__main__":
-    sheet({label: frame(*settings) for label, settings in FLAWS.items()}).save(HERE / "print-flaws.png")
+    sheet({label: frame(*settings) for label, settings in FLAWS.items()}).save(HERE / "print-flaws.jpg", quality=88)
