@@ -33,7 +33,7 @@ class Fit:
 
     name: str
     network: str
-    split_by: Literal["press", "unit"] = "press"
+    split_by: Literal["press", "unit", "object"] = "press"
     """What is never in two parts."""
     fold: int = 0
     folds: int = 2
@@ -120,7 +120,7 @@ def fit_stretch(task: FitTask) -> FitOutcome:
 
 def split_of(samples: Samples, fit: Fit, settings: LearningSettings, *, seed: int) -> Split:
     """Which frames a fit learns from, stops by, and answers."""
-    groups = samples.unit if fit.split_by == "unit" else samples.press
+    groups = {"press": samples.press, "unit": samples.unit, "object": samples.thing}[fit.split_by]
     return fold(
         groups, fit.fold, fit.folds, validation_share=settings.validation_share, share=fit.share, seed=seed,
         inner=samples.press,

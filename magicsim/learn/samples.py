@@ -1,5 +1,6 @@
 """Frames and labels in memory, as networks and baselines take them."""
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -20,6 +21,8 @@ Numbers = npt.NDArray[np.float64]
 Whole = npt.NDArray[np.int64]
 FRAME = "frame"
 """Key of a frame's name beside its answers."""
+TURNS = frozenset({"roll_deg", "pitch_deg", "yaw_deg"})
+"""Keys of an object that say how it is turned."""
 
 
 class Label(Config):
@@ -65,6 +68,8 @@ class Samples:
     """Number of the episode of each frame."""
     unit: Whole
     """Number of the printed sensor of each frame."""
+    thing: Whole
+    """Number of the object of each frame, whatever its orientation; -1 without one."""
     features: Numbers
     """Geometric features for baselines, shape (n, features)."""
     group: Whole
@@ -76,7 +81,7 @@ class Samples:
 
     def at(self, rows: Whole) -> "Samples":
         """Some of the frames."""
-        names = ("images", "reference_of", "targets", "press", "unit", "features", "group")
+        names = ("images", "reference_of", "targets", "press", "unit", "thing", "features", "group")
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
     def inputs(self, kind: str) -> Images:
@@ -132,8 +137,16 @@ def read_samples(
         OutputError: There is no finished dataset, or a file of it is not as it was written.
     """
     source = open_dataset(folder)
-    wanted = ["image", "episode", "sensor", "is_reference", *columns, *(["contact_mask"] if masks else [])]
-    parts: list[tuple[int, int, Images, Chosen, Images]] = []
+    wanted = [
+        "image",
+        "episode",
+        "sensor",
+        "is_reference",
+        "object_config",
+        *columns,
+        *(["contact_mask"] if masks else []),
+    ]
+    parts: list[tuple[int, int, Images, Chosen, Images, str]] = []
     for split in source.splits:
         for shard in source.shards(split):
             for table in source.episodes(shard):
@@ -143,10 +156,12 @@ def read_samples(
                 found = choose(rows)
                 found = replace(found, rows=found.rows & ~is_reference)
                 numbers = (int(rows.columns["episode"][0]), int(rows.columns["sensor"][0]))
-                parts.append((*numbers, rows.images[found.rows], found, reference))
+                thing = thing_of(rows.columns["object_config"])
+                parts.append((*numbers, rows.images[found.rows], found, reference, thing))
     parts.sort(key=lambda part: part[0])
     chosen = [part[3] for part in parts]
     counts = [int(each.rows.sum()) for each in chosen]
+    things = {thing: number for number, thing in enumerate(dict.fromkeys(part[5] for part in parts if part[5]))}
     return Samples(
         images=np.concatenate([part[2] for part in parts]),
         references=np.concatenate([part[4] for part in parts]),
@@ -155,9 +170,22 @@ def read_samples(
         labels=tuple(labels),
         press=np.repeat(np.array([part[0] for part in parts]), counts),
         unit=np.repeat(np.array([part[1] for part in parts]), counts),
+        thing=np.repeat(np.array([things.get(part[5], -1) for part in parts]), counts),
         features=np.concatenate([each.features[each.rows] for each in chosen]),
         group=np.concatenate([each.group[each.rows] for each in chosen]),
     )
+
+
+def thing_of(configs: Sequence[str]) -> str:
+    """What the object of an episode is, apart from how it is turned; empty without one.
+
+    Args:
+        configs: `object_config` of its rows, JSON or empty.
+    """
+    config = next((each for each in configs if each), "")
+    if not config:
+        return ""
+    return json.dumps({name: value for name, value in json.loads(config).items() if name not in TURNS}, sort_keys=True)
 
 
 def reduced(image: npt.NDArray[np.uint8], long_side_px: int) -> Images:

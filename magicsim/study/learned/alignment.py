@@ -60,6 +60,7 @@ class Alignment(LearnedStudy):
     """The study `alignment`."""
 
     settings: ClassVar[type[StudyConfig]] = AlignmentConfig
+    knows_objects: ClassVar[bool] = True
     config: AlignmentConfig
 
     def __init__(self, config: AlignmentConfig) -> None:
@@ -100,7 +101,8 @@ class Alignment(LearnedStudy):
         if plain is not None and tuned is not None:
             plain = plain.where(np.isin(plain.column("press"), tuned.column("press")))
         parts = {
-            "the unit that it was trained on": seen, "other units": plain, "other units, fine-tuned": tuned,
+            "the unit that it was trained on": seen, "unknown cylinders": read_answers(folder, self.learning, "object"),
+            "other units": plain, "other units, fine-tuned": tuned,
             "an unseen, thinner cylinder": self._first_model(folder, PEN),
         }  # fmt: skip
         units = compared_table(parts, LABELS, name="units", title="Other units, an unseen object", seed=seed)

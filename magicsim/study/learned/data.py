@@ -1,10 +1,13 @@
 """Stages that every study that learns has: its data, the data that check what it rests on, and its models."""
 
+import math
 from collections.abc import Sequence
+from typing import Literal
 
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError
 from magicsim.learn.fitting import Fit, Read
+from magicsim.learn.samples import TURNS
 from magicsim.learn.settings import LearningSettings
 from magicsim.sampling.distribution import Distribution
 from magicsim.study.learned.settings import LearnedConfig
@@ -54,12 +57,13 @@ def _fixed(value: float, *, drawn: bool) -> float | dict[str, float]:
     return {"low": value, "high": value} if drawn else value
 
 
-def planned_fits(settings: LearningSettings, *, units: int) -> tuple[Fit, ...]:
-    """The models: folds by press, shares of the data for the learning curve, other networks on a fold, folds by unit.
+def planned_fits(settings: LearningSettings, *, units: int, objects: int = 0) -> tuple[Fit, ...]:
+    """The models: folds by press, by unit and by object, shares of the data, other networks on a fold.
 
     Args:
         settings: How to learn.
         units: Number of printed sensors in the data.
+        objects: Number of objects in the data; 0 where they are not told apart.
     """
     first, *others = settings.networks
     used = min(settings.folds, settings.folds_used)
@@ -71,11 +75,14 @@ def planned_fits(settings: LearningSettings, *, units: int) -> tuple[Fit, ...]:
     for share in sorted(settings.curve):
         found += fits(share_name(share), share=share)
     found += [Fit(name=f"{other}-0", network=other, fold=0, folds=settings.folds) for other in others]
-    folds = min(settings.folds, units)
-    if folds > 1:
-        found += [
-            Fit(name=f"unit-{k}", network=first, split_by="unit", fold=k, folds=folds) for k in range(min(folds, used))
-        ]
+    groups: tuple[tuple[Literal["unit", "object"], int], ...] = (("unit", units), ("object", objects))
+    for split_by, count in groups:
+        folds = min(settings.folds, count)
+        if folds > 1:
+            found += [
+                Fit(name=f"{split_by}-{k}", network=first, split_by=split_by, fold=k, folds=folds)
+                for k in range(min(folds, used))
+            ]
     return tuple(found)
 
 
@@ -91,6 +98,7 @@ def learning_stage(
     *,
     frames_per_episode: int,
     name: str = "learning",
+    objects: int = 0,
 ) -> LearningStage:
     """The models of a study on its first dataset, which answer on the others too.
 
@@ -100,10 +108,12 @@ def learning_stage(
         read: Makes samples.
         frames_per_episode: How many of an episode's frames count, about.
         name: Of the stage.
+        objects: Number of objects that are kept apart, see `count_objects`; 0 for none.
     """
     recipe = stages[0].recipe
     return LearningStage(
-        name=name, fits=planned_fits(config.learning, units=count_units(recipe)), dataset=stages[0].name,
+        name=name, fits=planned_fits(config.learning, units=count_units(recipe), objects=objects),
+        dataset=stages[0].name,
         recipe=recipe, read=read, settings=config.learning, frames=recipe.episodes * frames_per_episode,
         study=config.kind, seed=config.seed, also=tuple((stage.name, stage.name, True) for stage in stages[1:]),
     )  # fmt: skip
@@ -112,6 +122,20 @@ def learning_stage(
 def count_units(recipe: Recipe) -> int:
     """Printed sensors that a recipe's episodes are on."""
     return -(-recipe.episodes // recipe.episodes_per_sensor)
+
+
+def count_objects(recipe: Recipe) -> int:
+    """Different objects of a recipe, whatever their orientation; 0 where sizes or colours are drawn from ranges."""
+    total = 0
+    for each in recipe.objects:
+        drawn = [
+            number for name, number in each.numbers().items()
+            if isinstance(number, Distribution) and name not in TURNS
+        ]  # fmt: skip
+        if each.kind == "mesh" or any(not number.choices for number in drawn):
+            return 0
+        total += math.prod(len(number.choices or ()) for number in drawn)
+    return total
 
 
 def refuse_few(config: LearnedConfig) -> None:

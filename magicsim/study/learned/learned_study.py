@@ -12,7 +12,7 @@ from magicsim.learn.fitting import Read
 from magicsim.learn.packages import PACKAGES
 from magicsim.learn.samples import Label
 from magicsim.study.learned.answers import Answers, checked_parts, read_answers
-from magicsim.study.learned.data import data_stages, learning_stage, refuse_few
+from magicsim.study.learned.data import count_objects, data_stages, learning_stage, refuse_few
 from magicsim.study.learned.error_tables import compared_table, curve_figures, curve_table, methods_table
 from magicsim.study.learned.settings import LearnedConfig
 from magicsim.study.protocol import Stage
@@ -27,13 +27,18 @@ class LearnedStudy:
     packages: ClassVar[tuple[str, ...]] = PACKAGES
     large: ClassVar[dict[str, bool]] = {}
     """Large labels of the data that are needed."""
+    knows_objects: ClassVar[bool] = False
+    """Whether models are also tested on objects that they have not learned from."""
 
     def __init__(self, config: LearnedConfig) -> None:
         """Takes the settings, and lays out data and models."""
         self.config = config
         self.data = data_stages(config, self.large)
         frames = self.frames_per_episode(self.data[0].recipe)
-        self.learning = learning_stage(config, self.data, self.reader(), frames_per_episode=frames)
+        self.learning = learning_stage(
+            config, self.data, self.reader(), frames_per_episode=frames,
+            objects=count_objects(self.data[0].recipe) if self.knows_objects else 0,
+        )  # fmt: skip
 
     @classmethod
     def reader(cls) -> Read:
@@ -72,7 +77,10 @@ class LearnedStudy:
     def number_tables(self, folder: Path, labels: Sequence[Label]) -> tuple[Table, Table, Table, Table]:
         """Errors of methods and on unseen units, the learning curve, what it rests on; of labels that are numbers."""
         seed, seen = self.config.seed, self.seen(folder)
-        parts = {"presses on known units": seen, "unknown units": read_answers(folder, self.learning, "unit")}
+        parts = {
+            "presses on known units": seen, "unknown units": read_answers(folder, self.learning, "unit"),
+            "unknown objects": read_answers(folder, self.learning, "object"),
+        }  # fmt: skip
         return (
             methods_table(folder, self.learning, labels, seed=seed),
             compared_table(

@@ -2,7 +2,7 @@ import numpy as np
 from dataset.fakes import FAKE, small_recipe
 
 from magicsim.dataset.generate import generate_dataset
-from magicsim.learn.samples import Chosen, EpisodeRows, Label, read_samples, reduced
+from magicsim.learn.samples import Chosen, EpisodeRows, Label, read_samples, reduced, thing_of
 from magicsim.workers.options import choose_workers
 
 LABELS = (Label(name="depth", unit="mm"),)
@@ -34,3 +34,12 @@ def test_reduced_frame_keeps_the_mean():
     assert found.shape == (16, 12, 3)
     assert abs(found.mean() - image.mean()) < 0.01
     assert reduced(image, 0).shape == reduced(image, 100).shape == image.shape
+
+
+def test_object_is_the_same_however_it_is_turned():
+    configs = [
+        '{"kind": "cylinder", "radius_mm": 5.0, "yaw_deg": 10.0}',
+        '{"yaw_deg": -3, "radius_mm": 5.0, "kind": "cylinder"}',
+    ]
+    assert thing_of(["", configs[0]]) == thing_of([configs[1]]) != thing_of(['{"kind": "cylinder", "radius_mm": 7.5}'])
+    assert thing_of(["", ""]) == ""

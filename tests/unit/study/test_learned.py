@@ -80,6 +80,7 @@ def test_alignment_fine_tunes_on_other_units(tmp_path: Path):
     parts = {row["frames_of"]: row for row in rows(tmp_path / "out", "units") if row["label"] == "r_z"}
     assert parts["other units"]["frames"] == parts["other units, fine-tuned"]["frames"]
     assert parts["other units"]["error"] != parts["other units, fine-tuned"]["error"]
+    assert 0 < parts["unknown cylinders"]["frames"] < parts["the unit that it was trained on"]["frames"] * 2
 
 
 def test_folder_of_another_recipe_and_few_episodes_are_refused(tmp_path: Path):
