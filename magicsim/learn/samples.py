@@ -180,12 +180,16 @@ def thing_of(configs: Sequence[str]) -> str:
     """What the object of an episode is, apart from how it is turned; empty without one.
 
     Args:
-        configs: `object_config` of its rows, JSON or empty.
+        configs: `object_config` of its rows: JSON, a name, or empty.
     """
     config = next((each for each in configs if each), "")
-    if not config:
-        return ""
-    return json.dumps({name: value for name, value in json.loads(config).items() if name not in TURNS}, sort_keys=True)
+    try:
+        table = json.loads(config)
+    except ValueError:
+        return config  # a name, of recorded frames
+    if not isinstance(table, dict):
+        return config
+    return json.dumps({name: value for name, value in table.items() if name not in TURNS}, sort_keys=True)
 
 
 def reduced(image: npt.NDArray[np.uint8], long_side_px: int) -> Images:

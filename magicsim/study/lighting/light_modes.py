@@ -16,8 +16,9 @@ from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import RenderSettings, SceneConfig
 from magicsim.study.lighting.color_measures import CHANNELS, around, brightening, disparity, share_brighter, unevenness
 from magicsim.study.lighting.wall_modes import refuse_unlike, wall_modes
+from magicsim.study.plots import Series, plot_series
 from magicsim.study.protocol import Stage
-from magicsim.study.result import Cell, Column, Row, StudyResult, Table
+from magicsim.study.result import Cell, Column, Figure, Row, StudyResult, Table
 from magicsim.study.settings import StudyConfig
 from magicsim.study.stages.pieces import PiecesStage, read_pieces, read_refusals
 
@@ -175,7 +176,7 @@ class LightModes:
         seen = [(*lit, each) for lit, each in zip(self._lit, touches, strict=True) if each is not None]
         infill = self.config.design.materials.infill
         headline: dict[str, Cell] = {
-            f"{row['part']}.{row['kind']}": row["share"]
+            f"{'' if row['part'] == LEGS['whole'] else 'last leg, '}{row['kind']}": row["share"]
             for row in modes
             if infill is not None and row["infill_ior"] == infill.ior
         }
@@ -202,6 +203,7 @@ class LightModes:
                     rows=sides,
                 ),
             ),
+            figures=(_figure(modes),) if len(self.config.infill_iors) > 1 else (),
             facts={
                 "Ways": f"{self.config.paths} for each index", "Object": self.config.object.kind,
                 "Depths": " and ".join(f"{each:g} mm" for each in self.config.depths_mm),
@@ -273,6 +275,23 @@ def event_rows(ior: float, draws: Sequence[dict[str, Any]]) -> Iterator[Row]:
     for number, light in enumerate(draws[0]["lights"]):
         if lit[number] > 0:
             yield {"infill_ior": ior, "light": light, **dict(zip(EVENTS, map(float, events[number]), strict=True))}
+
+
+def _figure(modes: Sequence[Row]) -> Figure:
+    """Shares on the whole way against the index of the infill."""
+    own = [row for row in modes if row["part"] == LEGS["whole"]]
+    series = [
+        Series(
+            name=kind, x=[float(str(row["infill_ior"])) for row in own if row["kind"] == kind],
+            y=[float(str(row["share"])) for row in own if row["kind"] == kind],
+        )
+        for kind in KINDS
+    ]  # fmt: skip
+    svg = plot_series(
+        series, x_title="index of the infill", y_title="share of the strips' radiance", name="ways",
+        label="Share of radiance by what turned it at walls, against the index of the infill",
+    )  # fmt: skip
+    return Figure(name="ways", title="What walls turn, by the index of the infill", svg=svg)
 
 
 def _color_rows(seen: Sequence[tuple[str, str, dict[str, Any]]]) -> Iterator[Row]:

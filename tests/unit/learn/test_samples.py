@@ -42,4 +42,4 @@ def test_object_is_the_same_however_it_is_turned():
         '{"yaw_deg": -3, "radius_mm": 5.0, "kind": "cylinder"}',
     ]
     assert thing_of(["", configs[0]]) == thing_of([configs[1]]) != thing_of(['{"kind": "cylinder", "radius_mm": 7.5}'])
-    assert thing_of(["", ""]) == ""
+    assert (thing_of(["", ""]), thing_of(["", "key"])) == ("", "key")
