@@ -2,7 +2,6 @@
 
 import json
 import math
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -42,6 +41,11 @@ MODEL = ModelConfig(
     long_side_px=0, frame_rows=32, frame_columns=24, input_mean=(0.0,) * 3, input_sd=(0.1,) * 3,
     target_mean=(0.0, 0.0), target_sd=(1.0, 20.0), study="alignment",
 )  # fmt: skip
+
+
+def changed(**values: object) -> ModelConfig:
+    """The model with other values."""
+    return MODEL.model_copy(update=values)
 
 
 @pytest.fixture
@@ -138,10 +142,10 @@ def test_model_that_does_not_fit_is_one_line(small: AlignmentConfig, tmp_path: P
 
     with pytest.raises(ConfigError, match=r"does not exist: 'magicsim study alignment --out DIR' makes one"):
         Stage(small, tmp_path / "none")
-    blind = make_model(replace(MODEL, labels=(Label(name="gap"), Label(name="p_x"))), "blind")
+    blind = make_model(changed(labels=(Label(name="gap"), Label(name="p_x"))), "blind")
     with pytest.raises(ConfigError, match=r"tells gap, p_x and not r_z: 'magicsim study alignment"):
         Stage(small, blind)
-    wide = make_model(replace(MODEL, frame_columns=64), "wide")
+    wide = make_model(changed(frame_columns=64), "wide")
     with pytest.raises(ConfigError, match=r"takes frames of 64 x 32 pixels, .* of the rig's 240 x 320"):
         Stage(small, wide)
 
