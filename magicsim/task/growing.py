@@ -10,13 +10,13 @@ from typing import Any, TypeVar
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from magicsim.config.models import Config
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.task.folder import FOLDER, INDEX, TaskIndex, episode_name
+from magicsim.task.resolved import digest_of
 from magicsim.workers.versions import versions
 
 SummaryT = TypeVar("SummaryT")
@@ -52,8 +52,7 @@ class Run:
 
 def grow(
     out: Path,
-    config: Config,
-    digest: str,
+    settings: Mapping[str, Any],
     run: Run,
     play: Callable[[int], Played],
     conclude: Callable[[Sequence[dict[str, Any]]], tuple[SummaryT, Mapping[str, bytes]]],
@@ -62,8 +61,7 @@ def grow(
 
     Args:
         out: The folder.
-        config: Settings, which are written beside the result.
-        digest: SHA-256 of what episodes depend on.
+        settings: What episodes depend on, see `magicsim.task.resolved`; they are written beside the result.
         run: How many, in which order.
         play: One episode by its number.
         conclude: The summary, and the result's files by name, from the content of all episodes in the order of their
@@ -78,13 +76,13 @@ def grow(
         out.mkdir(parents=True, exist_ok=True)
         ledger = FOLDER.open_ledger(out)
         index = TaskIndex(
-            task=run.task, config_hash=digest, versions=versions() | dict(run.packages), variant=run.variant(),
-            episodes=run.episodes,
+            task=run.task, config_hash=digest_of(settings), versions=versions() | dict(run.packages),
+            variant=run.variant(), episodes=run.episodes,
         )  # fmt: skip
         earlier = FOLDER.read_index(out)
         if earlier is not None:
             FOLDER.refuse_another(out, earlier, index)
-        FOLDER.write_config(ledger, config)
+        FOLDER.write_config(ledger, settings)
         FOLDER.write_index(ledger, index)
         for done, episode in enumerate(run.order):
             if run.progress is not None:

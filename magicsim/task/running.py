@@ -20,10 +20,11 @@ from magicsim.task.folder import EPISODES_TABLE, FRAMES_TABLE, RESULTS
 from magicsim.task.growing import Played, Progress, Run, as_json, as_parquet, grow
 from magicsim.task.item import Item, load_item
 from magicsim.task.outcome import Outcome, judge_episode
+from magicsim.task.resolved import resolved
 from magicsim.task.settings import GraspConfig, in_room
 from magicsim.task.story import Story, draw_story
 from magicsim.task.summary import TaskSummary, summarise
-from magicsim.task.world import World, build_gripper
+from magicsim.task.world import World, build_gripper, check_room_for
 
 NOISE = 31
 """Keeps the seeds of the frames' noise apart from others."""
@@ -61,7 +62,13 @@ class Stage:
         self.config, self.profile = config, load_profile(config.detector)
         self.items = {name: load_item(name) for name in config.items}
         self._scenes = {name: task_scene(config, item) for name, item in self.items.items()}
+        for name, item in self.items.items():
+            check_room_for(item, name, config)
         self._grippers: dict[str, Gripper] = {}
+
+    def settings(self) -> dict[str, Any]:
+        """What episodes depend on, with the content of every file."""
+        return resolved(self.config, items=self.items, scenes=self._scenes, profile=asdict(self.profile))
 
     def play(self, episode: int, *, seen: Callable[[Image, FrameRow], None] | None = None) -> tuple[Recorded, Outcome]:
         """One episode, and what became of it.
@@ -129,7 +136,7 @@ def run_grasps(
     run = Run(
         task="grasp", episodes=episodes, order=range(episodes), resume=resume, progress=progress, variant=variant
     )  # fmt: skip
-    return grow(out, config, config.config_hash(), run, played, concluded)
+    return grow(out, stage.settings(), run, played, concluded)
 
 
 def _keeping(frames: Frames) -> Callable[[Image, FrameRow], None]:

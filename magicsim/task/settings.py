@@ -1,16 +1,52 @@
-"""Everything that a run of grasps depends on, and its hash."""
+"""Everything that a run of grasps depends on."""
 
-import hashlib
-import json
-from typing import Annotated, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, model_validator
 
 from magicsim.config.models import Config
 from magicsim.scenes.rig import DARK, Rig
 
 PositiveMm = Annotated[float, Field(gt=0, le=1000)]
 Speed = Annotated[float, Field(gt=0, le=1000)]
+GIVEN = {
+    "object": "items",
+    "contact.friction": "items",
+    "seed": "seed",
+    "frames_per_second": "frames_per_second",
+}
+"""Settings of a scene that a task says, and what of it says them."""
+
+
+def in_order(pair: tuple[float, float]) -> tuple[float, float]:
+    """The pair, smaller one first.
+
+    Raises:
+        ValueError: The larger one comes first.
+    """
+    if pair[0] > pair[1]:
+        msg = f"{pair[0]:g}, {pair[1]:g} is not allowed: must be the smaller one first"
+        raise ValueError(msg)
+    return pair
+
+
+def refuse_given(settings: Sequence[str], given: Mapping[str, str]) -> None:
+    """Refuses settings of the fingers' scene that the task says already, and which would change nothing.
+
+    Args:
+        settings: `dotted.key=value` each.
+        given: Key, and what of the task says it.
+
+    Raises:
+        ValueError: One of them is there.
+    """
+    for each in settings:
+        key = each.partition("=")[0].strip()
+        for name, by in given.items():
+            if key == name or key.startswith(f"{name}."):
+                msg = f"scene: '{each}' is not allowed: must be left to {by}"
+                raise ValueError(msg)
 
 
 class GraspConfig(Config):
@@ -50,9 +86,9 @@ class GraspConfig(Config):
     """Speed of the carriage [mm/s]."""
     carriage_mm_s2: Annotated[float, Field(gt=0, le=20000)] = 1000.0
     """Its acceleration [mm/s2], which the held item feels."""
-    hand_mm_s: tuple[Speed, Speed] = (60.0, 250.0)
+    hand_mm_s: Annotated[tuple[Speed, Speed], AfterValidator(in_order)] = (60.0, 250.0)
     """Slowest and fastest approach of the hand [mm/s]."""
-    near_mm: tuple[PositiveMm, PositiveMm] = (1.0, 4.0)
+    near_mm: Annotated[tuple[PositiveMm, PositiveMm], AfterValidator(in_order)] = (1.0, 4.0)
     """Nearest and farthest gap to the watched finger at which the hand offers an item [mm]."""
     pull_share: Annotated[float, Field(ge=0, le=1)] = 0.5
     """Share of the episodes in which a hand pulls the item away."""
@@ -61,10 +97,22 @@ class GraspConfig(Config):
     light_share: Annotated[float, Field(ge=0, le=1)] = 0.5
     """Chance of a flashlight before the approach, and again during transport."""
 
-    def config_hash(self) -> str:
-        """SHA-256 of what episodes depend on, so that a folder is not continued with another task."""
-        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()
+    @model_validator(mode="after")
+    def _check_scene(self) -> Self:
+        given = {"rig.room": "room", "references": "the detector's profile", "keyframes": "the task"}
+        refuse_given(self.scene, GIVEN | given)
+        return self
+
+    @model_validator(mode="after")
+    def _check_near(self) -> Self:
+        most = 2 * self.open_gap_mm
+        if self.near_mm[1] > most:
+            msg = (
+                f"near_mm = {self.near_mm[0]:g}, {self.near_mm[1]:g} is not allowed: must be at most {most:g}, twice "
+                "open_gap_mm, where the other finger is"
+            )
+            raise ValueError(msg)
+        return self
 
 
 def in_room(rig: Rig, room: str) -> Rig:

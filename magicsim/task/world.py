@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from magicsim.detectors.grasp import GraspStage
+from magicsim.errors import ConfigError
 from magicsim.robot.fingers import ObjectPlace, half_extents_mm
 from magicsim.robot.grip.linkage import Linkage
 from magicsim.robot.grip.load import Load
@@ -17,6 +18,8 @@ from magicsim.task.policy import Command
 from magicsim.task.settings import GraspConfig
 from magicsim.task.story import Story
 
+FARTHEST_MM = 60.0
+"""Widest gap between an item and a finger [mm]."""
 BEYOND_MM = 60.0
 """From where, in front of the fingertips, a hand brings an item [mm]."""
 SLIDE_MM = 4.0
@@ -185,6 +188,28 @@ class World:
         return False
 
 
+def check_room_for(item: Item, name: str, config: GraspConfig) -> None:
+    """Refuses an item that open fingers have no room for, before they are built.
+
+    Args:
+        item: The item.
+        name: What the user calls it.
+        config: The task.
+
+    Raises:
+        ConfigError: With what is allowed.
+    """
+    thick = sum(half_extents_mm(item.object))
+    opening = Linkage().width_mm(Linkage().most_deg)
+    if thick >= opening:
+        msg = f"items: '{name}' is not allowed: {thick:.4g} mm thick, and the fingers open to {opening:.4g} mm"
+        raise ConfigError(msg)
+    most = min((opening - thick) / 2, (FARTHEST_MM + config.near_mm[0]) / 2)
+    if config.open_gap_mm > most:
+        msg = f"open_gap_mm = {config.open_gap_mm:g} is not allowed with item '{name}': must be at most {most:.4g}"
+        raise ConfigError(msg)
+
+
 def build_gripper(scene: SceneConfig, config: GraspConfig) -> Gripper:
     """The gripper of the task, its motors as strong as the task says.
 
@@ -197,7 +222,7 @@ def build_gripper(scene: SceneConfig, config: GraspConfig) -> Gripper:
     """
     space = Workspace(
         x_mm=(-SLIDE_MM, SLIDE_MM), y_mm=(-SLIDE_MM, SLIDE_MM), twist_deg=(-TWIST_DEG, TWIST_DEG),
-        tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG), gap_mm=(-DEEPEST_MM, 60.0),
+        tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG), gap_mm=(-DEEPEST_MM, FARTHEST_MM),
         beyond_mm=BEYOND_MM,
     )  # fmt: skip
     return Gripper(

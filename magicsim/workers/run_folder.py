@@ -1,9 +1,9 @@
 """A folder that a run grows in over several calls: an index that says what its files belong to, and a list of them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import tomli_w
 from pydantic import Field
@@ -135,7 +135,8 @@ class RunFolder(Generic[Index]):
         """Replaces the index at once."""
         ledger.place(self.index, sealed(index.model_dump(mode="json")))
 
-    def write_config(self, ledger: Ledger, config: Config) -> None:
-        """Writes the settings with everything in place."""
-        text = tomli_w.dumps(config.model_dump(mode="json", exclude_none=True))
+    def write_config(self, ledger: Ledger, settings: Config | Mapping[str, Any]) -> None:
+        """Writes the settings with everything in place: a model, or plain values as TOML takes them."""
+        plain = settings.model_dump(mode="json", exclude_none=True) if isinstance(settings, Config) else settings
+        text = tomli_w.dumps(plain)
         ledger.place(CONFIG, f"# {self.title}\n{text}".encode())

@@ -49,6 +49,22 @@ class Cues:
     """Label: how far the plug slid in the grip on the way to this step [mm]."""
 
 
+def check_references(count: int, profile: str = PROFILE) -> None:
+    """Refuses a number of reference frames of which nothing can be learned, before any is rendered.
+
+    Args:
+        count: Frames of each finger.
+        profile: Name or file of a detector profile.
+
+    Raises:
+        ConfigError: With what is allowed.
+    """
+    least = load_profile(profile).background_count
+    if count < least:
+        msg = f"references = {count} is not allowed with task assembly: must be at least {least}"
+        raise ConfigError(msg)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reader:
     """What is known of both fingers without an object, against which frames are read."""

@@ -12,7 +12,7 @@ import numpy as np
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConvergenceError
 from magicsim.folder import check_target, result_folder
-from magicsim.robot.assembly.cues import Cues, Reader, structural_similarity
+from magicsim.robot.assembly.cues import Cues, Reader, check_references, structural_similarity
 from magicsim.robot.assembly.misaligned import Misalignment, draw_misalignments
 from magicsim.robot.assembly.recognition import CUES, Rate, Recognition, recognise, unrecognised
 from magicsim.robot.assembly.stages import Stage
@@ -73,12 +73,13 @@ def run_assembly(
         told: Told what happens.
 
     Raises:
-        ConfigError: A number is not allowed, the scene has no plug, or scikit-image is missing.
+        ConfigError: A number is not allowed, the scene has no plug or too few references, or scikit-image is missing.
         OutputError: The folder cannot be written.
         MagicsimError: The fingers cannot be built.
     """
     check_number("trials", trials, 1, MOST_TRIALS, whole=True)
     plug = check_plug(scene.object)
+    check_references(scene.references)
     structural_similarity()
     check_target(out)
     with Gripper(scene, workspace=SPACE, quality=quality) as gripper, result_folder(out) as folder:

@@ -48,7 +48,7 @@ def draw_grip(config: AlignmentConfig, episode: int) -> Grip:
         episode: Its number; items take turns, sides too.
     """
     rng = np.random.default_rng(np.random.SeedSequence([config.seed, STREAM, episode]))
-    low, high = sorted(config.askew_deg)
+    low, high = config.askew_deg
     side = 1 if (episode // len(config.items) + episode) % 2 else -1
     return Grip(
         item=config.items[episode % len(config.items)],

@@ -24,6 +24,7 @@ from magicsim.task.alignment.settings import AlignmentConfig
 from magicsim.task.folder import EPISODES_TABLE, FRAMES_TABLE, RESULTS
 from magicsim.task.growing import Played, Progress, Run, as_json, as_parquet, grow
 from magicsim.task.item import load_item
+from magicsim.task.resolved import resolved
 
 PLOT = "error.png"
 NOISE = 37
@@ -49,6 +50,10 @@ class Stage:
         self.items = {name: load_item(name) for name in config.items}
         self._scenes = {name: grip_scene(config, item, self.reader.reader.config) for name, item in self.items.items()}
         self._built: tuple[str, Gripper] | None = None
+
+    def settings(self) -> dict[str, Any]:
+        """What episodes depend on, with the content of every file; the model's is `model_sha256`."""
+        return resolved(self.config, items=self.items, scenes=self._scenes, profile={})
 
     def order(self, episodes: int) -> list[int]:
         """Numbers of all episodes, those of an item one after the other."""
@@ -121,7 +126,7 @@ def run_alignment(
         task="alignment", episodes=episodes, order=stage.order(episodes), resume=resume, progress=progress,
         variant=variant, packages={name: importlib.metadata.version(name) for name in PACKAGES},
     )  # fmt: skip
-    return grow(out, stage.config, stage.config.config_hash(), run, played, concluded)
+    return grow(out, stage.settings(), run, played, concluded)
 
 
 def first_and_last(pairs: Sequence[tuple[Frame, Frame]]) -> bytes:

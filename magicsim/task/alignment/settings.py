@@ -1,12 +1,11 @@
-"""Everything that a run of alignments depends on, and its hash."""
+"""Everything that a run of alignments depends on."""
 
-import hashlib
-import json
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, model_validator
 
 from magicsim.config.models import Config
+from magicsim.task.settings import GIVEN, in_order, refuse_given
 
 HOW = (
     "'magicsim study alignment --out DIR' makes one, DIR/models/learning/press-0/model.safetensors (--quick: in "
@@ -38,7 +37,7 @@ class AlignmentConfig(Config):
     """How finely is solved and rendered, see `magicsim.robot.quality`."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Of everything that is drawn."""
-    askew_deg: tuple[Angle, Angle] = (5.0, 40.0)
+    askew_deg: Annotated[tuple[Angle, Angle], AfterValidator(in_order)] = (5.0, 40.0)
     """Smallest and largest angle, to either side, at which an item is held at first [degrees]."""
     aside_mm: Annotated[float, Field(ge=0, le=10)] = 2.0
     """Farthest from the middle of the fingers, along x and y [mm]."""
@@ -59,7 +58,7 @@ class AlignmentConfig(Config):
     within_deg: Annotated[float, Field(gt=0, le=45)] = 2.0
     """Error below which an item counts as upright [degrees]."""
 
-    def config_hash(self) -> str:
-        """SHA-256 of what episodes depend on, so that a folder is not continued with another task."""
-        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()
+    @model_validator(mode="after")
+    def _check_scene(self) -> Self:
+        refuse_given(self.scene, GIVEN | {"references": "references", "keyframes": "the task"})
+        return self

@@ -16,6 +16,7 @@ def test_assembly_takes_json_set_and_seed(shell: Shell):
     [
         (["pressed"], "object.kind = 'sphere' is not allowed here: an assembly needs a 'plug'"),
         (["--trials", "0"], "trials = 0 is not allowed"),
+        (["--set", "references=0"], "references = 0 is not allowed with task assembly: must be at least 3"),
         (["--quality", "best"], "unknown quality 'best'"),
         (["--set", "object.pin_radius_mm=5"], "pin_radius_mm = 5 is not allowed: must be below the handle's end, 4"),
     ],

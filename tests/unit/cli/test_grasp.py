@@ -10,6 +10,8 @@ from .conftest import Shell
     [
         (["--episodes", "0"], "--episodes 0 is not allowed: must be 1 to 100000"),
         (["--set", "grip_n=-1"], "task grasp: grip_n = -1 is not allowed"),
+        (["--set", "near_mm=[4,1]"], "near_mm: 4, 1 is not allowed: must be the smaller one first"),
+        (["--set", "open_gap_mm=45"], "open_gap_mm = 45 is not allowed with item"),
         (["--room", "cellar"], "unknown room"),
         (["--detector", "sharp"], "unknown profile 'sharp'; available: calibrated, published"),
         (["--set", 'items=["pear"]'], "unknown item 'pear'; available: banana, biscuit-packet, orange"),
