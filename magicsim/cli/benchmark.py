@@ -42,7 +42,7 @@ def evaluate(
     from magicsim.evaluation.baseline import save_baseline as keep
     from magicsim.evaluation.detector import built_in, find_detector
     from magicsim.evaluation.suite import load_suite
-    from magicsim.folder import check_target
+    from magicsim.folder import check_file, check_target
 
     if detector is not None and profile != "calibrated":
         msg = f"--profile {profile} is not allowed with --detector: a profile belongs to the built-in detectors"
@@ -57,6 +57,8 @@ def evaluate(
     file = baseline or (default_baseline(suite, profile) if is_whole else None)
     known = load_baseline(file) if file is not None else None
     check_target(out)
+    if save_baseline is not None:
+        check_file(save_baseline)
     from magicsim.cli.output.progress import show_progress
     from magicsim.evaluation.evaluate import evaluate_suite
     from magicsim.evaluation.pages.report import describe, write_results

@@ -111,6 +111,7 @@ def test_version_is_that_of_the_package(shell: Shell):
         (["evaluate", "--detector", "nowhere:Thing"], "cannot be imported"),
         (["evaluate", "--detector", "a:B", "--profile", "published"], "not allowed with --detector"),
         (["evaluate", "--baseline", "missing.json"], "baseline: cannot read missing.json"),
+        (["evaluate", "--save-baseline", "."], "output file '.' is a folder; name a file"),
         (["evaluate", "--set", "resamples=3"], "resamples = 3 is not allowed"),
     ],
 )
