@@ -164,7 +164,8 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
 
 def _refuse_another(recipe: Recipe, earlier: Manifest, out: Path, variant: str) -> None:
     if earlier.config_hash != recipe.config_hash():
-        msg = f"'{out}' holds a dataset of another recipe (see its {CONFIG}); name another folder"
+        named = f"see its {CONFIG}, and the files that it names"
+        msg = f"'{out}' holds a dataset of another recipe ({named}); name another folder"
         raise OutputError(msg)
     changed = changed_versions(earlier.versions | {"variant": earlier.variant}, versions() | {"variant": variant})
     if changed:

@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from magicsim.config.named_files import named_files
 from magicsim.dataset.layout import Layout
 from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, is_unchanged, read_manifest
 from magicsim.dataset.png import decoded_png
@@ -78,8 +79,9 @@ def _itself(folder: Path, manifest: Manifest) -> Iterator[str]:
         recipe = load_recipe(folder / CONFIG)
     except MagicsimError:
         return  # `_files` tells that it has changed
+    named = named_files(recipe.model_dump(mode="json"))  # which may be elsewhere, or others by now
     for name, found, wanted in (
-        ("config_hash", manifest.config_hash, recipe.config_hash()),
+        ("config_hash", manifest.config_hash, manifest.config_hash if named else recipe.config_hash()),
         ("seed", manifest.seed, recipe.seed),
         ("episodes", manifest.episodes, recipe.episodes),
     ):

@@ -1,13 +1,12 @@
 """What every study's file says, whatever its kind: the base of the configuration models of `scenes/studies/*.toml`."""
 
-import hashlib
-import json
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from magicsim.config.models import Config
+from magicsim.config.named_files import config_digest
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import Seed
@@ -47,6 +46,6 @@ class StudyConfig(Config):
         return data
 
     def config_hash(self) -> str:
-        """SHA-256 of everything that the result depends on."""
+        """SHA-256 of everything that the result depends on, the content of files that are named included."""
         data = self.model_dump(mode="json", exclude={"timeout_s"})
-        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+        return config_digest(data)

@@ -1,7 +1,5 @@
 """A sweep: which fields vary, on which sensor, and how each design is judged. The model of `geometry/sweeps`."""
 
-import hashlib
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config.models import Config, load_preset
+from magicsim.config.named_files import config_digest
 from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
@@ -168,10 +167,10 @@ class SweepConfig(Config):
                 raise ValueError(unknown_choice("limit", each.measure, self.measures))
 
     def config_hash(self) -> str:
-        """SHA-256 of everything that results depend on; a search depends on its objectives."""
+        """SHA-256 of everything that results depend on, files included; a search depends on its objectives."""
         left_out = {"timeout_s"} if self.sampling == "search" else {"timeout_s", "objectives", "search"}
         data = self.model_dump(mode="json", exclude=left_out)
-        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+        return config_digest(data)
 
 
 def load_sweep(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SweepConfig:

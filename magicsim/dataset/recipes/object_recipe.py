@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config.models import Config, validate
+from magicsim.config.named_files import MESH_SUFFIXES
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects.kinds import OBJECT_KINDS, ObjectBase
 from magicsim.sampling.distribution import Number, choose
@@ -18,7 +19,6 @@ Kind = Literal[
     "scissors", "banana", "plug", "mesh",
 ]  # fmt: skip
 Weight = Annotated[float, Field(ge=1e-6, le=1e6)]
-MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".glb"})
 OWN_KEYS = frozenset({"kind", "weight", "folder"})
 NOT_DRAWN = frozenset({"path", "axis", "flutes", "file_colors"})
 

@@ -1,7 +1,5 @@
 """A recipe: distributions over sensors, objects and paths. The configuration of `scenes/recipes/*.toml`."""
 
-import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -9,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.config.models import Config, load_preset
+from magicsim.config.named_files import config_digest
 from magicsim.dataset.recipes.object_recipe import ObjectRecipe
 from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, PathRecipe
 from magicsim.dataset.room_recipe import RoomRecipe
@@ -190,9 +189,9 @@ class Recipe(Config):
         return any(rig.moving is not None for rig in rooms)
 
     def config_hash(self) -> str:
-        """SHA-256 of everything that rows depend on: neither of their number, nor of time or licence."""
+        """SHA-256 of all that rows depend on, files included: neither of their number, nor of time or licence."""
         data = self.model_dump(mode="json", exclude={"episodes", "license", "timeout_s"})
-        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+        return config_digest(data)
 
 
 def load_recipe(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> Recipe:

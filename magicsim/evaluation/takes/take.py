@@ -5,8 +5,6 @@ named after a hash of everything that decides its content; it appears whole or n
 goes on where it stopped.
 """
 
-import hashlib
-import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 import magicsim
+from magicsim.config.named_files import config_digest
 from magicsim.folder import result_file
 from magicsim.scenes.scene import SceneConfig
 
@@ -41,16 +40,13 @@ class Take:
 
 
 def take_key(scene: SceneConfig) -> str:
-    """Hash of everything that decides a take: the scene, the version of the program, and a mesh file's content."""
+    """Hash of everything that decides a take: the scene, the version of the program, and the files that it names."""
     content = {
         "format": TAKE_FORMAT,
         "version": magicsim.__version__,
         "scene": scene.model_dump(mode="json"),
     }
-    path = getattr(scene.object, "path", None)
-    if path is not None:
-        content["mesh"] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
+    return config_digest(content)[:24]
 
 
 def read_take(path: Path) -> Take:

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.config.named_files import file_hashes
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.face_shape import HeightMap
 from magicsim.geometry.markers import PictureMarkers
 from magicsim.light.transport.light_field import LightField
 from magicsim.scenes.rig import DARK, Rig
@@ -72,4 +74,6 @@ def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -
         rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
         settings.model_dump(mode="json", include=OPTICAL_SETTINGS),
     ]
+    if isinstance(design.face, HeightMap):
+        data.append(file_hashes(design.face.model_dump(mode="json")))
     return json.dumps(data, sort_keys=True)

@@ -8,11 +8,14 @@ import sys
 import time
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.manifest import read_manifest
+from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import Ledger
@@ -312,3 +315,17 @@ def test_run_that_ended_before_anything_was_finished_leaves_the_folder_free(
     summary = generate_dataset(small_recipe(seed=9), out, options=ONE, simulator=FAKE)
     assert summary.failed == 0
     assert not verify_dataset(out).problems
+
+
+def test_dataset_does_not_go_on_in_another_room_of_the_same_name(in_process: None, tmp_path: Path):
+    def recipe(episodes: int, grey: int) -> Recipe:
+        cv2.imwrite(str(tmp_path / "room.png"), np.full((4, 8, 3), grey, np.uint8))
+        room = f"rig.room='{tmp_path / 'room.png'}'"
+        return small_recipe(f"episodes={episodes}", "episodes_per_shard=1", room, "rig.ambient=[0.1,0.1,0.1]")
+
+    generate_dataset(recipe(1, 10), tmp_path / "set", options=ONE, simulator=FAKE)
+    other = recipe(2, 200)
+    with pytest.raises(OutputError, match=r"of another recipe .* the files that it names"):
+        generate_dataset(other, tmp_path / "set", options=ONE, simulator=FAKE, resume=True)
+    assert verify_dataset(tmp_path / "set").problems == []  # which is about the dataset, wherever its room is
+    generate_dataset(recipe(2, 10), tmp_path / "set", options=ONE, simulator=FAKE, resume=True)

@@ -1,0 +1,114 @@
+"""Files that a resolved configuration names, and their content as a part of its hash.
+
+A file may be replaced by another of its name: what was made with the first is not what the second makes.
+"""
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from magicsim.config.presets import expanded, is_file, is_folder
+from magicsim.config.toml_paths import MESH_KEYS, ROOM_SUFFIXES, read_with_paths
+from magicsim.errors import ConfigError
+from magicsim.folder.hashing import sha256_of
+
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+"""What tells that a file is a mesh."""
+OF_KIND = {"mesh": MESH_KEYS, "picture": ("file",), "height_map": ("file",)}
+"""Keys that name a file or a folder, by the `kind` of their table."""
+CONTENT = "content of files"
+"""Key of the hashes in what is hashed; no model has a field with blanks."""
+MATERIALS = re.compile(rb"^mtllib[ \t]+(.+?)[ \t\r]*$", re.MULTILINE)
+TEXTURE = re.compile(rb"^[ \t]*map_\w+[ \t].*?(\S+)[ \t\r]*$", re.MULTILINE)
+"""What an OBJ file and its materials name (Wavefront's formats): materials, and textures, options before the name."""
+
+
+def config_digest(data: Mapping[str, Any]) -> str:
+    """SHA-256 of a configuration and of the content of every file that it names.
+
+    Without such files it is that of its JSON alone, keys sorted.
+
+    Args:
+        data: Resolved configuration as plain values, as `model_dump(mode="json")` gives it.
+    """
+    hashes = file_hashes(data)
+    content = {**data, CONTENT: hashes} if hashes else data
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def file_hashes(data: object) -> dict[str, str]:
+    """SHA-256 of the files that a configuration names and that are there, by name; a folder stands for its meshes.
+
+    A TOML file brings those that it names in its turn, an OBJ file its materials and textures.
+
+    Args:
+        data: Plain values.
+    """
+    found: dict[str, str] = {}
+    waiting = sorted(named_files(data))
+    while waiting:
+        for file in _files_at(expanded(waiting.pop())):
+            if file.as_posix() not in found:
+                found[file.as_posix()] = sha256_of(file)
+                waiting += sorted(_named_by_toml(file))
+    return found
+
+
+def named_files(data: object) -> set[str]:
+    """Names of files and folders in a configuration: meshes, pictures, height maps, rooms, and TOML files in place.
+
+    Rooms that come with the program are no files of the user's.
+
+    Args:
+        data: Plain values.
+    """
+    return set(_names(data))
+
+
+def _names(value: object) -> Iterator[str]:
+    if isinstance(value, str):
+        if value.lower().endswith(".toml"):
+            yield value
+    elif isinstance(value, Mapping):
+        keys = OF_KIND.get(str(value.get("kind")), ())
+        room = value.get("room")
+        yield from (value[key] for key in keys if isinstance(value.get(key), str))
+        if isinstance(room, str) and room.lower().endswith(ROOM_SUFFIXES):
+            yield room
+        for each in value.values():
+            yield from _names(each)
+    elif isinstance(value, list | tuple):
+        for each in value:
+            yield from _names(each)
+
+
+def _files_at(path: Path) -> Iterator[Path]:
+    """A file, or the meshes of a folder, each OBJ file with its materials and textures."""
+    folder = path.iterdir() if is_folder(path) else ()
+    files = sorted(each for each in folder if each.suffix.lower() in MESH_SUFFIXES) or [path]
+    for each in filter(is_file, files):
+        yield each
+        if each.suffix.lower() == ".obj":
+            yield from _named_by_obj(each)
+
+
+def _named_by_obj(path: Path) -> Iterator[Path]:
+    for library in MATERIALS.findall(path.read_bytes()):
+        materials = path.parent / library.decode(errors="replace")
+        if is_file(materials):
+            yield materials
+            textures = (path.parent / name.decode(errors="replace") for name in TEXTURE.findall(materials.read_bytes()))
+            yield from filter(is_file, textures)
+
+
+def _named_by_toml(file: Path) -> set[str]:
+    """Names in a TOML file; none of another file, or of one that cannot be read, which its reader tells."""
+    if file.suffix.lower() != ".toml":
+        return set()
+    try:
+        return named_files(read_with_paths(file))
+    except ConfigError:
+        return set()
