@@ -112,3 +112,18 @@ def test_quick_evaluation_says_what_it_leaves_out_and_how_long_it_takes(shell: S
     assert next(iter(found["metrics"])) == found["standard"]
     assert whole["left_out"] == []
     assert set(found) == set(whole)
+
+
+@pytest.mark.parametrize("target", ["folder", "file/base.json", "loop/base.json", "z" * 300 + ".json"])
+def test_place_of_a_baseline_that_cannot_be_written_is_told_before_anything_is_judged(
+    shell: Shell, tmp_path: Path, target: str
+):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "loop").symlink_to("loop")
+    found = shell("evaluate", "--save-baseline", target)  # of a suite of which nothing is rendered here
+    assert found.code == 2
+    assert found.err.startswith("magicsim: ")
+    assert found.err.count("\n") == 1
+    assert target[:40] in found.err
+    assert not (tmp_path / "magicsim-takes").exists()
