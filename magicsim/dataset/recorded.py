@@ -16,11 +16,11 @@ class Recorded(Config):
     """Facts about frames of a real sensor; `magicsim.real` writes them."""
 
     schema_version: Literal[1] = 1
-    rows: Annotated[int, Field(ge=1)]
+    rows: Annotated[int, Field(ge=1, le=65_535)]
     """Height of every frame [px]."""
-    columns: Annotated[int, Field(ge=1)]
+    columns: Annotated[int, Field(ge=1, le=65_535)]
     """Width of every frame [px]."""
-    frames_per_second: float | None
+    frames_per_second: Annotated[float, Field(gt=0, le=1e6)] | None
     """Frame rate [1/s]; none where nobody said when the frames were taken."""
     table: tuple[str, ...]
     """Names of the columns, in order."""

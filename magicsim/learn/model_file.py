@@ -14,7 +14,8 @@ from magicsim.learn.settings import Input, LongSidePx, Network
 
 HEADER = "magicsim_model"
 """Key of the header's text."""
-Spread = Annotated[float, Field(gt=0)]
+Mean = Annotated[float, Field(ge=-1e12, le=1e12)]
+Spread = Annotated[float, Field(gt=0, le=1e12)]
 SizePx = Annotated[int, Field(ge=1, le=65_535)]
 
 
@@ -29,10 +30,10 @@ class ModelConfig(Config):
     frame_rows: SizePx
     frame_columns: SizePx
     """Size of the frames that it was trained on, before they are reduced [px]."""
-    input_mean: tuple[float, float, float]
+    input_mean: tuple[Mean, Mean, Mean]
     input_sd: tuple[Spread, Spread, Spread]
     """Of each channel of the training inputs."""
-    target_mean: tuple[float, ...]
+    target_mean: tuple[Mean, ...]
     target_sd: tuple[Spread, ...]
     """Of each label over the training frames; 0 and 1 of what is no number."""
     recipe_hash: Annotated[str, Field(max_length=100)] = ""

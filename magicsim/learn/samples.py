@@ -33,7 +33,7 @@ class Label(Config):
     unit: Annotated[str, Field(pattern=r"^[ -~]{0,20}$")] = ""
     kind: Literal["number", "flag", "choice"] = "number"
     """A number; whether something is so (0 or 1); or one of some values."""
-    choices: Annotated[tuple[float, ...], Field(max_length=1000)] = ()
+    choices: Annotated[tuple[Annotated[float, Field(ge=-1e9, le=1e9)], ...], Field(max_length=1000)] = ()
     """Values of a choice, ascending."""
 
     @model_validator(mode="after")

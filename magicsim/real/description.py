@@ -15,6 +15,7 @@ from magicsim.wording import NAME_LENGTH, shortened
 
 Text = Annotated[str, Field(pattern=r"\S", max_length=1000)]
 Factor = Annotated[float, Field(ge=-1e9, le=1e9)]
+Edge = Annotated[int, Field(ge=0, le=20_000)]
 Pixels = Annotated[int, Field(ge=8, le=20_000)]
 Split = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_]*$", max_length=40)]
 ClassName = Literal["Clear", "Near", "Contact", "Light", ""]
@@ -26,7 +27,7 @@ class FrameForm(Config):
 
     color_order: Literal["rgb", "bgr"] = "rgb"
     """`bgr` exchanges red and blue, where whoever saved the frames has exchanged them."""
-    crop_px: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)], Pixels, Pixels] | None = None
+    crop_px: tuple[Edge, Edge, Pixels, Pixels] | None = None
     """Part that is kept: first column, first row, columns, rows; all of it by default [px]."""
     rotate_deg: Literal[0, 90, 180, 270] = 0
     """Turn of the picture, counter-clockwise [degrees]."""

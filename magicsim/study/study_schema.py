@@ -27,6 +27,8 @@ def study_schema() -> dict[str, Any]:
                 properties[name] = {"anyOf": [{"type": "string"}, properties[name]]}
         if "others" in properties:  # names, or tables that leave out what the first design gives
             properties["others"] = {"type": "array", "items": {"anyOf": [{"type": "string"}, {"type": "object"}]}}
+        if "rigs" in properties:
+            properties["rigs"] = {"anyOf": [{"type": "array", "items": {"type": "string"}}, properties["rigs"]]}
         properties["study_changes"] = {"type": "object", "description": "Keys of the compared study that change."}
         properties[QUICK] = {"type": "object", "description": "What --quick changes."}
         properties["recipe_changes"] = {"type": "object", "description": "Keys of the recipe that this study changes."}

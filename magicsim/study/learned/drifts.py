@@ -11,6 +11,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 
 Factor = Annotated[float, Field(gt=0, le=100)]
+Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Pits(Config):
@@ -20,7 +21,7 @@ class Pits(Config):
     """Number on a square millimetre at the end."""
     diameter_mm: Annotated[float, Field(ge=0.05, le=2)] = 0.1
     """Diameter of each [mm]."""
-    color: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    color: tuple[Share, Share, Share] = (0.5, 0.5, 0.5)
     """Diffuse reflectance in linear RGB."""
 
 
@@ -28,7 +29,7 @@ class Drift(Config):
     """One way in which a sensor ages; between new and the end of its life all of it grows in proportion."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]{0,39}$")]
-    added: dict[str, float] = Field(default_factory=dict)
+    added: dict[str, Annotated[float, Field(ge=-1e6, le=1e6)]] = Field(default_factory=dict)
     """Change of numbers of the design at the end, by their dotted names, such as `skin_mm = -0.1`."""
     factors: dict[str, Factor] = Field(default_factory=dict)
     """Factors on numbers of the design at the end, likewise."""

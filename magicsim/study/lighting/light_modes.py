@@ -12,6 +12,7 @@ from pydantic import Field
 from magicsim.config.models import validate
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
+from magicsim.scenes.lamps import Radiance
 from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import RenderSettings, SceneConfig
 from magicsim.study.lighting.color_measures import CHANNELS, around, brightening, disparity, share_brighter, unevenness
@@ -50,7 +51,7 @@ class LightModesConfig(StudyConfig):
     """Lights under which the print is touched, by name; a file may give a list of rig presets instead."""
     room: str = "office"
     """Room of the touches under room light, see `Rig.room`."""
-    ambient: tuple[float, float, float] = (0.1, 0.1, 0.1)
+    ambient: tuple[Radiance, Radiance, Radiance] = (0.1, 0.1, 0.1)
     """Its mean radiance."""
     object: ObjectConfig
     """What touches."""

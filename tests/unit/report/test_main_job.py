@@ -16,7 +16,8 @@ def test_a_profile_that_refuses_a_sensor_keeps_no_other_from_judging(monkeypatch
         return name
 
     monkeypatch.setattr("magicsim.report.main_job.judge", judge)
-    seen = judged(SimpleNamespace(references=[None]))  # type: ignore[arg-type]
+    clear = SimpleNamespace(design=SimpleNamespace(is_opaque=False))
+    seen = judged(SimpleNamespace(references=[None], scene=clear))  # type: ignore[arg-type]
     assert seen == (["calibrated"], "profile 'published': reference frames show no grid")
 
 
