@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from magicsim.config.models import Config
-from magicsim.scenes.named_files import file_hashes
+from magicsim.config.named_files import file_hashes
 from magicsim.scenes.scene import SceneConfig
 from magicsim.task.item import Item
 
@@ -29,7 +29,7 @@ def resolved(
         OSError: A file cannot be read.
     """
     fingers = next(iter(scenes.values())).model_dump(mode="json", exclude={"object": True, "contact": {"friction"}})
-    files = {name: file_hashes(scene) for name, scene in scenes.items()}
+    files = {name: file_hashes(scene.model_dump(mode="json")) for name, scene in scenes.items()}
     content = {
         "profile": dict(profile),
         "items": {name: item.model_dump(mode="json") for name, item in items.items()},
