@@ -45,6 +45,7 @@ def test_far_object_changes_next_to_nothing() -> None:
     assert _measured(_out_of_reach((*SMALL, "object.radius_mm=100")), 1).difference < 1e-3
 
 
+@pytest.mark.slow
 def test_recorded_paths_differ_by_their_noise() -> None:
     row = _measured(_recorded("near")(SMALL), 1)
     assert 0 < row.difference < 1.5 * row.noise

@@ -43,9 +43,9 @@ FILLETS = ("design.unevenness.crossing_radius_mm=0.15",)
 @pytest.mark.parametrize(
     ("case", "flaws"),
     [
-        ("default, rest", ROUGH),
-        ("default, rest", INCLUSIONS),
-        ("default, rest", FILLETS),
+        pytest.param("default, rest", ROUGH, marks=pytest.mark.slow),
+        pytest.param("default, rest", INCLUSIONS, marks=pytest.mark.slow),
+        pytest.param("default, rest", FILLETS, marks=pytest.mark.slow),
         ("default, 1 mm press", (*ROUGH, *INCLUSIONS, *FILLETS)),
     ],
 )
