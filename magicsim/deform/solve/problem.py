@@ -52,7 +52,7 @@ class NewtonOptions:
     elastic_slip_ratio: float = 2e-4
     """Least elastic slip at the limit of friction in units of the smallest cell edge."""
     slip_mismatch: float = 1e-3
-    """Largest departure from the law of friction, see `contact.slip_mismatch`."""
+    """Largest departure from the law of friction, see `contact.augmented.slip_mismatch`."""
     step_ratio: float = 0.7
     """Longest step of a node in units of the smallest cell edge."""
     first_shift: float = 0.25
