@@ -231,7 +231,8 @@ class Rig(Config):
     """Radiance of the room below the contact face, relative units: the same all around, or the mean of `room`."""
     room: str | None = None
     """Where that light comes from: `office`, `window`, `bench`, `corridor`, or an equirectangular image (PNG or JPEG,
-    sRGB), whose middle is what the sensor looks at; none is even light, and `dark` turns the room off, whatever `ambient` is."""
+    sRGB), whose middle is what the sensor looks at; none is even light, and `dark` turns the room off, whatever
+    `ambient` is."""
     passing: Passing | None = None
     """What passes behind whatever approaches; that of the room by default, which has none but in `corridor`."""
     camera: Camera = Camera()
