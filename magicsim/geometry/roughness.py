@@ -21,8 +21,3 @@ class Roughness(Config):
     """Of the block's outer faces: contact face and sides. The face on the lens is in optical contact and smooth."""
     walls: Slope = 0.0
     """Between walls and infill."""
-
-    @property
-    def is_smooth(self) -> bool:
-        """Whether every interface is."""
-        return self.skin == 0 and self.walls == 0

@@ -84,15 +84,6 @@ def read_model(path: Path) -> tuple[ModelConfig, bytes]:
     return parse_config(content, source=str(path)), content
 
 
-def read_config(path: Path) -> ModelConfig:
-    """What a model file's header says.
-
-    Raises:
-        ConfigError: As `read_model`.
-    """
-    return read_model(path)[0]
-
-
 def parse_config(content: bytes, *, source: str = "the model") -> ModelConfig:
     """What the header of a model file's content says.
 

@@ -35,6 +35,8 @@ Offset = Annotated[float, Field(ge=-1024, le=1024)]
 DARK = "dark"
 """The room without light."""
 Side = Literal["-x", "+x", "-y", "+y"]
+INSET_MM = 0.2
+"""How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
 
 
 class LedStrip(Config):

@@ -252,10 +252,6 @@ def _means(rows: Sequence[dict[str, Any]]) -> Iterable[Row]:
         yield {"light": light, "n": n, "m": m, "episodes": len(own), **means}
 
 
-def _standard_error(values: Sequence[float]) -> float | None:
-    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else None
-
-
 def _figure(table: Sequence[Row], measure: str, title: str) -> Figure:
     """A measure against N with M = 1, a curve a light."""
     series = []

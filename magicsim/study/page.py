@@ -1,7 +1,6 @@
 """The page of a study: everything in one HTML file that needs no network, no script and no other file."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -108,8 +107,3 @@ def in_words(name: str) -> str:
 def _head(column: Column) -> str:
     title = column.title or in_words(column.name.removesuffix(f"_{column.unit}") if column.unit else column.name)
     return f"{title} [{column.unit}]" if column.unit else title
-
-
-def headline_lines(headline: Mapping[str, Cell]) -> list[str]:
-    """The numbers that sum a study up, a line each."""
-    return [f"{in_words(name)}: {shown(value)}" for name, value in headline.items()]

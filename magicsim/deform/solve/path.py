@@ -166,6 +166,10 @@ class ContactSolver:
             complain = report_passage if self._has_passed_through(effort.last) else report
             raise ConvergenceError(complain(problem, effort), history=tuple(effort.iterations))
         self._refuse_overlap(state, indenter, effort)
+        return self._relaxed(state, start, dt_s)
+
+    def _relaxed(self, state: Deformation, start: Deformation, dt_s: float) -> Deformation:
+        """A state with what its branches are after the step; itself where nothing relaxes."""
         if self._relaxation is None or start.relaxation is None:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
@@ -175,12 +179,11 @@ class ContactSolver:
         """What is left of a dent that nothing presses any more; rest where that is next to nothing."""
         problem = self._timed(start, dt_s)
         state = self._follow_path(problem, indenter, start, effort, fineness=1)
-        if state is None or self._relaxation is None or start.relaxation is None:
+        if state is None:
             raise ConvergenceError(report(problem, effort), history=tuple(effort.iterations))
         if np.abs(state.displacements_mm).max() < RECOVERED_MM:
             return self._rest
-        positions = self.lattice.nodes_mm + state.displacements_mm
-        return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
+        return self._relaxed(state, start, dt_s)
 
     def _refuse_overlap(self, state: Deformation, indenter: Indenter, effort: Effort) -> None:
         """Raises ConvergenceError where the object lies inside the block between its contact points."""

@@ -8,9 +8,10 @@ from typing import Any
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import RoughSurfaces, crossing
+from magicsim.light.single_directions import SingleDirections
 
 
-class RoughInterface(mi.BSDF):  # type: ignore[misc]
+class RoughInterface(SingleDirections):
     """A dielectric that is rough below a height and smooth above it."""
 
     def __init__(self, properties: Any) -> None:
@@ -18,9 +19,6 @@ class RoughInterface(mi.BSDF):  # type: ignore[misc]
         super().__init__(properties)
         self.ior, self.alpha = properties["ior"], properties["alpha"]
         self.surfaces = RoughSurfaces.of(self.alpha, self.alpha, properties["top_mm"])
-        both = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
-        self.m_components = [mi.BSDFFlags.DeltaReflection | both, mi.BSDFFlags.DeltaTransmission | both]
-        self.m_flags = self.m_components[0] | self.m_components[1]
 
     def sample(self, context: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
         """A direction in which light leaves, and its weight."""
@@ -40,20 +38,6 @@ class RoughInterface(mi.BSDF):  # type: ignore[misc]
         bs.wo, bs.eta = local, dr.select(through, eta_it, 1)
         scale = dr.square(eta_ti) if context.mode == mi.TransportMode.Radiance else mi.Float(1)
         return bs, mi.Color3f(dr.select(through, scale, 1)) & active
-
-    def eval(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
-        """Nothing but single directions."""
-        del context, si, wo, active
-        return mi.Color3f(0)
-
-    def pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
-        """Nothing but single directions."""
-        del context, si, wo, active
-        return mi.Float(0)
-
-    def eval_pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
-        """Nothing but single directions."""
-        return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
 
     def to_string(self) -> str:
         """One line for logs."""

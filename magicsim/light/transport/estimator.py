@@ -7,8 +7,8 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.light.backend import VARIANT
 from magicsim.light.variant import SCALAR_VARIANT
 from magicsim.light.world.finish import Finish
-from magicsim.light.world.scene_dict import INSET_MM, lights_inside, lights_off
-from magicsim.scenes.rig import Rig
+from magicsim.light.world.scene_dict import lights_inside, lights_off
+from magicsim.scenes.rig import INSET_MM, Rig
 from magicsim.scenes.scene import RenderSettings
 
 PATH_DEPTH = 256

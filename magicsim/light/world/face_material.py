@@ -10,9 +10,10 @@ from magicsim.geometry.face_paint import FacePaint, face_paint
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_material import interface_bsdf
+from magicsim.light.single_directions import SingleDirections
 
 
-class FilmedDielectric(mi.BSDF):  # type: ignore[misc]
+class FilmedDielectric(SingleDirections):
     """A smooth dielectric with a film of metal on its inner side, see `film_on_face`."""
 
     def __init__(self, properties: Any) -> None:
@@ -20,9 +21,6 @@ class FilmedDielectric(mi.BSDF):  # type: ignore[misc]
         super().__init__(properties)
         self.ior = properties["ior"]
         self.own, self.passed = properties["reflectance"], properties["transmittance"]
-        both = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
-        self.m_components = [mi.BSDFFlags.DeltaReflection | both, mi.BSDFFlags.DeltaTransmission | both]
-        self.m_flags = self.m_components[0] | self.m_components[1]
 
     def sample(self, context: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
         """A reflected or refracted direction and its weight."""
@@ -45,20 +43,6 @@ class FilmedDielectric(mi.BSDF):  # type: ignore[misc]
         bs.eta = dr.select(reflected, 1, eta_it)
         scale = dr.square(eta_ti) if context.mode == mi.TransportMode.Radiance else mi.Float(1)
         return bs, mi.Color3f(kept * dr.select(reflected, 1, scale)) & active
-
-    def eval(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
-        """Nothing but single directions."""
-        del context, si, wo, active
-        return mi.Color3f(0)
-
-    def pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
-        """Nothing but single directions."""
-        del context, si, wo, active
-        return mi.Float(0)
-
-    def eval_pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
-        """Nothing but single directions."""
-        return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
 
     def to_string(self) -> str:
         """One line for logs."""

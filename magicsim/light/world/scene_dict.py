@@ -29,12 +29,10 @@ from magicsim.light.world.names import (
     PLACE,
     RING,
 )
-from magicsim.scenes.rig import LedStrip, Rig
+from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
 from magicsim.scenes.room import room_radiance
 
 Array = npt.NDArray[np.float64]
-INSET_MM = 0.2
-"""How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""
 HOUSING_RADIUS = 1.2
 """Radius of the housing that keeps the light of the room from camera and lens, in half diagonals of the footprint."""
 SIDE_STEPS = 401

@@ -10,12 +10,10 @@ from magicsim.camera.viewing import focal_px
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
-from magicsim.scenes.rig import DARK, LedStrip, Rig
+from magicsim.scenes.rig import DARK, INSET_MM, LedStrip, Rig
 from magicsim.study.lighting.path_kernel import follow_paths, fresnel
 
 Array = npt.NDArray[np.float64]
-INSET_MM = 0.2
-"""How far inside the body strips in optical contact lie, as in `magicsim.light.world.scene_dict` [mm]."""
 ROOM = "room"
 """What the light below the contact face is called, beside the strips."""
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.learn.model_file import HEADER, ModelConfig, parse_config, read_config
+from magicsim.learn.model_file import HEADER, ModelConfig, parse_config, read_model
 from magicsim.learn.samples import Label
 
 GOOD = {
@@ -64,7 +64,7 @@ def test_header_that_says_what_is_not_allowed_is_refused_by_its_field(tmp_path: 
     path = tmp_path / "model.safetensors"
     path.write_bytes(as_file(GOOD | changed))
     with pytest.raises(ConfigError, match=said) as caught:
-        read_config(path)
+        read_model(path)
     assert str(caught.value).startswith(f"model '{path}': ")
 
 
@@ -73,11 +73,11 @@ def test_file_that_is_no_model_is_refused(tmp_path: Path, content: bytes):
     path = tmp_path / "model.safetensors"
     path.write_bytes(content)
     with pytest.raises(ConfigError, match=rf"'{path}' is not a model of magicsim"):
-        read_config(path)
+        read_model(path)
     with pytest.raises(ConfigError, match="does not exist"):
-        read_config(tmp_path / "none")
+        read_model(tmp_path / "none")
     with pytest.raises(ConfigError, match="is not a model of magicsim"):
-        read_config(tmp_path)
+        read_model(tmp_path)
 
 
 def test_weights_that_do_not_fit_are_refused_by_name():

@@ -11,7 +11,7 @@ pytest.importorskip("torch")
 pytest.importorskip("safetensors")
 
 from magicsim.learn.fitting import Fit, split_of
-from magicsim.learn.model_file import read_config
+from magicsim.learn.model_file import read_model
 from magicsim.learn.outputs import model_config
 from magicsim.learn.settings import LearningSettings
 from magicsim.learn.training import answer, train
@@ -74,11 +74,11 @@ def test_model_file_says_what_it_reads_and_refuses_what_is_none(tmp_path):
     _, _, config, done = trained(SETTINGS.model_copy(update={"epochs": 1}))
     path = tmp_path / "model.safetensors"
     path.write_bytes(done.model)
-    assert read_config(path) == config
+    assert read_model(path)[0] == config
     path.write_bytes(b"\x10" + b"\0" * 7 + json.dumps({}).encode() + b" " * 14)
     for name in (path, tmp_path / "none"):
         with pytest.raises(ConfigError, match=r"does not exist|is not a model of magicsim"):
-            read_config(name)
+            read_model(name)
 
 
 def test_estimate_reads_frames_beside_a_reference_and_refuses_another_size(tmp_path):
