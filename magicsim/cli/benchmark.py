@@ -40,7 +40,7 @@ def evaluate(
     begun = time.perf_counter()
     from magicsim.evaluation.baseline import default_baseline, load_baseline
     from magicsim.evaluation.baseline import save_baseline as keep
-    from magicsim.evaluation.detector import built_in, find_detector
+    from magicsim.evaluation.plugin import named_detector
     from magicsim.evaluation.suite import load_suite
     from magicsim.folder import check_file, check_target
 
@@ -51,7 +51,7 @@ def evaluate(
         msg = "--quick is not allowed with --on: frames that exist need no rendering"
         raise ConfigError(msg)
     config = load_suite(suite, settings or [], seed=seed)
-    make = find_detector(detector) if detector is not None else built_in(profile)
+    make = named_detector(detector, profile=profile)
     make()  # what cannot be made is told before anything is rendered
     is_whole = detector is None and not quick and on is None
     file = baseline or (default_baseline(suite, profile) if is_whole else None)

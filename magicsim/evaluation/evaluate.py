@@ -11,8 +11,9 @@ from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.baseline import Baseline, paired
 from magicsim.evaluation.cases import list_cases
-from magicsim.evaluation.detector import MakeDetector, detector_by
+from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.judged import JudgedEpisode, judge_footage
+from magicsim.evaluation.plugin import detector_by
 from magicsim.evaluation.statistics.curves import (
     NO_TOUCH,
     NOTHING_NEAR,

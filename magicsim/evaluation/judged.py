@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.evaluation.detector import MakeDetector, check_detection
+from magicsim.evaluation.answers import answered, fitted
+from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.takes.footage import EpisodeTag, Footage, Labels
 
 Array = npt.NDArray[np.float64]
@@ -35,14 +36,12 @@ def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEp
     Raises:
         MagicsimError: A frame cannot be used, or the detector does not answer as it must.
     """
-    detector = make()
-    detector.fit(list(footage.images.references()))
+    detector = fitted(make, footage.images.references(), who=who)
     said, spent = [], []
     for frame in footage.images.frames():
         start = time.perf_counter()
-        answer = detector.step(frame)
+        said.append(answered(detector, frame, who=who))
         spent.append(time.perf_counter() - start)
-        said.append(check_detection(answer, who=who))
     return JudgedEpisode(
         tag=footage.tag,
         labels=footage.labels,

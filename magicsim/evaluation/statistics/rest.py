@@ -13,7 +13,8 @@ import numpy.typing as npt
 from scipy.special import gammaincinv, ndtr
 
 from magicsim.detectors.verdict import Contact, Proximity
-from magicsim.evaluation.detector import MakeDetector, check_detection
+from magicsim.evaluation.answers import answered, fitted
+from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.takes.footage import ExposedTake, Footage
 from magicsim.frame_class import FrameClass
@@ -87,10 +88,9 @@ def rest_streams(
 
 def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, *, seconds: float, who: str) -> Rest:
     assert isinstance(film.images, ExposedTake)
-    detector = make()
-    detector.fit(list(film.images.references()))
+    detector = fitted(make, film.images.references(), who=who)
     count = round(seconds * film.frames_per_second)
-    said = [check_detection(detector.step(frame), who=who) for frame in film.images.at_rest(count)]
+    said = [answered(detector, frame, who=who) for frame in film.images.at_rest(count)]
     alarms = sum(each.proximity == Proximity.APPROACHING or each.contact == Contact.TOUCHED for each in said)
     hours = count / film.frames_per_second / HOUR_S
     touch = _score(np.array([each.touch for each in said]), episodes, "touch", FrameClass.CONTACT, Contact.TOUCHED)

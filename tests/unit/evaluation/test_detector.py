@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.evaluation.detector import Detection, built_in, check_detection, find_detector
+from magicsim.evaluation.answers import answered, check_detection, fitted
+from magicsim.evaluation.detector import Detection, built_in
 from magicsim.evaluation.evaluate import Evaluation
+from magicsim.evaluation.plugin import find_detector
 from magicsim.evaluation.statistics.measures import measure
 from magicsim.evaluation.statistics.tally import tally
 
@@ -20,7 +22,7 @@ def test_plug_in_is_found_in_a_module_a_file_and_an_entry_point(monkeypatch: pyt
     stand_in = f"{__name__}:Blind"
     assert isinstance(find_detector(stand_in)(), Blind)
     point = EntryPoint(name="blind", value=stand_in, group="magicsim.detectors")
-    monkeypatch.setattr("magicsim.evaluation.detector.entry_points", lambda group: [point] * (group == point.group))
+    monkeypatch.setattr("magicsim.evaluation.plugin.entry_points", lambda group: [point] * (group == point.group))
     assert isinstance(find_detector("blind")(), Blind)
     with pytest.raises(ConfigError, match=r"unknown detector 'blond' \(did you mean 'blind'\?\)"):
         find_detector("blond")
@@ -71,7 +73,7 @@ def test_what_is_no_detector_is_refused(name: str, words: str):
     [
         ("1/0", "cannot be loaded: ZeroDivisionError: division by zero"),
         ("raise SystemExit(7)", "cannot be loaded: SystemExit: 7"),
-        ("import sys\nsys.exit()", "cannot be loaded: SystemExit$"),
+        ("import sys\nsys.exit()", "cannot be loaded: SystemExit \\(mine.py, line 2\\)$"),
         ("X = (", "cannot be loaded: SyntaxError"),
         ("class X:\n  def __init__(self): raise KeyError('x')", r"cannot be made without arguments: KeyError: 'x'"),
         ("class X:\n  def __init__(self): raise SystemExit(7)", "cannot be made without arguments: SystemExit: 7"),
@@ -83,6 +85,27 @@ def test_whatever_a_file_raises_is_one_line(tmp_path: Path, code: str, words: st
     with pytest.raises(ConfigError, match=words) as caught:
         find_detector(f"{tmp_path / 'mine.py'}:X")()
     assert "mine.py" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        ("1 / 0", "ZeroDivisionError: division by zero (mine.py, line 3)"),
+        ("import sys; sys.exit()", "SystemExit (mine.py, line 3)"),
+        ("raise ValueError('no\\nway')", "ValueError: no way (mine.py, line 3)"),
+    ],
+)
+@pytest.mark.parametrize("method", ["fit", "step"])
+def test_whatever_a_detector_raises_is_one_line(tmp_path: Path, code: str, words: str, method: str):
+    lines = [
+        "class X:",
+        *(f"  def {each}(self, _):\n    {code if each == method else 'pass'}" for each in ("fit", "step")),
+    ]
+    (tmp_path / "mine.py").write_text("\n".join(lines if method == "fit" else [lines[0], *reversed(lines[1:])]))
+    frame = np.zeros((8, 8, 3), np.uint8)
+    with pytest.raises(ConfigError) as caught:
+        answered(fitted(find_detector(f"{tmp_path / 'mine.py'}:X"), [frame], who="mine"), frame, who="mine")
+    assert str(caught.value) == f"detector 'mine': {method} raised: {words}"
 
 
 @pytest.mark.parametrize(
