@@ -29,6 +29,7 @@ from laboratory.operating_point.search import (
     camera_values,
     candidate,
     grid_reading,
+    left_out,
     optical_fields,
     search_step,
 )
@@ -126,6 +127,9 @@ def check(path: Path, *, members: int) -> None:
         full = candidate(states, scene, each.optical, each.camera, profile)
         found["members"].append({"small": asdict(each), "full": None if full is None else asdict(full)})
         target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    small = search_scene(COLUMNS, ROWS)
+    found["without"] = left_out(best_of(read_rows(path), 1)[0], small, scaled(profile, columns=COLUMNS, full=FULL))
+    target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print(json.dumps({name: distances(found[name]["quantities"]) for name in ("default_small", "default_full")}))
 
 

@@ -13,16 +13,16 @@ import argparse
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 from laboratory.markdown import markdown_table
 from laboratory.operating_point.draws import first_points
 from laboratory.operating_point.filming import FilmedStates, film_states, search_scene
+from laboratory.operating_point.front import exclusive, met
 from laboratory.operating_point.reading import read_states, scaled
 from laboratory.operating_point.search import CAMERA, CAMERA_NAMES, camera_values, exposing, grid_reading
-from laboratory.operating_point.targets import TARGETS, distances, total_distance
+from laboratory.operating_point.targets import TARGETS, total_distance
 
 from magicsim.camera.settings import LiveExposure
 from magicsim.detectors import DetectorProfile, load_profile
@@ -54,11 +54,6 @@ class Found:
     distance: float
     quantities: dict[str, float]
 
-    @property
-    def met(self) -> set[str]:
-        """Targets that are met."""
-        return {name for name, left in distances(self.quantities).items() if left == 0}
-
 
 def drawn(point: list[float]) -> dict[str, Any]:
     """Values of a camera at shares of its ranges."""
@@ -86,7 +81,7 @@ def plain(values: Mapping[str, Any]) -> dict[str, Any]:
     return dict(values) | {"live": kind, "reading": " ".join(values["reading"])}
 
 
-def tables(best: list[Found], without: dict[str, float | None], exclusive: list[tuple[str, str]], count: int) -> str:
+def tables(best: list[Found], without: dict[str, float | None], excluded: list[tuple[str, str]], count: int) -> str:
     """The page's tables."""
     head = ["published", "target", *(f"{each.room}" for each in best)]
     rows = [
@@ -99,7 +94,7 @@ def tables(best: list[Found], without: dict[str, float | None], exclusive: list[
         for name in ("ambient", "exposure", "live", "reading", "flashlight", "crosstalk", "gamma")
     ]
     left = [[name, "no grid to read" if value is None else f"{value:.2f}"] for name, value in without.items()]
-    pairs = [[TARGETS[one].says, TARGETS[other].says] for one, other in exclusive]
+    pairs = [[TARGETS[one].says, TARGETS[other].says] for one, other in excluded]
     parts = [
         f"*The best of {count} cameras with a grid to read; **bold** meets the target.*",
         markdown_table(head, rows),
@@ -143,20 +138,16 @@ def main() -> None:
     for name, change in LEFT_OUT.items():
         quantities = read(filmed[best[0].room], scene.rig.camera, best[0].values | change, profile)
         without[name] = None if quantities is None else total_distance(quantities)
-    exclusive = [
-        (one, other)
-        for one, other in combinations(TARGETS, 2)
-        if any(one in each.met for each in found) and any(other in each.met for each in found)
-        and not any({one, other} <= each.met for each in found)
-    ]  # fmt: skip
-    never = [name for name in TARGETS if not any(name in each.met for each in found)]
+    together = [met(each.quantities) for each in found]
+    pairs = exclusive(together)
+    never = [name for name in TARGETS if not any(name in each for each in together)]
     result = {
         "cameras": len(found), "best": [asdict(each) | {"values": plain(each.values)} for each in best],
-        "without": without, "exclusive": exclusive, "never": never,
-        "most_met": max(len(each.met) for each in found),
+        "without": without, "exclusive": pairs, "never": never,
+        "most_met": max(len(each) for each in together),
     }  # fmt: skip
     (chosen.out / "operating-rooms.json").write_text(json.dumps(result, indent=1) + "\n")
-    text = tables(best, without, exclusive, len(found))
+    text = tables(best, without, pairs, len(found))
     (chosen.out / "operating-rooms-tables.txt").write_text(text)
     print(text, never, result["most_met"], sep="\n")
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from laboratory.operating_point.front import exclusive, front, met
 from laboratory.operating_point.search import CAMERA_NAMES, OPTICAL_NAMES, value_at
 from laboratory.operating_point.targets import TARGETS, distances
 
@@ -24,6 +25,7 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     leaders = sorted((row["candidates"][0] for row in rows if row["candidates"]), key=lambda each: each["distance"])
     members = leaders[: max(LEAST, round(BEST_SHARE * len(leaders)))]
     everything = [each for row in rows for each in row["candidates"]]
+    together = [met(each["reading"]["quantities"]) for each in everything]
     return {
         "kind": "operating-point",
         "steps": len(rows),
@@ -38,6 +40,8 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "best": {key: members[0][key] for key in ("distance", "optical", "camera", "reading")},
         "quantities": {name: _quantity(name, members, everything) for name in TARGETS},
         "constants": _narrowed(members),
+        "front": [{"met": sorted(names), "sensors": count} for names, count in front(together)],
+        "exclusive": exclusive(together),
         "ensemble": members,
     }
 

@@ -26,6 +26,12 @@ OBJECT = "object={kind='sphere',radius_mm=36.0,color=[0.58,0.33,0.23]}"
 """A large object: a ball of an orange's size in the colour of a hand."""
 QUALITY = ("render.samples=2", "render.particles=20000", "render.anchor_samples=8", "render.anchor_particles=150000")
 DARK, BRIGHT = [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]
+LAMPS, PRINT = "lamps", "print"
+"""What `film_states` takes beside fields: `strips` or `leds`, `smooth` or `rough`."""
+LEDS, LED_MM, LED_GAP_MM = 3, 1.0, 1.0
+"""Single LEDs in place of a strip: how many, their radius and how far beside the block [mm]; assumed."""
+ROUGHNESS = {"skin": 0.1, "walls": 0.1}
+"""Of a rough print, within the range of docs/physics/print.md."""
 
 _equilibria = Equilibria()
 
@@ -72,14 +78,20 @@ def film_states(scene: SceneConfig, values: Mapping[str, object]) -> FilmedState
 
     Args:
         scene: From `search_scene`.
-        values: By dotted field, as in `magicsim.fit.constants.with_values`; `rig.room` is the room.
+        values: By dotted field, as in `magicsim.fit.constants.with_values`; `rig.room` is the room, `LAMPS` and `PRINT`
+            are choices.
 
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
     chosen = dict(values)
     room = chosen.pop("rig.room", scene.rig.room)
-    strips = Sensor.for_scene(with_values(scene, chosen | {"rig.room": None, "rig.ambient": DARK}))
+    if chosen.pop(PRINT, "smooth") == "rough":
+        chosen["design.roughness"] = ROUGHNESS
+    lamps: dict[str, object] = {"rig.room": None, "rig.ambient": DARK}
+    if chosen.pop(LAMPS, "strips") == "leds":
+        lamps |= {"rig.strips.*.radiance": DARK, "rig.leds": single_leds(scene)}
+    strips = Sensor.for_scene(with_values(scene, chosen | lamps))
     lit = {"rig.strips.*.radiance": DARK, "rig.ambient": BRIGHT, "rig.room": room}
     by_strips = _approach(strips)
     flash = strips.radiance(replace(UNTOUCHED, flashlight=True), strips.rest)
@@ -88,6 +100,26 @@ def film_states(scene: SceneConfig, values: Mapping[str, object]) -> FilmedState
         room=_approach(Sensor.for_scene(with_values(scene, chosen | lit))),
         light=np.maximum(flash - by_strips.rest, 0).astype(np.float32),
     )
+
+
+def single_leds(scene: SceneConfig) -> list[dict[str, object]]:
+    """LEDs in a row in place of each strip of a scene's rig, half way up the block, that shine into it."""
+    half, height = np.array(scene.design.footprint_mm) / 2, scene.design.height_mm
+    leds: list[dict[str, object]] = []
+    for strip in scene.rig.strips:
+        across, sign = "xy".index(strip.side[1]), -1 if strip.side[0] == "-" else 1
+        axis = np.zeros(3)
+        axis[across] = -sign
+        for share in (np.arange(LEDS) + 0.5) / LEDS * 2 - 1:
+            place = np.array([0.0, 0.0, height / 2])
+            place[across], place[1 - across] = sign * (half[across] + LED_GAP_MM), share * half[1 - across]
+            leds.append(
+                {
+                    "place_mm": place.tolist(), "direction": axis.tolist(), "radius_mm": LED_MM,
+                    "radiance": list(strip.radiance),
+                }
+            )  # fmt: skip
+    return leds
 
 
 def _approach(sensor: Sensor) -> Approach:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from laboratory.operating_point.draws import first_points, next_point
-from laboratory.operating_point.filming import FilmedStates, film_states
+from laboratory.operating_point.filming import LAMPS, PRINT, FilmedStates, film_states
 from laboratory.operating_point.reading import Reading, read_states
 from laboratory.operating_point.targets import total_distance
 from magicsim.camera.settings import LiveExposure
@@ -29,8 +29,10 @@ CHOICES = {
     "strip_coupling": ("rig.strips.*.coupling", ("contact", "air")),
     "contact_coupling": ("contact.coupling", ("wet", "dry")),
     "room": ("rig.room", ("office", "window", "bench", None)),
+    "lamps": (LAMPS, ("strips", "leds")),
+    "print": (PRINT, ("smooth", "rough")),
 }
-"""Choices that do as well: their field and what it may be."""
+"""Choices that do as well: their field, or what `film_states` makes of it, and what it may be."""
 WALLS_MM = (0.1, 0.15, 0.2)
 """Walls are drawn from these alone, since each needs a deformation of its own."""
 CAMERA = ("exposure", "gamma", "full_well", "read_noise")
@@ -44,6 +46,20 @@ EXTRA = {
 READINGS: tuple[tuple[Polarity, Similarity], ...] = (("dark", "recall"), ("dark", "iou"), ("bright", "iou"))
 """Readings of S that the publication leaves open and that can fall where a frame brightens: polarity and similarity."""
 OPTICAL_NAMES = (*OPTICAL, *CHOICES)
+LEFT_OUT: Mapping[str, Mapping[str, float]] = {
+    "light of the room": {"ambient": 0.0},
+    "crosstalk of the colours": {"crosstalk": 0.0},
+    "noise of the camera": {"full_well": 1.0, "read_noise": 0.0},
+    "an exposure below 90": {"exposure": 0.5},
+    "a tone curve": {"gamma": 0.0},
+    "an exposure that follows": {"live": 0.0},
+    "another reading of S than dark, recall": {"grid_reading": 0.0},
+    "single LEDs": {"lamps": 0.0},
+    "a rough print": {"print": 0.0},
+    "air before the strips": {"strip_coupling": 0.0},
+    "a dry object": {"contact_coupling": 0.0},
+}
+"""Mechanisms, and the share of a constant's range that has them not."""
 EXPOSURES: tuple[LiveExposure | None, ...] = (None, LiveExposure(white_balance=False), LiveExposure())
 """Locked, live, live with white balance."""
 CAMERA_NAMES = (*CAMERA, *EXTRA, "live", "grid_reading")
@@ -165,6 +181,31 @@ def search_step(
     states = film_states(scene, optical_fields(optical.tolist()))
     found = [candidate(states, scene, optical.tolist(), each.tolist(), profile) for each in points]
     return [each for each in found if each is not None]
+
+
+def left_out(best: Candidate, scene: SceneConfig, profile: DetectorProfile) -> dict[str, float | None]:
+    """Distance of a sensor without each mechanism that it has [tolerances]; None where it shows no grid then."""
+    found: dict[str, float | None] = {}
+    states = None
+    for name, change in LEFT_OUT.items():
+        optical, camera = (
+            [change.get(each, share) for each, share in zip(names, shares, strict=True)]
+            for names, shares in ((OPTICAL_NAMES, best.optical), (CAMERA_NAMES, best.camera))
+        )
+        if all(value_at(each, share) == value_at(each, _share(best, each)) for each, share in change.items()):
+            continue
+        if optical != best.optical:
+            filmed = film_states(scene, optical_fields(optical))
+        else:
+            filmed = states = states or film_states(scene, optical_fields(optical))
+        read = candidate(filmed, scene, optical, camera, profile)
+        found[name] = None if read is None else read.distance
+    return found
+
+
+def _share(sensor: Candidate, name: str) -> float:
+    names = dict(zip((*OPTICAL_NAMES, *CAMERA_NAMES), (*sensor.optical, *sensor.camera), strict=True))
+    return names[name]
 
 
 def as_row(candidates: Sequence[Candidate]) -> list[dict[str, Any]]:

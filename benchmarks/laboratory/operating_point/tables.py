@@ -7,6 +7,8 @@ from laboratory.markdown import markdown_table
 
 DASH = "-"
 THOUSAND = 1000
+FRONT_ROWS = 6
+"""Rows of the front that are shown."""
 
 
 def tables(summary: Mapping[str, Any]) -> str:
@@ -24,7 +26,11 @@ def tables(summary: Mapping[str, Any]) -> str:
         _constants(summary),
         _colours(summary, check),
         _counts(summary),
+        _front(summary),
+        _exclusive(summary),
     ]
+    if check.get("without"):
+        parts.append(_without(check["without"]))
     if check.get("members"):
         parts.append(_members(check["members"]))
     return "\n\n".join(parts) + "\n"
@@ -132,6 +138,31 @@ def _members(members: Sequence[Mapping[str, Any]]) -> str:
         for number, each in enumerate(members, 1)
     ]
     return markdown_table(["member", "distance, small", "distance, full size"], rows)
+
+
+def _front(summary: Mapping[str, Any]) -> str:
+    """The widest sets of targets that are met together, as what each leaves out."""
+    says = {name: each["says"] for name, each in summary["targets"].items()}
+    rows = [
+        [
+            str(len(each["met"])),
+            str(each["sensors"]),
+            "; ".join(words for name, words in says.items() if name not in each["met"]),
+        ]
+        for each in summary["front"][:FRONT_ROWS]
+    ]
+    return markdown_table(["targets met together", "sensors", "not met"], rows)
+
+
+def _exclusive(summary: Mapping[str, Any]) -> str:
+    says = {name: each["says"] for name, each in summary["targets"].items()}
+    rows = [[says[one], says[other]] for one, other in summary["exclusive"]]
+    return markdown_table(["no sensor meets both", "and"], rows or [[DASH, DASH]])
+
+
+def _without(without: Mapping[str, float | None]) -> str:
+    rows = [[name, "no grid to read" if value is None else f"{value:.2f}"] for name, value in without.items()]
+    return markdown_table(["the best at small size, without", "distance"], rows)
 
 
 def _number(value: float | None) -> str:
