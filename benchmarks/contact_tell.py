@@ -4,7 +4,8 @@
 
 Pairs of states 0.002 to 0.05 mm before and after contact are filmed with several objects, places, seeds, designs and
 lights, by a camera without noise; so are a sensor with an object too far to be seen and one without, and a flashlight
-on and off beside an object that is near. Classifiers see only what must not know: features of blocks of the image that
+on and off beside an object that is near, both in the dark: in a lit room the lamp and the object cover what is behind
+them, which is to be seen. Classifiers see only what must not know: features of blocks of the image that
 lie 8 mm and more from the contact, where nothing physical changes (residual noise, high-pass statistics, noise levels
 of blocks, sums of channels), and the size of the frame's PNG. Each is trained on some cases and judged on others
 (grouped cross-validation); the area under its curve is 0.5 where nothing is told. Intervals are a bootstrap over cases.
@@ -16,6 +17,7 @@ import random
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Self
 
 import cv2
 import numpy as np
@@ -27,8 +29,9 @@ from sklearn.model_selection import GroupKFold
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from magicsim.camera.exposure import expose, meter
+from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.geometry.objects.kinds import parse_object
+from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.plan import can_touch
@@ -64,6 +67,30 @@ class Shown:
     features: dict[str, list[float]]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Filmed:
+    """A sensor whose frames are exposed as it is at rest, without noise."""
+
+    sensor: Sensor
+    exposure: Exposure
+    rest: Frame
+
+    @classmethod
+    def by(cls, sensor: Sensor) -> Self:
+        """The sensor's own exposure."""
+        untouched = sensor.radiance(UNTOUCHED, sensor.rest)
+        exposure = meter(untouched, sensor.rig.camera)
+        return cls(
+            sensor=sensor, exposure=exposure, rest=expose(untouched, exposure, sensor.rig.camera, seed=0, frame=0)
+        )
+
+    def frame(self, state: FrameState) -> Frame:
+        """Solved where it touches, rendered and exposed."""
+        deformation = self.sensor.deform(state, self.sensor.rest) if can_touch(state) else self.sensor.rest
+        radiance = self.sensor.radiance(state, deformation)
+        return expose(radiance, self.exposure, self.sensor.rig.camera, seed=0, frame=0)
+
+
 def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
     """Frames of one case, with the question that they belong to."""
     chance = random.Random(1000 * seed + case)
@@ -75,45 +102,41 @@ def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
     dimmed = first.model_copy(update={"radiance": tuple(share * each for each in first.radiance)})
     rig = scene.rig.model_copy(update={"strips": (dimmed, *others)})
     sensor = Sensor.for_scene(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
-    camera = sensor.rig.camera
-    untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-    exposure = meter(untouched, camera)
-    rest = expose(untouched, exposure, camera, seed=0, frame=0)
-    far = _far_blocks(camera.rows, camera.columns, camera.field_mm, x_mm, y_mm)
+    far = _far_blocks(sensor.rig.camera, x_mm, y_mm)
 
-    def shown(state: FrameState, *, label: bool) -> Shown:
-        deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
-        frame = expose(sensor.radiance(state, deformation), exposure, camera, seed=0, frame=0)
-        return Shown(case=case, label=label, features=features(frame, rest, far))
+    def shown(filmed: Filmed, state: FrameState, *, label: bool) -> Shown:
+        return Shown(case=case, label=label, features=features(filmed.frame(state), filmed.rest, far))
 
+    lit = Filmed.by(sensor)
     for gap_mm in GAPS_MM:
         for sign in (1, -1):
             state = FrameState(
                 gap_mm=sign * gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0
             )
-            yield "before or after contact", shown(state, label=sign < 0)
-    dim = rig.model_copy(update={"flashlight": rig.flashlight.model_copy(update={"radiance": (DIM,) * 3})})
-    sensor = sensor.with_rig(dim)
+            yield "before or after contact", shown(lit, state, label=sign < 0)
+    dim = rig.flashlight.model_copy(update={"radiance": (DIM,) * 3})
+    sensor = sensor.with_rig(rig.model_copy(update={"flashlight": dim, "room": None, "ambient": (0.0,) * 3}))
     sensor.renderer.metered()
+    dark = Filmed.by(sensor)
     for shining in (False, True) * 3:
         state = FrameState(
             gap_mm=chance.uniform(0.5, 3), x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=shining,
             light_x_mm=chance.uniform(-4, 4),
         )  # fmt: skip
-        yield "flashlight off, or on and too dim to be seen", shown(state, label=shining)
+        yield "flashlight off, or on and too dim to be seen", shown(dark, state, label=shining)
     for gap_mm in (None, 1700.0, 1900.0):
         state = FrameState(gap_mm=gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0)
-        yield "absent or too far to be seen", shown(state, label=gap_mm is not None)
+        yield "absent or too far to be seen", shown(dark, state, label=gap_mm is not None)
 
 
-def _far_blocks(rows: int, columns: int, field_mm: float, x_mm: float, y_mm: float) -> list[tuple[slice, slice]]:
+def _far_blocks(camera: Camera, x_mm: float, y_mm: float) -> list[tuple[slice, slice]]:
     """Blocks of the image that are far from a place of the contact face; row 0 is at the top, +y."""
-    pixel_mm = field_mm / columns
+    pixel_mm = camera.field_mm / camera.columns
     blocks = []
-    for top in range(0, rows - BLOCK_PX + 1, BLOCK_PX):
-        for left in range(0, columns - BLOCK_PX + 1, BLOCK_PX):
-            across = (left + BLOCK_PX / 2 - columns / 2) * pixel_mm
-            down = (top + BLOCK_PX / 2 - rows / 2) * pixel_mm
+    for top in range(0, camera.rows - BLOCK_PX + 1, BLOCK_PX):
+        for left in range(0, camera.columns - BLOCK_PX + 1, BLOCK_PX):
+            across = (left + BLOCK_PX / 2 - camera.columns / 2) * pixel_mm
+            down = (top + BLOCK_PX / 2 - camera.rows / 2) * pixel_mm
             # Whichever way the image is mirrored, the block is far from the contact.
             if min(np.hypot(across - a * x_mm, down - b * y_mm) for a in (-1, 1) for b in (-1, 1)) > FAR_MM:
                 blocks.append((slice(top, top + BLOCK_PX), slice(left, left + BLOCK_PX)))
