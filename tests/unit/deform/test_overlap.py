@@ -87,6 +87,15 @@ def test_what_stands_beside_the_block_is_not_inside_it() -> None:
     assert solved("box:size_mm=3", 1.0, x_mm=5.0)[1].is_rest
 
 
+@pytest.mark.parametrize("overlap_mm", [0.06, 0.075, 0.099])
+def test_an_edge_in_a_side_of_the_block_lies_inside_by_what_it_overlaps(overlap_mm: float) -> None:
+    box = parse_object("box:size_mm=0.92x4x6,edge_radius_mm=0.011")
+    indenter = place_object(box, gap_mm=-0.75, x_mm=3 + 0.46 - overlap_mm, y_mm=1.0)
+    lattice = build_lattice(COARSE, zone=contact_zone([indenter], COARSE))
+    inside = points_inside(lattice, np.zeros_like(lattice.nodes_mm), indenter)
+    assert inside.depth_mm.max() == pytest.approx(overlap_mm, abs=1e-3)
+
+
 def test_a_spike_that_misses_the_points_is_refused(tmp_path: Path) -> None:
     spike = trimesh.creation.cone(0.05, 0.6).apply_translation([0.1, 0.1, 0.4])
     plate = trimesh.creation.box((2.0, 2.0, 1.0))
