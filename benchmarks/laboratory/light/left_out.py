@@ -35,7 +35,10 @@ SMALL = (
 HELD = "[{frame=0}, {frame=1, gap_mm=2.0}, {frame=2, gap_mm=-0.5}, {frame=5, gap_mm=-0.5}, {frame=6, gap_mm=2.0}]"
 """An object that comes, is held for four frames and goes back to where it was."""
 OTHER_SEED = 1000
-LIGHT_TOUCH_MM = 0.02
+LIGHT_TOUCH_MM, LIGHT_PASS_MM = 0.02, 0.1
+"""Depth of a touch that hardly moves anything, and of one that can change little light [mm]."""
+DARK = "rig=digit-rgb"
+"""A room without light: in one that is lit, a lamp and what is far off still cover what is behind them."""
 FAR_MM = 1500.0
 """Distance of an object that is too far to be seen [mm]."""
 MIDDLE = 4
@@ -158,7 +161,7 @@ def _recorded(state: str) -> Callable[[tuple[str, ...]], Rule]:
 
 
 def _out_of_reach(settings: tuple[str, ...]) -> Rule:
-    scene = load_scene("near", [*settings, f"keyframes=[{{frame=0, gap_mm={FAR_MM}}}]"])
+    scene = load_scene("near", [DARK, *settings, f"keyframes=[{{frame=0, gap_mm={FAR_MM}}}]"])
     return Rule(
         name=f"an object {FAR_MM / 1000:g} m away", result="bounded", full=_image(scene, far=True), lean=_image(scene)
     )
@@ -202,13 +205,13 @@ def _hardly_moved(field: str, what: str) -> Callable[[tuple[str, ...]], Rule]:
 
 
 def _light_of_touches(settings: tuple[str, ...]) -> Rule:
-    """A ball that is pressed so deep that a touch is as large as light pass is left out for, about."""
-    lean, full = (load_scene("pressed", [*settings, *more]) for more in ((), ("render.light_change=0",)))
-    other = load_scene(
-        "pressed", [*settings, "render.light_change=0", f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED
-    )
+    """A ball that is pressed about as deep as a touch may be whose light pass is left out."""
+    press, traced = f"keyframes=[{{frame=0, gap_mm=-{LIGHT_PASS_MM}}}]", "render.light_change=0"
+    lean, full = (load_scene("pressed", [*settings, press, *more]) for more in ((), (traced,)))
+    other = load_scene("pressed", [*settings, press, traced, f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED)
+    change = f"{100 * lean.render.light_change:g} %"
     return Rule(
-        name=f"light pass of a touch, below {100 * lean.render.light_change:g} % of expected change", result="bounded",
+        name=f"light pass of a touch of {LIGHT_PASS_MM} mm, below {change} of expected change", result="bounded",
         full=_image(full), lean=_image(lean), again=(_image(other), _image(other)),
     )  # fmt: skip
 
@@ -245,7 +248,7 @@ def _region(settings: tuple[str, ...]) -> Rule:
 
 
 def _dark_flashlight(settings: tuple[str, ...]) -> Rule:
-    whole = ("render.anchor_samples=0",)
+    whole = (DARK, "render.anchor_samples=0")
     off = load_scene("rest", [*settings, *whole])
     lamp = load_scene("flashlight", [*settings, *whole, "rig.flashlight.radiance=[0,0,0]"])
     return Rule(name="a flashlight that is off", result="exact", full=_image(lamp), lean=_image(off))

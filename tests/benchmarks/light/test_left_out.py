@@ -9,6 +9,7 @@ from laboratory.light.left_out import (
     SMALL,
     LeftOutRow,
     Rule,
+    _dark_flashlight,
     _far_field,
     _measured,
     _out_of_reach,
@@ -32,7 +33,7 @@ def test_row_says_what_a_rule_saves_and_changes() -> None:
     assert row.noise == pytest.approx(np.hypot(0.3, 0.4) / np.sqrt(2) / 2)
 
 
-@pytest.mark.parametrize("rule", [_outputs, _still_meshes])
+@pytest.mark.parametrize("rule", [_outputs, _still_meshes, _dark_flashlight])
 def test_exact_rule_changes_nothing(rule) -> None:
     assert _measured(rule(SMALL), 1).difference == 0
 
