@@ -124,9 +124,9 @@ class Alignment(LearnedStudy):
         return read_answers(folder, first, "press", f"answers-{name}.parquet")
 
     def _other_units(self, first: Recipe) -> Recipe:
-        each = self.config.unit_episodes
-        found = first.model_copy(update={"seed": first.seed + UNIT_SEED, "episodes": each * self.config.units})
-        return found.model_copy(update={"episodes_per_sensor": each})
+        each, seed = self.config.unit_episodes, (first.seed + UNIT_SEED) % 2**31
+        changes = {"seed": seed, "episodes": each * self.config.units, "episodes_per_sensor": each}
+        return first.model_copy(update=changes)
 
     def _pens(self, first: Recipe) -> Recipe:
         thinner = first.objects[0].model_copy(update={"radius_mm": self.config.pen_radius_mm})

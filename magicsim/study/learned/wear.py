@@ -72,7 +72,7 @@ class Wear(LearnedStudy):
             )
             for drift in config.drifts
         }  # fmt: skip
-        second = config.unit_recipe(1, episodes=config.other_episodes, labels=large)
+        second = config.second_recipe(episodes=config.other_episodes, labels=large)
         self._other = DatasetStage(name=OTHER, recipe=second)
         further = [*self._life.values(), *self._alone.values(), self._other]
         also = (*self.learning.also, *((stage.name, stage.name, False) for stage in further))

@@ -79,5 +79,21 @@ class WearConfig(LearnedConfig):
         """
         recipe = self.unit_recipe(0, episodes=episodes, **changes)
         design, rig = worn(recipe.design, recipe.rig, drifts, share, seed=self.seed)
-        seed = (self.seed + number * UNIT_SEED) % 2**31
-        return recipe.model_copy(update={"design": design, "rig": rig, "seed": seed})
+        return recipe.model_copy(update={"design": design, "rig": rig, "seed": self.further_seed(number)})
+
+    def second_recipe(self, *, episodes: int, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
+        """The recipe on a second printed unit when new, with contacts of its own.
+
+        Args:
+            episodes: How many contacts.
+            **changes: Keys of the recipe.
+
+        Raises:
+            ConfigError: It is not acceptable.
+        """
+        recipe = self.unit_recipe(1, episodes=episodes, **changes)
+        return recipe.model_copy(update={"seed": self.further_seed(self.parts + 2)})
+
+    def further_seed(self, number: int) -> int:
+        """Seed of a further dataset, counted from 1: parts of the life, then single drifts, then the second unit."""
+        return (self.seed + number * UNIT_SEED) % 2**31

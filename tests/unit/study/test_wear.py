@@ -74,6 +74,20 @@ def test_life_is_of_one_unit_on_contacts_of_its_own():
     assert new.design.skin_mm == pytest.approx(0.3, abs=0.1)
 
 
+def test_no_contact_that_is_learned_from_comes_again_on_a_worn_or_a_second_unit():
+    study = load_study("wear", ["parts=2"], quick=True)
+    places = {}
+    for stage in study.stages():
+        if hasattr(stage, "simulator"):
+            drawn = [each.values for each in draw_episodes(stage.recipe)]
+            places[stage.name] = {(each["path.x_mm"], each["path.y_mm"]) for each in drawn}
+    learned = places.pop("frames")
+    assert "other-unit" in places
+    for name, further in places.items():
+        assert not learned & further, name
+    assert not places["other-unit"] & places["life-01"]
+
+
 @pytest.mark.usefixtures("learns_in_process")
 def test_small_form_tests_life_drifts_and_a_second_unit(tmp_path: Path):
     small = (
