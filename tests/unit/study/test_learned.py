@@ -1,6 +1,7 @@
 """Studies that learn, on made frames in seconds; PyTorch is optional."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +95,17 @@ def test_folder_of_another_recipe_and_few_episodes_are_refused(tmp_path: Path):
         load_study("ranging", design="gelsight-type-markers")
     with pytest.raises(ConfigError, match=r"recipe.* depth"):
         made("localisation", "recipe.paths=[{kind='touch',depth=1.0}]")
+
+
+def test_data_of_another_recipe_in_the_place_of_the_studys_own_are_refused(tmp_path: Path):
+    study, other = (made("localisation", "recipe.episodes=8", f"recipe.references={count}") for count in (1, 2))
+    run(study, tmp_path / "out")
+    run(other, tmp_path / "other")
+    shutil.rmtree(tmp_path / "out/data/frames")
+    shutil.copytree(tmp_path / "other/data/frames", tmp_path / "out/data/frames")
+    with pytest.raises(OutputError, match=r"data/frames' holds a dataset of another recipe \(see its config.toml") as said:
+        run(study, tmp_path / "out", resume=True)
+    assert "\n" not in str(said.value)
 
 
 def test_places_and_depths_fit_every_design():
