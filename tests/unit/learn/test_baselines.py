@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from magicsim.learn.baselines import change_features, constant_answers, linear_answers, neighbour_answers
+from magicsim.learn.baselines import (
+    change_features,
+    constant_answers,
+    lean_features,
+    linear_answers,
+    neighbour_answers,
+)
 
 from .made import made_samples
 
@@ -41,3 +47,21 @@ def test_change_features_are_centroid_and_spread_of_a_spot():
     np.testing.assert_allclose(found[:3], 15.5 / 21 - 0.5)
     np.testing.assert_allclose(found[6:9], 2.5 / 11 - 0.5)
     np.testing.assert_allclose(found[[3, 4, 5, 9, 10, 11]], 0, atol=1e-7)
+
+
+@pytest.mark.parametrize("angle_deg", [-60.0, -30.0, 0.0, 20.0, 45.0, 90.0])
+def test_lean_features_tell_the_angle_of_a_bar_wherever_it_lies(angle_deg: float):
+    rows, columns = np.mgrid[:120, :100] - np.array([70.0, 45.0])[:, None, None]
+    turn = np.radians(angle_deg)
+    along, across = rows * np.cos(turn) + columns * np.sin(turn), columns * np.cos(turn) - rows * np.sin(turn)
+    image = np.where((np.abs(along) < 25.3) & (np.abs(across) < 4.3), 9.0, 0.0)[None, ..., None].repeat(3, 3)
+    found = lean_features(image.astype(np.float32), np.zeros((120, 100, 3), np.float32))[0]
+    missed = np.degrees(np.arctan2(found[3:], found[:3])) / 2 - angle_deg
+    np.testing.assert_allclose((missed + 90) % 180 - 90, 0, atol=0.5)
+    assert (np.hypot(found[:3], found[3:]) > 0.9).all()
+
+
+def test_round_change_leans_nowhere():
+    rows, columns = np.mgrid[:60, :60] - 29.5
+    image = np.where(rows**2 + columns**2 < 200, 9.0, 0.0)[None, ..., None].repeat(3, 3)
+    np.testing.assert_allclose(lean_features(image, np.zeros((60, 60, 3))), 0, atol=1e-9)
