@@ -120,6 +120,14 @@ def test_places_and_depths_fit_every_design():
         assert path.depth_mm.high == pytest.approx(min(2.0, 0.4 * config.design.height_mm))
 
 
+def test_colour_of_a_cylinder_does_not_tell_the_side_that_it_leans_to():
+    for stage in load_study("alignment", quick=True).stages():
+        if hasattr(stage, "simulator") and stage.name != "pen":
+            drawn = draw_episodes(stage.recipe)
+            seen = {(each.scene.object.color[0] > 0.5, each.values["object.yaw_deg"] > 0) for each in drawn}
+            assert len(seen) > 2, stage.name  # of Sobol points it would be two: each colour has a side
+
+
 def test_checks_are_of_the_same_presses():
     plain, quiet, fine = (stage.recipe for stage in load_study("localisation", quick=True).stages()[:3])
     for number in range(3):
