@@ -11,6 +11,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.placed_inclusions import DrawnInclusions, draw_inclusions
+from magicsim.geometry.refined_face import refined_face
 from magicsim.geometry.rounded_cell import FACET_TOLERANCE, cell_mesh, cell_volume_mm3
 from magicsim.geometry.unevenness import printed_cells
 
@@ -18,11 +19,15 @@ FACE_EDGE_MM = 0.5
 """Length to which the edges of the block are split [mm]: fine enough to bend around a fingertip-sized object.
 Diagonals of the triangles inside a face are up to twice as long."""
 VOLUME_TOLERANCE = 1e-6
+FACET_MM = 0.2
+"""Length to which the edges of the contact face are split [mm], diagonals up to twice as long: rims around what presses
+bend over tenths of a millimetre. With 0.1 no difference is to be seen."""
 ON_FACE_MM, LIFTED_MM = 1e-9, 1e-6
 """Height over the contact face up to which vertices count as on it; with a curved face rounding is larger [mm]."""
 CURVED_TOLERANCE = 5e-3
 """Of a block with a curved face, whose triangles cut its corners."""
 VOLUME_STEPS = 2000
+SLACK = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +103,9 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
 def _block(design: ElastomerDesign) -> SurfaceMesh:
     width, length = design.footprint_mm
     block = manifold3d.Manifold.cube((width, length, design.height_mm))
-    edge = min(FACE_EDGE_MM, design.skin_mm)
-    return from_manifold(block.translate((-width / 2, -length / 2, 0)).refine_to_length(max(edge, 0.25)))
+    edge = max(min(FACE_EDGE_MM, design.skin_mm), 0.25)
+    mesh = from_manifold(block.translate((-width / 2, -length / 2, 0)).refine_to_length(edge))
+    return refined_face(mesh, mesh.vertices[:, 2] < ON_FACE_MM, int(np.ceil(edge / FACET_MM - SLACK)))
 
 
 def _lifted(mesh: SurfaceMesh, design: ElastomerDesign) -> SurfaceMesh:

@@ -164,7 +164,7 @@ def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
 
     renderer, view = small("near")
     together, scene = renderer.world(view).scene, renderer.world(View()).scene
-    integrator, outside, particles = scene.integrator(), outside_of(renderer, view), 100_000
+    integrator, outside, particles = scene.integrator(), outside_of(renderer, view), 400_000
     names = lights(scene)
     shares = dict.fromkeys(names, particles)
     wanted = together.integrator().light_fields(together, shares, seed=SEED)
