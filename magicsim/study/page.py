@@ -1,6 +1,7 @@
 """The page of a study: everything in one HTML file that needs no network, no script and no other file."""
 
 import math
+import re
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -10,6 +11,8 @@ from magicsim.report.text import MISSING, number
 from magicsim.study.protocol import Study
 from magicsim.study.result import Cell, Column, Matrix, StudyResult, Table
 
+UNIT_ENDS = {"mm": "mm", "n": "N", "deg": "deg"}
+"""Ends of headline keys that are units, as a page writes them."""
 MANY = 13
 """Columns of a matrix from which its cells are small."""
 
@@ -53,7 +56,7 @@ def render_page(study: Study, found: StudyResult) -> str:
     return page_template("study.html.jinja", "magicsim.study", "magicsim.report").render(
         title=f"Study: {config.kind.replace('-', ' ')}",
         facts={**found.facts, "Seed": str(config.seed)},
-        headline={in_words(name): shown(value) for name, value in found.headline.items()},
+        headline={headed(name): shown(value) for name, value in found.headline.items()},
         tables=[shown_table(each) for each in found.tables],
         matrices=[shown_matrix(each) for each in found.matrices],
         figures=[(each.title, each.note, Markup(each.svg)) for each in found.figures],
@@ -100,8 +103,15 @@ def shown(value: Cell, digits: int = 3) -> str:
 
 
 def in_words(name: str) -> str:
-    """A key as words, such as `error of x mm`."""
-    return name.replace("_", " ").replace(".", " ")
+    """A key as words, such as `error of x mm`; points within numbers stay."""
+    return re.sub(r"(?<!\d)\.|\.(?!\d)", " ", name.replace("_", " "))
+
+
+def headed(name: str) -> str:
+    """A key of the headline as words, its unit in brackets where the key ends with one."""
+    head, _, end = name.rpartition("_")
+    is_unit = end in UNIT_ENDS and head != "" and not head[-1].isdigit()
+    return f"{in_words(head)} [{UNIT_ENDS[end]}]" if is_unit else in_words(name)
 
 
 def _head(column: Column) -> str:

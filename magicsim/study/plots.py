@@ -14,6 +14,10 @@ from magicsim.report.palette import BLUE, FAINT, INK, LINE, ORANGE, WRONG
 Array = npt.NDArray[np.float64]
 COLORS = (LINE, ORANGE, BLUE, WRONG, "#cc79a7", "#009e73", "#999999")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+MOST_TICKS = 8
+"""Points of a logarithmic axis that are labelled one by one."""
+HEADROOM = 1.05
+"""Height of an axis in units of what it would be, so that the highest level is seen."""
 _HEIGHT_IN = 3.4
 _PLACE = (0.13, 0.14, 0.85, 0.76)
 
@@ -61,8 +65,9 @@ def plot_series(
                 panel.fill_between(each.x, each.low, each.high, color=color, alpha=0.18, linewidth=0)
         if log_x:
             panel.set_xscale("log")
+            _tick_points(panel, [value for each in series for value in each.x])
         if from_zero:
-            panel.set_ylim(bottom=0)
+            panel.set_ylim(0, HEADROOM * panel.get_ylim()[1])
         panel.legend(loc="best")
         return to_svg(canvas, name=name, label=label)
 
@@ -83,6 +88,14 @@ def plot_answers(truth: Array, answer: Array, *, unit: str, name: str, label: st
         panel.plot(ends, ends, color=INK, linewidth=0.8, linestyle="--")
         panel.plot(truth, answer, linestyle="none", marker="o", ms=2.6, color=LINE, alpha=0.55, markeredgewidth=0)
         return to_svg(canvas, name=name, label=label)
+
+
+def _tick_points(panel: Axes, values: Sequence[float]) -> None:
+    """Labels a logarithmic axis with the values of its points, where there are few."""
+    ticks = sorted(set(values))
+    if 0 < len(ticks) <= MOST_TICKS:
+        panel.set_xticks(ticks, [f"{value:.4g}" for value in ticks])
+        panel.minorticks_off()
 
 
 def _panel(x_title: str, y_title: str) -> tuple[Canvas, Axes]:
