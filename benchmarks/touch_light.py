@@ -59,26 +59,25 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
     sensor = Sensor.for_scene(load_scene("near", [press, *overrides], seed=1))
     state = FrameState(gap_mm=gap_mm, x_mm=1.0, y_mm=0.5, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
     renderer, view = sensor.renderer, sensor.view(state, sensor.deform(state, sensor.rest))
-    rest, world = renderer.world(View()).scene, renderer.world(view).scene
-    integrator, touched, placed = rest.integrator(), world.integrator(), renderer._placed(view)
-    outside, shares = renderer._outside(lifted(placed), None), rest.integrator().shares(rest)
+    rest, touched, placed = renderer.light(View()), renderer.light(view), renderer._placed(view)
+    outside, shares = renderer._outside(lifted(placed), None), rest.shares(sensor.settings.particles)
     own = sum(count for name, count in shares.items() if name != ENVIRONMENT)
     many = {name: count * particles // own for name, count in shares.items()}
 
     def light(count: dict[str, int], seed: int) -> tuple[Array, Array]:
-        after = total(list(touched.light_fields(world, count, seed=seed).values())).fluence
-        before = total(list(integrator.light_fields(rest, count, seed=seed, outside=outside).values())).fluence
+        after = total(list(touched.light_fields(count, seed=seed).values())).fluence
+        before = total(list(rest.light_fields(count, seed=seed, outside=outside).values())).fluence
         return after, before
 
-    counts, truths, levels = integrator.counts, [], []
+    counts, truths, levels = rest.counts, [], []
     for turn in range(2):
-        after, before = (mean_field(each, integrator.counts) for each in light(many, FIRST_SEED + turn))
+        after, before = (mean_field(each, counts) for each in light(many, FIRST_SEED + turn))
         truths.append(after / before - 1)
         levels.append(before)
     careful = light(many, FIRST_SEED + 2)[1]
     level, known = (levels[0] + levels[1]) / 2, mean_field(careful, counts)
     contact = renderer._contact(placed)
-    share = contact_share(integrator.inventory.centres_mm(rest), contact.vertices, contact.faces)
+    share = contact_share(rest.inventory.centres_mm(), contact.vertices, contact.faces)
     size = Expected(cells=share, voxels=np.ones(1))
     kept: dict[str, list[float]] = {"noise": [], "kept": [], "all": []}
     for seed in range(draws):

@@ -1,6 +1,6 @@
 """Radiance of one sensor in any state by an estimator alone, every image for itself."""
 
-from typing import Any
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +11,8 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.refinement import MAX_PASSES, Refinement
-from magicsim.light.transport.estimator import choose_estimator, integrator_entry
-from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.estimator import PATHS, choose_estimator, load_world
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.loaded_scene import World
 from magicsim.light.world.loaded_scenes import Worlds
@@ -59,7 +59,8 @@ class PlainRenderer:
         self.object_finish = object_finish or Finish()
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self._film = film(elastomer.design, rig, rig.camera.window)
-        self._worlds = Worlds(elastomer, rig, object_mesh, self.object_finish, self.integrator_entry())
+        load = partial(load_world, self.estimator, elastomer, rig, settings, object_mesh)
+        self._worlds = Worlds(elastomer, object_mesh, self.object_finish, load)
 
     def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
         """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
@@ -69,7 +70,7 @@ class PlainRenderer:
             turn: Another number is an independent image of the same view.
         """
         world = self.world(view)
-        return self._lit(world, lights_of(world), turn=turn)
+        return self._lit(world, world.lights, turn=turn)
 
     def basis(self, view: View, *, turn: int = 0) -> dict[str, FloatImage]:
         """One linear radiance image for each light that a view has, each of shape (rows, columns, 3).
@@ -83,7 +84,7 @@ class PlainRenderer:
         """
         world, images = self.world(view), {}
         try:
-            for name in lights_of(world):
+            for name in world.lights:
                 world.light_only(name)
                 images[name] = self._lit(world, [name], turn=turn)
         finally:
@@ -98,7 +99,7 @@ class PlainRenderer:
             relative_error: Root mean square error over pixels and channels in units of the mean, see `Refinement`.
         """
         world = self.world(view)
-        names, refinement = lights_of(world), Refinement()
+        names, refinement = world.lights, Refinement()
         while not refinement.is_within(relative_error) and refinement.passes < MAX_PASSES:
             refinement.add(self._lit(world, names, turn=refinement.passes))
         return refinement
@@ -113,44 +114,20 @@ class PlainRenderer:
             return None
         return view.indenter.pose.to_sensor(self.object_mesh.vertices)
 
-    def integrator_entry(self) -> dict[str, Any]:
-        """The integrator's entry of a scene dictionary."""
-        return integrator_entry(self.estimator, self.elastomer, self.rig, self.settings, self.object_finish)
-
     def _lit(self, world: World, names: list[str], *, turn: int = 0, read: Film | None = None) -> FloatImage:
         """An image by some lights, others being off; every turn is independent of the others."""
-        seed = self.seed + turn
+        used, settings, seed = read or self._film, self.settings, self.seed + turn
         if not set(names) - set(lights_off(self.rig)):
-            window = (read or self._film).window
-            return (read or self._film).seen(np.zeros((window.rows, window.columns, 3), np.float32))
-        if self.estimator == "path":
-            used = read or self._film
-            image = np.array(mi.render(world.scene, spp=self.settings.samples, seed=seed), np.float32)
-            return used.seen(checked(np.asarray(used.window.of(image))))
-        integrator = world.scene.integrator()
-        shares = integrator.shares(world.scene)
-        fields = integrator.light_fields(world.scene, {name: shares[name] for name in names}, seed=seed)
-        field = integrator.with_lit_object(
-            world.scene, total([integrator.darkness(world.scene), *fields.values()]),
-            particles=self.settings.particles, seed=seed,
-        )  # fmt: skip
-        return self._gather(world, field, self.settings.samples, seed, pattern=turn, read=read)
-
-    def _gather(
-        self, world: World, field: LightField, samples: int, seed: int, *, pattern: int = 0, read: Film | None = None
-    ) -> FloatImage:
-        used = read or self._film
-        image = world.scene.integrator().gather(
-            world.scene, field, samples=samples, seed=seed, pattern=pattern, window=used.window
-        )
-        return used.seen(checked(np.array(image, np.float32)))
-
-
-def lights_of(world: World) -> list[str]:
-    """Names of all lights of a scene."""
-    from magicsim.light.world.shapes import lights
-
-    return lights(world.scene)
+            return used.seen(np.zeros((used.window.rows, used.window.columns, 3), np.float32))
+        if isinstance(world, LitWorld):
+            found = world.image(
+                names, samples=settings.samples, particles=settings.particles, seed=seed, pattern=turn,
+                window=used.window,
+            )  # fmt: skip
+        else:
+            whole = mi.render(world.scene, integrator=mi.load_dict(PATHS), spp=settings.samples, seed=seed)
+            found = used.window.of(np.array(whole, np.float32))
+        return used.seen(checked(np.array(found, np.float32)))
 
 
 def checked(image: FloatImage) -> FloatImage:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from functools import partial
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -19,13 +19,14 @@ from magicsim.light.frame.anchored_image import anchored_image
 from magicsim.light.frame.frame_image import Look, own_field
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.frame.shared_noise import REACH_PX
-from magicsim.light.plain_renderer import FloatImage, PlainRenderer, checked, lights_of
+from magicsim.light.plain_renderer import FloatImage, PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.records.untouched_store import default_store
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_starts import ROOM_PART
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.regions import Regions
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
@@ -115,7 +116,7 @@ class Renderer(PlainRenderer):
         if self._is_anchored:
             return self._whole_film.seen(np.asarray(self._whole_film.window.of(self.careful().image)))
         world = self.world(View())
-        return self._lit(world, lights_of(world), read=self._whole_film)
+        return self._lit(world, world.lights, read=self._whole_film)
 
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, and computes what all such frames share."""
@@ -137,7 +138,7 @@ class Renderer(PlainRenderer):
     def careful(self) -> Untouched:
         """The untouched sensor with many samples, computed once."""
         settings = self.settings
-        names = lights_of(self.world(View()))
+        names = self.world(View()).lights
         each = max(1, settings.anchor_particles // max(1, len(names)))
         particles = {name: max(1, each // ROOM_PART) if name == ENVIRONMENT else each for name in names}
         return self._state(
@@ -147,8 +148,7 @@ class Renderer(PlainRenderer):
 
     def cheap(self) -> Untouched:
         """The untouched sensor with the samples, particles and random numbers of a frame, computed once."""
-        settings, scene = self.settings, self.world(View()).scene
-        particles = scene.integrator().shares(scene)
+        settings, particles = self.settings, self.light(View()).shares(self.settings.particles)
         key = untouched_key(self.elastomer.design, self.rig, settings)
         key = f"{key} {settings.samples} {settings.particles} {self.seed}"
         return self._state(
@@ -166,11 +166,17 @@ class Renderer(PlainRenderer):
         if state is None:
             most = max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
             state = untouched(
-                self.world(View()).scene, particles, seed=seed, samples=min(samples, most), recorded=recorded,
+                self.light(View()), particles, seed=seed, samples=min(samples, most), recorded=recorded,
                 with_room=regions is not None, regions=regions,
             )  # fmt: skip
             self._untouched.keep(key, state, on_disk=regions is None)
         return state
+
+    def light(self, view: View) -> LitWorld:
+        """The scene that shows a view, and the light in it."""
+        world = self.world(view)
+        assert isinstance(world, LitWorld)  # what is anchored is no path tracer's
+        return world
 
     @property
     def _is_anchored(self) -> bool:
@@ -184,25 +190,24 @@ class Renderer(PlainRenderer):
             return np.asarray(inner.of(careful.image))
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
-        scene, placed, light_x_mm = self.world(View()).scene, self._placed(view), view.flashlight_x_mm
+        rest, placed, light_x_mm = self.light(View()), self._placed(view), view.flashlight_x_mm
         is_moved = self._is_moved(view, placed)
         field = self._light(view, placed, is_moved=is_moved)
         look = Look(
-            scene=scene, outside=self._outside(placed, light_x_mm), field=field, finish=self.object_finish,
-            samples=self.settings.samples, seed=self.seed,
+            world=rest, outside=self._outside(placed, light_x_mm), field=field, samples=self.settings.samples,
+            seed=self.seed,
         )  # fmt: skip
         if not is_moved:
-            before = look.through(careful, own_field(scene, careful), pixels)
+            before = look.through(careful, own_field(rest, careful), pixels)
             return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32)
         changed, traced = self._changed(view, placed, pixels), None
         if changed.any():
-            world = self.world(view).scene
-            traced = world.integrator().gather_pixels(
-                world, field, pixels[changed], samples=self.settings.samples, seed=self.seed
+            traced = self.light(view).gather_pixels(
+                field, pixels[changed], samples=self.settings.samples, seed=self.seed
             )
             dr.eval(traced)  # begins, while the rest is computed
         cheap = self.cheap()
-        before, known = (look.through(each, own_field(scene, each), pixels) for each in (careful, cheap))
+        before, known = (look.through(each, own_field(rest, each), pixels) for each in (careful, cheap))
         now = known.copy()
         if traced is not None:
             now[changed] = np.array(traced, np.float64).T
@@ -216,26 +221,25 @@ class Renderer(PlainRenderer):
 
     def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> LightField:
         """Light in the block and on the object."""
-        scene, careful, cheap = self.world(View()).scene, self.careful(), self.cheap()
+        rest, careful, cheap = self.light(View()), self.careful(), self.cheap()
         particles, seed = self.settings.particles, self.seed
         if not is_moved:
             outside = self._outside(placed, view.flashlight_x_mm)
-            field = self._arrived(view, scene, outside, free_light(scene, outside, careful, cheap, seed=seed))
-            lit: LightField = scene.integrator().with_lit_object(
-                scene, field, particles=particles, seed=seed, outside=outside
-            )
+            free = free_light(rest, outside, careful, cheap, particles=particles, seed=seed)
+            field = self._arrived(view, rest, outside, free)
+            lit = rest.with_lit_object(field, particles=particles, seed=seed, outside=outside)
             return self._gathered(view, field, lit)
         before = self._free(view, placed)
-        world = self.world(view).scene
+        touched = self.light(view)
         contact = self._contact(placed)
         if view.is_released and contact is None and not self.elastomer.design.is_opaque:
             contact = NO_CONTACT
         field = touched_light(
-            world, self._before_contact(before), careful, contact, least=self.settings.light_change, seed=seed
-        )
-        field = self._arrived(view, world, None, field)
-        found: LightField = world.integrator().with_lit_object(world, field, particles=particles, seed=seed)
-        return self._gathered(view, field, found)
+            touched, self._before_contact(before), careful, contact, least=self.settings.light_change,
+            particles=particles, seed=seed,
+        )  # fmt: skip
+        field = self._arrived(view, touched, None, field)
+        return self._gathered(view, field, touched.with_lit_object(field, particles=particles, seed=seed))
 
     def _free(self, view: View, placed: Array | None) -> Array | None:
         """The object where it last did not touch."""
@@ -245,7 +249,7 @@ class Renderer(PlainRenderer):
         """Object vertices of the last state before contact, the same for all depths of one press [mm]."""
         return lifted(placed)
 
-    def _arrived(self, _view: View, _scene: Any, _outside: Outside | None, field: LightField) -> LightField:
+    def _arrived(self, _view: View, _world: LitWorld, _outside: Outside | None, field: LightField) -> LightField:
         """The light with that of what else shines on the block: here nothing."""
         return field
 
@@ -265,7 +269,7 @@ class Renderer(PlainRenderer):
         kept = self._before
         if kept is None or not np.array_equal(_known(kept[0]), _known(placed)):
             light = Before(
-                scene=self.world(View()).scene, placed=self._putting_outside(placed, None), rest=self.careful(),
+                world=self.light(View()), placed=self._putting_outside(placed, None), rest=self.careful(),
                 cheap=self.cheap(), seed=self.seed,
             )  # fmt: skip
             self._before = kept = (placed, light)

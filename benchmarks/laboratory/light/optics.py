@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.finish import Finish
-from magicsim.light.world.loaded_scene import World
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.scene_dict import WorldContent
 from magicsim.scenes.scene import SceneConfig, load_scene
@@ -91,9 +91,10 @@ def check_optics(case: str, *overrides: str) -> OpticsRow:
     sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
     view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
     image = sensor.renderer.plain_radiance(view)
-    balance = _balance(sensor, sensor.renderer.world(view).scene)
+    world = sensor.renderer.light(view)
+    balance = _balance(world, sensor.seed)
     first, second = (_furnace(sensor, scene, view, seed) for seed in (1, 2))
-    filled = sensor.renderer.world(view).scene.integrator().media.infill.sigma_s > 0
+    filled = world.media.infill.sigma_s > 0
     cells = (first[0] + second[0]) / 2
     return OpticsRow(
         case=case,
@@ -114,34 +115,29 @@ def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[
         material["absorption_per_mm"] = 0.0
     design = ElastomerDesign.model_validate(clear)
     elastomer = replace(sensor.elastomer, design=design)
-    renderer = Sensor.for_scene(scene.model_copy(update={"design": design})).renderer
     content = WorldContent(object_mesh=None, object_finish=Finish(), flashlight=False, furnace=True)
     dark = scene.rig.model_copy(update={"strips": ()})
-    world = World(elastomer, dark, content, renderer.integrator_entry())
+    world = LitWorld(elastomer, dark, content, forward_collisions=scene.render.forward_collisions)
     if view.body is not None:
         world.update(body=view.body, infill=view.infill)
-    integrator, media = world.scene.integrator(), design.materials
-    shapes = integrator.inventory.shapes(world.scene)
-    particles = int(np.clip(PARTICLES_PER_CELL * shapes.cells, LEAST_PARTICLES, MOST_PARTICLES))
-    field = integrator.light_fields(world.scene, {ENVIRONMENT: particles}, seed=seed)[ENVIRONMENT]
+    media, cells = design.materials, world.inventory.shapes().cells
+    particles = int(np.clip(PARTICLES_PER_CELL * cells, LEAST_PARTICLES, MOST_PARTICLES))
+    field = world.light_fields({ENVIRONMENT: particles}, seed=seed)[ENVIRONMENT]
     infill = media.infill.ior if media.infill is not None else media.body.ior
     due = 4 * np.pi * infill**2
     even = replace(field, fluence=np.full_like(field.fluence, due))
-    if integrator.voxels is not None:
-        held = integrator.held_mm3(world.scene)
+    if world.voxels is not None:
+        held = world.held_mm3()
         even = replace(even, body=np.broadcast_to(4 * np.pi * media.body.ior**2 * held, field.body.shape))
-    image = np.array(integrator.gather(world.scene, even, samples=scene.render.samples, seed=seed))
+    image = np.array(world.gather(even, samples=scene.render.samples, seed=seed))
     mirrored = ((media.body.ior - 1) / (media.body.ior + 1)) ** 2
     return (field.fluence / due).mean(1), float(image.mean() / (1 - mirrored))
 
 
-def _balance(sensor: Sensor, loaded: Any) -> float:  # noqa: ANN401
-    from magicsim.light.world.shapes import lights
-
-    integrator = loaded.integrator()
+def _balance(world: LitWorld, seed: int) -> float:
     spent = emitted = 0.0
-    for name in lights(loaded):
-        account = integrator.balance(loaded, name, particles=50_000, seed=sensor.seed)
+    for name in world.lights:
+        account = world.balance(name, particles=50_000, seed=seed)
         spent += account["absorbed"] + account["escaped"]
         emitted += account["emitted"]
     return spent / emitted - 1

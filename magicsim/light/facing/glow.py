@@ -15,8 +15,8 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.aligned import columns
 from magicsim.light.backend import dr, mi
 from magicsim.light.facing.body import FingerBody
-from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
 from magicsim.light.transport.sequence import sequence
 from magicsim.light.transport.streams import SEEDS_PER_RENDER
@@ -46,11 +46,11 @@ class Glow:
     """Rays that leave: origin [mm], direction and flux, shape (rays, 9)."""
 
     @classmethod
-    def of(cls, scene: Any, light: RecordedLight, design: ElastomerDesign, body: FingerBody) -> Self:
+    def of(cls, world: LitWorld, light: RecordedLight, design: ElastomerDesign, body: FingerBody) -> Self:
         """Of an untouched sensor.
 
         Args:
-            scene: The loaded scene, with nothing before the block.
+            world: The scene with nothing before the block.
             light: What left it.
             design: The block.
             body: Its squares.
@@ -64,18 +64,17 @@ class Glow:
         )
         area = float(np.prod([2 * end / count for end, count in zip(half, body.counts, strict=True)]))
         exitance = gaussian_filter(flux / area, (SMOOTHED, SMOOTHED, 0), mode="reflect")
-        return cls(exitance=exitance, reflectance=np.maximum(reflectance(scene, design), LEAST), rays=rays)
+        return cls(exitance=exitance, reflectance=np.maximum(reflectance(world, design), LEAST), rays=rays)
 
 
-def reflectance(scene: Any, design: ElastomerDesign, *, seed: int = 0) -> Array:
+def reflectance(world: LitWorld, design: ElastomerDesign, *, seed: int = 0) -> Array:
     """Share of diffuse light on the contact face that comes out of it again, shape (3,).
 
     Args:
-        scene: The loaded scene, with nothing before the block.
+        world: The scene with nothing before the block.
         design: The block.
         seed: Random stream.
     """
-    integrator: FluenceIntegrator = scene.integrator()
     start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed))
     u = sequence(dr.arange(mi.UInt32, ASKED), [start.next_uint32() for _ in range(4)])
     width, length = design.footprint_mm
@@ -86,7 +85,7 @@ def reflectance(scene: Any, design: ElastomerDesign, *, seed: int = 0) -> Array:
         dr.arange(mi.UInt32, ASKED), rays, weights, mi.Float(1.0), seed=SEEDS_PER_RENDER * seed
     )
     record = LightRecord.empty(1, ASKED)
-    integrator.light_pass(scene, integrator.inventory.shapes(scene), starts, record=record)
+    world.light_pass(starts, record=record)
     return np.asarray(_out_of_face(record.read()[0], design)[:, 6:9].sum(0) / ASKED, np.float64)
 
 

@@ -1,7 +1,7 @@
 """Radiance of a sensor that another finger looks at: as without it, with finger and object as one thing outside."""
 
 from dataclasses import replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ from magicsim.light.facing.shine import facing_light
 from magicsim.light.frame.frame_light import lifted
 from magicsim.light.renderer import Renderer
 from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.outside import Outside
 from magicsim.scenes.view import View
 
@@ -34,7 +35,7 @@ class FacingRenderer(Renderer):
         design, rig = plain.elastomer.design, plain.rig
         depth = design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm
         body = FingerBody.of(design.footprint_mm, depth)
-        glow = Glow.of(plain.world(View()).scene, plain.careful().light, design, body)
+        glow = Glow.of(plain.light(View()), plain.careful().light, design, body)
         mesh, finish = with_object(body, plain.object_mesh, plain.object_finish, glow.reflectance)
         found = cls(
             plain.elastomer, rig, plain.settings, seed=plain.seed, object_mesh=mesh, object_finish=finish,
@@ -69,11 +70,11 @@ class FacingRenderer(Renderer):
     def _within_reach(self, view: View) -> View:
         return view
 
-    def _arrived(self, view: View, scene: Any, outside: Outside | None, field: LightField) -> LightField:
+    def _arrived(self, view: View, world: LitWorld, outside: Outside | None, field: LightField) -> LightField:
         if view.facing_mm is None:
             return field
         added = facing_light(
-            scene, outside, self.glow, view.facing_mm, self.elastomer.design.footprint_mm, seed=self.seed,
+            world, outside, self.glow, view.facing_mm, self.elastomer.design.footprint_mm, seed=self.seed,
             most=self.settings.particles,
         )  # fmt: skip
         lit = total([field, added])

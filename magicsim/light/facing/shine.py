@@ -1,16 +1,16 @@
 """Light of the facing finger's strips in this finger's block."""
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.facing.glow import BELOW_MM, Glow, as_rays
-from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import FACING, SEEDS_PER_RENDER
 from magicsim.light.world.outside import Outside
 
@@ -20,13 +20,13 @@ HALF_TURN = np.array([-1.0, 1.0, -1.0])
 
 
 def facing_light(
-    scene: Any, outside: Outside | None, glow: Glow, distance_mm: float, footprint_mm: tuple[float, float], *,
+    world: LitWorld, outside: Outside | None, glow: Glow, distance_mm: float, footprint_mm: tuple[float, float], *,
     seed: int, most: int,
 ) -> LightField:  # fmt: skip
     """What the facing finger's light brings to cells and body; what it brings to the object is gathered elsewhere.
 
     Args:
-        scene: The loaded scene.
+        world: The loaded scene.
         outside: What stands before the block in a scene of its own, or None where it is in the block's.
         glow: What leaves the facing finger.
         distance_mm: Of the contact faces [mm].
@@ -34,21 +34,16 @@ def facing_light(
         seed: Of the frame.
         most: Particles that are traced at most.
     """
-    integrator: FluenceIntegrator = scene.integrator()
-    dark = integrator.darkness(scene, outside)
+    dark = world.darkness(outside)
     chosen = arriving(glow.rays, distance_mm, footprint_mm, most=most)
     if not len(chosen):
         return dark
     rays, flux = as_rays(chosen)
     number = dr.arange(mi.UInt32, len(chosen))
     starts = LightStarts.escaped(number, rays, flux, dr.max(flux), seed=SEEDS_PER_RENDER * seed + FACING)
-    shapes = integrator.inventory.shapes(scene, outside)
-    tracks = integrator.light_pass(scene, shapes, starts)
-    return LightField(
-        fluence=np.asarray(tracks.cells[0] / FIXED_POINT / integrator.inventory.volumes_mm3(scene), np.float64),
-        body=np.asarray(tracks.body[0] / FIXED_POINT, np.float64),
-        irradiance=np.zeros_like(dark.irradiance),
-    )
+    tracks = world.light_pass(starts, outside=outside)
+    fluence = tracks.cells[0] / FIXED_POINT / world.inventory.volumes_mm3()
+    return replace(dark, fluence=fluence, body=tracks.body[0] / FIXED_POINT)
 
 
 def arriving(rays: Array, distance_mm: float, footprint_mm: tuple[float, float], *, most: int) -> Array:

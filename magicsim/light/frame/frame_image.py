@@ -6,16 +6,14 @@ traced anew, with the random numbers of recorded ones: what both differ by is th
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
-from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.world.finish import Finish
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.outside import Outside
 
 FloatImage = npt.NDArray[np.float32]
@@ -28,14 +26,12 @@ MIRRORED_PER_SAMPLE = 3
 class Look:
     """What a frame shows to paths through the untouched block."""
 
-    scene: Any
-    """The loaded scene, with nothing before the block."""
+    world: LitWorld
+    """The scene with nothing before the block."""
     outside: Outside
     """What stands there."""
     field: LightField
     """Light in the block and on the object."""
-    finish: Finish
-    """Surface of the object."""
     samples: int
     """Camera samples of each pixel that are traced on where the object mirrors."""
     seed: int
@@ -49,21 +45,20 @@ class Look:
             light: Of the untouched sensor, that its image was gathered from.
             pixels: Numbers of the pixels, row by row of the film.
         """
-        integrator: FluenceIntegrator = self.scene.integrator()
         change = LightField(
             fluence=self.field.fluence - light.fluence, body=self.field.body - light.body, irradiance=light.irradiance
         )
-        paths = rest.paths
-        seen = paths.glow(integrator.elements(self.scene, change), pixels)
-        seen += paths.seen_outside(self.scene, self.outside, self.field.irradiance, self.finish, pixels)
+        paths, world, finish = rest.paths, self.world, self.world.content.object_finish
+        seen = paths.glow(world.elements(change), pixels)
+        seen += paths.seen_outside(world.scene, self.outside, self.field.irradiance, finish, pixels)
         seen += paths.mirrored(
-            self.outside, self.finish, pixels, lambda starts: follow_camera(
-                self.scene, self.outside, starts, self.field, self.finish, seed=self.seed
+            self.outside, finish, pixels, lambda starts: follow_camera(
+                world, self.outside, starts, self.field, seed=self.seed
             ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
         )  # fmt: skip
         return np.asarray(np.maximum(rest.image.reshape(-1, 3)[pixels] + seen, 0))
 
 
-def own_field(scene: Any, rest: Untouched) -> LightField:
+def own_field(world: LitWorld, rest: Untouched) -> LightField:
     """Light of all lights of the untouched sensor."""
-    return total([scene.integrator().darkness(scene), *rest.fields.values()])
+    return total([world.darkness(), *rest.fields.values()])

@@ -9,7 +9,6 @@ more than noise (`anchored_light`). So light is the same estimate on both sides 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +19,8 @@ from magicsim.light.frame.contact_share import contact_share
 from magicsim.light.frame.room_change import room_change
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_light
-from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.light.world.outside import Outside
 
@@ -42,25 +41,31 @@ def lifted(vertices: Array) -> Array:
     return np.asarray(np.round(vertices - np.array([0.0, 0.0, vertices[:, 2].max() + LIFTED_MM]), LIFTED_DIGITS))
 
 
-def free_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
+def free_light(
+    world: LitWorld, outside: Outside, careful: Untouched, cheap: Untouched, *, particles: int, seed: int
+) -> LightField:
     """Light in the untouched block and on what stands before it.
 
     Args:
-        scene: The loaded scene, with nothing before the block.
+        world: The scene with nothing before the block.
         outside: What stands there.
         careful: The untouched sensor.
-        cheap: The same with the particles and random numbers of the frame.
+        cheap: The untouched sensor with the particles and random numbers of the frame.
+        particles: Of the frame.
         seed: Of the frame.
     """
-    return total([_own_light(scene, outside, careful, cheap, seed=seed), _flashlight(scene, outside, seed=seed)])
+    # Nothing else is traced from a light.
+    lamp = {FLASHLIGHT: particles} if outside.flashlight is not None else {}
+    fields = world.light_fields(lamp, seed=seed, outside=outside)
+    return total([_own_light(world, outside, careful, cheap, seed=seed), *fields.values()])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Before:
     """Light of strips and room in the last state before contact, which frames along one press share."""
 
-    scene: Any
-    """The loaded scene, with nothing before the block."""
+    world: LitWorld
+    """The scene with nothing before the block."""
     placed: Callable[[], Outside]
     """Puts what stands before the block where it stood then; it may be somewhere else when the light is asked for."""
     rest: Untouched
@@ -73,73 +78,71 @@ class Before:
     @cached_property
     def careful(self) -> LightField:
         """As well as it is known."""
-        return _own_light(self.scene, self.placed(), self.rest, self.cheap, seed=self.seed)
+        return _own_light(self.world, self.placed(), self.rest, self.cheap, seed=self.seed)
 
     @cached_property
     def traced(self) -> LightField:
         """By the particles of the frame."""
-        return _traced_before(self.scene, self.placed(), self.cheap, seed=self.seed)
+        return _traced_before(self.world, self.placed(), self.cheap, seed=self.seed)
 
 
 def touched_light(
-    world: Any, before: Before, careful: Untouched, contact: SurfaceMesh | None, *, least: float, seed: int
-) -> LightField:
+    world: LitWorld, before: Before, careful: Untouched, contact: SurfaceMesh | None, *, least: float,
+    particles: int, seed: int,
+) -> LightField:  # fmt: skip
     """Light in the deformed block and on the object.
 
     Args:
-        world: The loaded scene of the frame.
+        world: The scene of the frame.
         before: Light of the last state before contact.
         careful: The untouched sensor.
         contact: The object's surface where it touches, which tells how large changes may be; all that is found counts
             where nobody knows.
         least: Expected relative change, root mean square over the cells, below which the light before contact serves:
             each cell keeps its own. A body that scatters changes its light with its shape, and is always traced.
+        particles: Of the frame.
         seed: Of the frame.
     """
-    integrator: FluenceIntegrator = world.integrator()
-    shares = integrator.shares(world)
-    expected = _expected(world, integrator, contact) if contact is not None else None
-    if expected is not None and integrator.voxels is None and expected.size(before.careful.fluence) < least:
+    shares = world.shares(particles)
+    expected = _expected(world, contact) if contact is not None else None
+    if expected is not None and world.voxels is None and expected.size(before.careful.fluence) < least:
         lamp = {name: count for name, count in shares.items() if name == FLASHLIGHT}
-        return total([before.careful, *integrator.light_fields(world, lamp, seed=seed).values()])
-    fields = integrator.light_fields(world, shares, seed=seed)
+        return total([before.careful, *world.light_fields(lamp, seed=seed).values()])
+    fields = world.light_fields(shares, seed=seed)
     flashlight = fields.pop(FLASHLIGHT, None)
-    now = total([integrator.darkness(world), *fields.values()])
-    held, held_before = integrator.held_mm3(world), careful.held_mm3
-    growth = np.divide(held, held_before, out=np.zeros_like(held), where=held_before > 0)
-    voxels = integrator.voxels.counts if integrator.voxels is not None else None
+    now = total([world.darkness(), *fields.values()])
     states = [_by_channel(each) for each in (now, before.traced, before.careful)]
-    found = anchored_light(states[0], states[1], states[2], integrator.counts, voxels, growth=growth, expected=expected)
+    found = anchored_light(
+        states[0], states[1], states[2], world.counts, world.voxel_counts, growth=world.growth(careful.held_mm3),
+        expected=expected,
+    )  # fmt: skip
     anchored = replace(total(list(found.values())), irradiance=now.irradiance)
     return total([anchored, *([flashlight] if flashlight is not None else [])])
 
 
-def _expected(world: Any, integrator: FluenceIntegrator, contact: SurfaceMesh) -> Expected:
+def _expected(world: LitWorld, contact: SurfaceMesh) -> Expected:
     """What share of the light of each cell and voxel comes from the contact."""
-    places = integrator.inventory.centres_mm(world)
-    parts = integrator.voxels.body_part(world, integrator.inventory.shapes(world)) if integrator.voxels else None
-    voxels = parts.centres_mm if parts is not None else np.zeros((1, 3))
+    part = world.body_part()
+    voxels = part.centres_mm if part is not None else np.zeros((1, 3))
     return Expected(
-        cells=contact_share(places, contact.vertices, contact.faces),
+        cells=contact_share(world.inventory.centres_mm(), contact.vertices, contact.faces),
         voxels=contact_share(voxels, contact.vertices, contact.faces),
     )
 
 
-def _own_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
+def _own_light(world: LitWorld, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
     """Light of strips and room with something outside: the untouched sensor's, and what the object adds to it."""
-    integrator: FluenceIntegrator = scene.integrator()
-    dark = integrator.darkness(scene, outside)
-    known = replace(total([integrator.darkness(scene), *careful.fields.values()]), irradiance=dark.irradiance)
+    dark, counts, voxels = world.darkness(outside), world.counts, world.voxel_counts
+    known = replace(total([world.darkness(), *careful.fields.values()]), irradiance=dark.irradiance)
     if outside.object is None:
         return known
-    back, counts = follow_light(scene, outside, careful.light, seed=seed), integrator.counts
-    voxels = integrator.voxels.counts if integrator.voxels is not None else None
+    back = follow_light(world, outside, careful.light, seed=seed)
     lit = total([known, back])
     lit = replace(anchored_light({"": lit}, {"": known}, {"": known}, counts, voxels)[""], irradiance=back.irradiance)
     if ENVIRONMENT not in careful.fields:
         return lit
     traced, rest = (each.fields[ENVIRONMENT] for each in (cheap, careful))
-    change = room_change(scene, outside, cheap, seed=seed)
+    change = room_change(world, outside, cheap, seed=seed)
     room = replace(traced, fluence=traced.fluence + change.fluence, body=traced.body + change.body)
     changed = anchored_light({"": room}, {"": traced}, {"": rest}, counts, voxels)[""]
     return LightField(
@@ -149,27 +152,17 @@ def _own_light(scene: Any, outside: Outside, careful: Untouched, cheap: Untouche
     )
 
 
-def _traced_before(scene: Any, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
+def _traced_before(world: LitWorld, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
     """Light of strips and room with something outside, by the particles of the frame."""
-    integrator: FluenceIntegrator = scene.integrator()
     unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in cheap.fields.values()]
-    rest = total([integrator.darkness(scene), *unseen])
-    back = [follow_light(scene, outside, cheap.light, seed=seed)]
+    rest = total([world.darkness(), *unseen])
+    back = [follow_light(world, outside, cheap.light, seed=seed)]
     if ENVIRONMENT in cheap.fields:
-        back.append(room_change(scene, outside, cheap, seed=seed))
+        back.append(room_change(world, outside, cheap, seed=seed))
     fluence, body, irradiance = (
         sum(getattr(each, name) for each in back) for name in ("fluence", "body", "irradiance")
     )
     return replace(rest, fluence=rest.fluence + fluence, body=rest.body + body, irradiance=irradiance)
-
-
-def _flashlight(scene: Any, outside: Outside, *, seed: int) -> LightField:
-    """Light of the flashlight in the block and on the object; it reflects nothing itself."""
-    integrator: FluenceIntegrator = scene.integrator()
-    dark = integrator.darkness(scene, outside)
-    # Nothing else is traced from a light.
-    particles = {FLASHLIGHT: integrator.particles} if outside.flashlight is not None else {}
-    return total([dark, *integrator.light_fields(scene, particles, seed=seed, outside=outside).values()])
 
 
 def _by_channel(field: LightField) -> dict[str, LightField]:

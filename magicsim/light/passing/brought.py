@@ -1,7 +1,6 @@
 """What something that passes changes of the light in the block and on an object, with the sensor's own lights off."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +11,11 @@ from magicsim.light.frame.frame_image import MIRRORED_PER_SAMPLE
 from magicsim.light.passing.passing_light import PassingLight, PassingPart
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
-from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, sum_tracks
 from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
-from magicsim.light.world.finish import Finish
-from magicsim.light.world.inventory import beams_of
 from magicsim.light.world.outside import Outside
 
 Array = npt.NDArray[np.float64]
@@ -30,38 +27,32 @@ SPREAD_CELLS = 1.5
 
 
 def brought(
-    scene: Any, outside: Outside, light: PassingLight, rest: LightField, *, particles: int, seed: int
+    world: LitWorld, outside: Outside, light: PassingLight, rest: LightField, *, particles: int, seed: int
 ) -> LightField:
     """Change of the light in the untouched block and on what stands before it; values of either sign.
 
     Noise is spread over neighbouring cells, see `spread`.
 
     Args:
-        scene: The loaded scene, with nothing before the block.
+        world: The scene with nothing before the block.
         outside: What stands there.
         light: What passes, in its place.
         rest: Light of the untouched sensor.
         particles: How many; the part around an object gets fewer.
         seed: Of the frame.
     """
-    integrator: FluenceIntegrator = scene.integrator()
-    inventory = integrator.inventory
-    shapes = inventory.shapes(scene, outside)
     tracks = [
-        integrator.light_pass(scene, shapes, starts, lights=len(SIGNS))
-        for chunk in chunks(_sent(scene, outside, light, particles, seed))
+        world.light_pass(starts, lights=len(SIGNS), outside=outside)
+        for chunk in chunks(_sent(world, outside, light, particles, seed))
         if (starts := _bright(LightStarts.emitted(chunk))) is not None
     ]
     if not tracks:
-        return integrator.darkness(scene, outside)
+        return world.darkness(outside)
     found, scale = sum_tracks(tracks), 1 / (FIXED_POINT * particles)
-    change = LightField(
-        fluence=scale * _signed(found, "cells") / inventory.volumes_mm3(scene),
-        body=scale * _signed(found, "body"),
-        irradiance=inventory.irradiance(scene, shapes, scale * _signed(found, "landed")),
-    )
-    body = spread(change.body, rest.body, integrator.voxels.counts) if integrator.voxels is not None else change.body
-    return replace(change, fluence=spread(change.fluence, rest.fluence, integrator.counts), body=body)
+    cells, body, landed = (scale * _signed(found, name) for name in ("cells", "body", "landed"))
+    change, voxels = world.deposited(cells, body, landed, outside), world.voxel_counts
+    body = spread(body, rest.body, voxels) if voxels is not None else body
+    return replace(change, fluence=spread(change.fluence, rest.fluence, world.counts), body=body)
 
 
 def spread(change: Array, level: Array, counts: tuple[int, int, int]) -> Array:
@@ -87,11 +78,11 @@ def _neighbours(values: Array, counts: tuple[int, int, int]) -> Array:
     return gaussian_filter(grid, (SPREAD_CELLS,) * 3 + (0.0,), mode="reflect").reshape(-1, 3)
 
 
-def _sent(scene: Any, outside: Outside, light: PassingLight, particles: int, seed: int) -> list[Sent]:
+def _sent(world: LitWorld, outside: Outside, light: PassingLight, particles: int, seed: int) -> list[Sent]:
     sent = []
     for place, sign in enumerate(SIGNS):
         parts = ((1.0, PASSING), (ROUND_OBJECT, PASSING_ON_OBJECT))
-        for beam, (share, stream) in zip(beams_of(scene, outside), parts, strict=False):
+        for beam, (share, stream) in zip(world.inventory.beams(outside), parts, strict=False):
             count = max(1, round(share * particles))
             part, numbers = PassingPart(light, sign), SEEDS_PER_RENDER * seed + stream
             sent.append(Sent(part, 0, count, numbers, False, place, beam, particles / count))
@@ -114,16 +105,14 @@ def _signed(tracks: Tracks, name: str) -> Array:
 class PassingLook:
     """What a frame shows of it to paths through the untouched block."""
 
-    scene: Any
-    """The loaded scene, with nothing before the block."""
+    world: LitWorld
+    """The scene with nothing before the block."""
     outside: Outside
     """What stands there."""
     light: PassingLight
     """What passes, in its place."""
     field: LightField
     """What it changes of the light in the block and on the object."""
-    finish: Finish
-    """Surface of the object."""
     samples: int
     """Camera samples of each pixel that are traced on where the object mirrors."""
     seed: int
@@ -136,14 +125,15 @@ class PassingLook:
             rest: The untouched sensor, with its paths.
             pixels: Numbers of the pixels, row by row of the film.
         """
-        paths, integrator, outside = rest.paths, self.scene.integrator(), self.outside
-        seen = paths.glow(integrator.elements(self.scene, self.field), pixels)
+        paths, world, outside = rest.paths, self.world, self.outside
+        finish = world.content.object_finish
+        seen = paths.glow(world.elements(self.field), pixels)
         seen += paths.seen_of_room(self.light, pixels)
         if outside.object is not None or outside.flashlight is not None:
-            seen += paths.seen_outside(self.scene, outside, self.field.irradiance, self.finish, pixels, room=self.light)
+            seen += paths.seen_outside(world.scene, outside, self.field.irradiance, finish, pixels, room=self.light)
         seen += paths.mirrored(
-            outside, self.finish, pixels, lambda starts: follow_camera(
-                self.scene, outside, starts, self.field, self.finish, seed=self.seed, room=self.light
+            outside, finish, pixels, lambda starts: follow_camera(
+                world, outside, starts, self.field, seed=self.seed, room=self.light
             ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
         )  # fmt: skip
         return np.asarray(seen)

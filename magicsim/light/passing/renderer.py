@@ -7,7 +7,6 @@ smoothly as the thing does.
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -60,8 +59,8 @@ class PassingRenderer(Renderer):
         placed, samples = self._placed(view), self.settings.samples
         field = self._brought(view, placed, light)
         look = PassingLook(
-            scene=self.world(View()).scene, outside=self._outside(placed, view.flashlight_x_mm), light=light,
-            field=field, finish=self.object_finish, samples=samples, seed=self.seed,
+            world=self.light(View()), outside=self._outside(placed, view.flashlight_x_mm), light=light, field=field,
+            samples=samples, seed=self.seed,
         )  # fmt: skip
         before = look.through(self.careful(), pixels)
         if not self._is_moved(view, placed):
@@ -69,10 +68,7 @@ class PassingRenderer(Renderer):
         known, changed = look.through(self.cheap(), pixels), self._changed(view, placed, pixels)
         now = known.copy()
         if changed.any():
-            world = self.world(view).scene
-            traced = world.integrator().gather_pixels(
-                world, field, pixels[changed], samples=samples, seed=self.seed, room=light
-            )
+            traced = self.light(view).gather_pixels(field, pixels[changed], samples=samples, seed=self.seed, room=light)
             now[changed] = np.array(traced, np.float64).T
         images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
         found = anchored_change(images[0], images[1], images[2], changed.reshape(shape[:2]))
@@ -84,20 +80,16 @@ class PassingRenderer(Renderer):
         That in a touched block is that of the last state before contact: a press changes by some per cent what is some
         per cent itself.
         """
-        scene, careful = self.world(View()).scene, self.careful()
+        world, careful = self.light(View()), self.careful()
         is_moved, particles = self._is_moved(view, placed), self.settings.particles
         outside = self._outside(self._free(view, placed) if is_moved else placed, view.flashlight_x_mm)
         field = brought(
-            scene, outside, light, own_field(scene, careful), particles=max(1, particles // PARTICLES_PART),
+            world, outside, light, own_field(world, careful), particles=max(1, particles // PARTICLES_PART),
             seed=self.seed,
         )  # fmt: skip
-        world: Any = scene
         if is_moved:
-            world, held_before = self.world(view).scene, careful.held_mm3
-            held = world.integrator().held_mm3(world)
-            growth = np.divide(held, held_before, out=np.zeros_like(held), where=held_before > 0)
-            field = replace(field, body=growth * field.body)
-        found: LightField = world.integrator().with_lit_object(
-            world, field, particles=particles, seed=self.seed, outside=None if is_moved else outside, room=light
+            world = self.light(view)
+            field = replace(field, body=world.growth(careful.held_mm3) * field.body)
+        return world.with_lit_object(
+            field, particles=particles, seed=self.seed, outside=None if is_moved else outside, room=light
         )
-        return found

@@ -1,6 +1,5 @@
 """Both passes in the untouched block: record what they meet and what leaves it, and follow what things send back."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,15 +8,14 @@ import numpy.typing as npt
 from magicsim.light.backend import dr
 from magicsim.light.records.recorded_paths import RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
-from magicsim.light.transport.integrator import FluenceIntegrator
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.light_pass import FIXED_POINT
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
 from magicsim.light.transport.regions import Regions
 from magicsim.light.transport.streams import LIGHT_BACK, MIRRORED, SEEDS_PER_RENDER
-from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside
 
@@ -25,13 +23,13 @@ Array = npt.NDArray[np.float64]
 
 
 def untouched(
-    scene: Any, particles: dict[str, int], *, seed: int, samples: int, recorded: int, with_room: bool,
+    world: LitWorld, particles: dict[str, int], *, seed: int, samples: int, recorded: int, with_room: bool,
     regions: Regions | None,
 ) -> Untouched:  # fmt: skip
     """The untouched sensor, and what its camera paths and its light pass before they leave the block.
 
     Args:
-        scene: The loaded scene, with nothing before the block.
+        world: The scene with nothing before the block.
         particles: Of each light.
         seed: Random stream of both passes.
         samples: Paths of each pixel.
@@ -39,100 +37,84 @@ def untouched(
         with_room: Whether that of the room's particles is taken down too.
         regions: Boxes to tell which of them each pixel's paths met surfaces in, if that is asked for.
     """
-    integrator: FluenceIntegrator = scene.integrator()
     strips = {name: count for name, count in particles.items() if name != ENVIRONMENT}
     first = max(1, min(recorded, *strips.values())) if strips else 1
     record = LightRecord.empty(len(strips), first)
-    fields = integrator.light_fields(scene, strips, seed=seed, record=record)
+    fields = world.light_fields(strips, seed=seed, record=record)
     # Light of the room is kept apart: it may meet what stands outside before it meets the block.
     room = {name: count for name, count in particles.items() if name == ENVIRONMENT}
     room_record = LightRecord.empty(1, room[ENVIRONMENT]) if room and with_room else None
-    fields |= integrator.light_fields(scene, room, seed=seed, record=room_record)
-    paths = recorded_paths(scene, seed=seed, samples=samples, regions=regions)
-    field = total([integrator.darkness(scene), *fields.values()])
-    columns, rows = (int(size) for size in scene.sensors()[0].film().size())
+    fields |= world.light_fields(room, seed=seed, record=room_record)
+    paths = recorded_paths(world, seed=seed, samples=samples, regions=regions)
+    field = total([world.darkness(), *fields.values()])
+    columns, rows = (int(size) for size in world.scene.sensors()[0].film().size())
     pixels = np.arange(columns * rows, dtype=np.uint32)
-    image = paths.direct + paths.glow(integrator.elements(scene, field), pixels)
+    image = paths.direct + paths.glow(world.elements(field), pixels)
     return Untouched(
         fields=fields,
         particles=dict(particles),
         paths=paths,
         light=RecordedLight.of(*record.read(), first),
         room=RecordedLight.of(*room_record.read(), room[ENVIRONMENT]) if room_record is not None else None,
-        held_mm3=integrator.held_mm3(scene),
+        held_mm3=world.held_mm3(),
         image=image.reshape(rows, columns, 3).astype(np.float32),
     )
 
 
-def recorded_paths(scene: Any, *, seed: int, samples: int, regions: Regions | None = None) -> RecordedPaths:
+def recorded_paths(world: LitWorld, *, seed: int, samples: int, regions: Regions | None = None) -> RecordedPaths:
     """The camera paths of an untouched sensor.
 
     Args:
-        scene: The loaded scene, with nothing before the block.
+        world: The scene with nothing before the block.
         seed: Random stream of the camera.
         samples: Paths of each pixel.
         regions: Boxes to tell which of them the paths met surfaces in, if that is asked for.
     """
-    integrator: FluenceIntegrator = scene.integrator()
-    dark, sensor = integrator.darkness(scene), scene.sensors()[0]
-    shapes, pixels = integrator.inventory.shapes(scene), int(np.prod(np.array(sensor.film().size())))
+    dark, sensor = world.darkness(), world.scene.sensors()[0]
+    pixels = int(np.prod(np.array(sensor.film().size())))
 
     def trace(part: range, room: int) -> tuple[PathRecord, Array]:
         record = PathRecord.empty(room, len(part), lanes=pixels, regions=regions)
         starts = CameraStarts.of(
             sensor, samples=samples, pixels=np.arange(pixels, dtype=np.uint32), pattern=0, part=part
         )
-        stream = SEEDS_PER_RENDER * seed
-        seen = integrator.camera_pass(scene, shapes, dark, starts, integrator.finish, stream=stream, record=record)
+        seen = world.camera_pass(dark, starts, stream=SEEDS_PER_RENDER * seed, record=record)
         dr.eval(seen, record)
         return record, np.array(seen, np.float64).T
 
-    centres = integrator.elements(scene, dark).centres_mm
+    centres = world.elements(dark).centres_mm
     return record_paths(trace, pixels=pixels, centres_mm=centres, samples=samples, regions=regions)
 
 
 def follow_camera(
-    scene: Any, outside: Outside, starts: ObjectStarts, field: LightField, finish: Finish, *, seed: int,
-    room: Any = None,
-) -> Array:  # fmt: skip
+    world: LitWorld, outside: Outside, starts: ObjectStarts, field: LightField, *, seed: int, room: Any = None
+) -> Array:
     """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3).
 
     Args:
-        scene: The loaded scene, with nothing before the block.
+        world: The scene with nothing before the block.
         outside: What stands there.
         starts: Of the paths.
         field: Light in the block and on the object.
-        finish: Surface of the object.
         seed: Of the frame.
         room: What alone shines, see `Shapes`.
     """
-    integrator: FluenceIntegrator = scene.integrator()
-    shapes = replace(integrator.inventory.shapes(scene, outside), room=room)
     stream = SEEDS_PER_RENDER * seed + MIRRORED
-    seen = integrator.camera_pass(scene, shapes, field, starts, finish, stream=stream)
+    seen = world.camera_pass(field, starts, stream=stream, outside=outside, room=room)
     return np.array(seen, np.float64).T
 
 
-def follow_light(scene: Any, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:
+def follow_light(world: LitWorld, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:
     """What the object sends back of recorded light: more fluence in the block, and irradiance on itself.
 
     Args:
-        scene: The loaded scene, with nothing before the block.
+        world: The scene with nothing before the block.
         outside: What stands there.
         light: What leaves the block.
         seed: Of the frame.
     """
-    integrator: FluenceIntegrator = scene.integrator()
-    inventory, dark = integrator.inventory, integrator.darkness(scene, outside)
     starts = light.met(outside, seed=SEEDS_PER_RENDER * seed + LIGHT_BACK)
     if starts is None:
-        return dark
-    shapes = inventory.shapes(scene, outside)
-    tracks = integrator.light_pass(scene, shapes, starts)
-    scale = 1 / (FIXED_POINT * light.particles)
-    landed = np.asarray(tracks.landed[0] * scale, np.float64)
-    return LightField(
-        fluence=np.asarray(tracks.cells[0] * scale / inventory.volumes_mm3(scene), np.float64),
-        body=np.asarray(tracks.body[0] * scale, np.float64),
-        irradiance=inventory.irradiance(scene, shapes, landed),
-    )
+        return world.darkness(outside)
+    tracks, scale = world.light_pass(starts, outside=outside), 1 / (FIXED_POINT * light.particles)
+    return world.deposited(tracks.cells[0] * scale, tracks.body[0] * scale, tracks.landed[0] * scale, outside)

@@ -1,13 +1,14 @@
 """The light field as the camera pass looks it up: a linear function in every cell and in every voxel of the body."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
-from magicsim.light.transport.voxels import Voxels
+from magicsim.light.transport.voxels import BodyPart, Voxels
 
 Array = npt.NDArray[np.float64]
 AXES = 3
@@ -36,6 +37,12 @@ class Piecewise:
     """Centres of the elements, mi.Float of size 3 * elements [mm]."""
     is_change: bool = False
     """Whether values of either sign are meant; otherwise none is negative."""
+
+    @classmethod
+    def of(cls, elements: Elements, *, is_change: bool) -> Self:
+        """The field of arrays of NumPy."""
+        values, slopes, centres = (flat(each) for each in elements)
+        return cls(values=values, slopes=slopes, centres=centres, is_change=is_change)
 
     def at(self, element: Any, point: Any, active: Any) -> Any:
         """Value at a point of an element."""
@@ -76,6 +83,33 @@ class CachedLight:
     def on_object(self, triangle: Any, active: Any) -> Any:
         """Irradiance of a triangle of the object."""
         return mi.Color3f(*[dr.gather(mi.Float, self.irradiance, 3 * triangle + c, active) for c in range(3)])
+
+
+def flat(values: Array) -> Any:
+    """An array on the renderer's side, mi.Float of its size."""
+    return mi.Float(aligned(values, np.float32).ravel())
+
+
+def cell_elements(fluence: Array, centres_mm: Array | None, counts: tuple[int, int, int]) -> Elements:
+    """Light in the cells, see `cell_slopes`; without a grid there is one of them, which holds none."""
+    if centres_mm is None:
+        return Elements(fluence, np.zeros((1, AXES, 3)), np.zeros((1, AXES)))
+    return Elements(fluence, cell_slopes(fluence, centres_mm, counts), centres_mm)
+
+
+def body_elements(light: Array, part: BodyPart, voxels: Voxels) -> Elements:
+    """Light in the voxels of a body, with slopes between the LED strips.
+
+    Args:
+        light: Fluence times what each voxel holds of the body, shape (voxels, 3) [mm3].
+        part: What they hold.
+        voxels: Where they are.
+    """
+    held = part.held_mm3[:, None]
+    fluence = np.divide(light, held, out=np.zeros_like(light), where=held > 0)
+    slopes, inner = np.zeros((len(fluence), AXES, 3)), voxels.inner
+    slopes[inner] = cell_slopes(fluence[inner], part.centres_mm[inner], voxels.inner_counts)
+    return Elements(fluence, slopes, part.centres_mm)
 
 
 def cell_slopes(fluence: Array, centres: Array, counts: tuple[int, int, int]) -> Array:

@@ -1,18 +1,20 @@
-"""Which estimator renders, and its entry of a scene's dictionary."""
-
-from typing import Any
+"""Which estimator renders, and the scene that it asks for."""
 
 from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import VARIANT
+from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.variant import SCALAR_VARIANT
-from magicsim.light.world.finish import Finish
-from magicsim.light.world.scene_dict import lights_inside, lights_off
-from magicsim.scenes.rig import INSET_MM, Rig
+from magicsim.light.world.loaded_scene import World
+from magicsim.light.world.scene_dict import WorldContent
+from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 
 PATH_DEPTH = 256
 """Longest path of `volpath` [interactions], roulette off; four times as long changes the mean by 0.01 %."""
+PATHS = {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
+"""Mitsuba's path tracer, as an entry of its dictionaries."""
 
 
 def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
@@ -31,26 +33,20 @@ def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
     return estimator
 
 
-def integrator_entry(
-    estimator: str, elastomer: Elastomer, rig: Rig, settings: RenderSettings, finish: Finish
-) -> dict[str, Any]:
-    """The integrator's entry of a scene dictionary.
+def load_world(
+    estimator: str, elastomer: Elastomer, rig: Rig, settings: RenderSettings, own_mesh: SurfaceMesh | None,
+    content: WorldContent,
+) -> World:  # fmt: skip
+    """The scene of a block, for paths or with its light.
 
     Args:
         estimator: As `choose_estimator` chose.
         elastomer: The block.
         rig: What surrounds it.
-        settings: Particles, and collisions that are followed.
-        finish: Surface of the object.
+        settings: Collisions that are followed.
+        own_mesh: The object that may come, in its own frame.
+        content: What else is in the scene.
     """
     if estimator == "path":
-        return {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
-    import magicsim.light.transport.integrator  # noqa: F401 -- registers the estimator
-    from magicsim.light.transport.integrator_settings import integrator_settings
-
-    return {
-        "type": "fluence",
-        "particles": settings.particles,
-        "forward_collisions": settings.forward_collisions,
-        **integrator_settings(elastomer, finish, inside=lights_inside(rig), off=lights_off(rig), inset_mm=INSET_MM),
-    }
+        return World(elastomer, rig, content)
+    return LitWorld(elastomer, rig, content, forward_collisions=settings.forward_collisions, own_mesh=own_mesh)

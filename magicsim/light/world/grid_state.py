@@ -38,11 +38,15 @@ class GridState:
 class GridStates:
     """Keeps the state of a mesh until its vertices are replaced."""
 
-    def __init__(self, triangles_per_cell: int) -> None:
-        """For an infill of disjoint cells, whose hits are searched for among all triangles."""
-        self.triangles_per_cell = triangles_per_cell
-        self.topology: CellTopology | None = None
-        """How the cells are put together, if it is known: hits are then looked for in the cell that a ray is in."""
+    def __init__(self, triangles_per_cell: int, topology: CellTopology | None) -> None:
+        """For an infill of disjoint cells.
+
+        Args:
+            triangles_per_cell: Of each of them.
+            topology: How they are put together: hits are then looked for in the cell that a ray is in. None to search
+                for them among all triangles.
+        """
+        self._triangles_per_cell, self._topology = triangles_per_cell, topology
         self._positions: Any = None
         self._state: GridState | None = None
 
@@ -63,13 +67,13 @@ class GridStates:
         return self._state
 
     def _computed(self, mesh: SurfaceMesh, box: Any, strangers: Sequence[Any]) -> GridState:
-        cells = len(mesh.faces) // self.triangles_per_cell
+        cells = len(mesh.faces) // self._triangles_per_cell
         alone = not any(box.overlaps(shape.bbox()) for shape in strangers)
         return GridState(
             mesh=mesh,
             cells=cells,
             centres_mm=mesh.vertices.reshape(cells, -1, 3).mean(1),
-            faces=cell_faces(mesh.vertices, self.topology) if self.topology is not None and alone else None,
+            faces=cell_faces(mesh.vertices, self._topology) if self._topology is not None and alone else None,
         )
 
 

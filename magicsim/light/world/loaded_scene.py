@@ -6,12 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.elastomer import Elastomer
-from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
-from magicsim.light.flaws.held_scatterers import HeldScatterers
 from magicsim.light.flaws.scatterer_shapes import scatterer_name, transforms
-from magicsim.light.transport.coating import FaceCoating
-from magicsim.light.world.cell_topology import CellTopology
 from magicsim.light.world.names import BODY, ENVIRONMENT, FACE, FLASHLIGHT, GROUPED, INFILL, MARKERS
 from magicsim.light.world.scene_dict import (
     WorldContent,
@@ -21,6 +17,7 @@ from magicsim.light.world.scene_dict import (
     scene_dict,
     with_lens,
 )
+from magicsim.light.world.shapes import lights
 from magicsim.scenes.rig import Rig
 
 Array = npt.NDArray[np.float64]
@@ -31,40 +28,36 @@ RADIANCE = ".radiance.value"
 class World:
     """One Mitsuba scene whose vertices can be replaced."""
 
-    def __init__(
-        self, elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any], *,
-        own_mesh: SurfaceMesh | None = None,
-    ) -> None:  # fmt: skip
+    def __init__(self, elastomer: Elastomer, rig: Rig, content: WorldContent, *, for_paths: bool = True) -> None:
         """Loads the scene at rest, the object parked where its own frame puts it.
 
         Args:
             elastomer: The block.
             rig: What surrounds it.
             content: What else is there.
-            integrator: Entry of the estimator.
-            own_mesh: The object that may come, in its own frame.
+            for_paths: Whether Mitsuba's own integrators trace paths in it, see `block_shapes`; otherwise the block is a
+                group of shapes.
         """
         self.elastomer = elastomer
         self.rig = rig
         self.content = content
-        for_paths = integrator["type"] != "fluence"
         self._has_face = for_paths and elastomer.design.face_is_special
-        block, self._prefix = block_shapes(elastomer, rig, for_paths=for_paths), ""
-        entries = block
-        if integrator["type"] == "fluence":
-            entries, self._prefix = in_group(block), GROUPED
-        self.scene: Any = mi.load_dict(scene_dict(elastomer, rig, content, integrator, entries), optimize=False)
-        if self._prefix:
-            inventory = self.scene.integrator().inventory
-            inventory.hold(block[BODY], block.get(INFILL))
-            coating = FaceCoating.of(elastomer, rig)
-            inventory.know(CellTopology.of(elastomer), own_mesh, coating, HeldScatterers.of(elastomer))
+        self.block = block_shapes(elastomer, rig, for_paths=for_paths)
+        """Shapes of the block by their names."""
+        self._prefix = "" if for_paths else GROUPED
+        entries = self.block if for_paths else in_group(self.block)
+        self.scene: Any = mi.load_dict(scene_dict(elastomer, rig, content, entries), optimize=False)
         self._parameters = mi.traverse(self.scene)
         self._radiance = {
             key: type(self._parameters[key])(self._parameters[key])
             for key in self._parameters.keys()  # noqa: SIM118 -- not a dict
             if key.endswith(RADIANCE) or key == f"{ENVIRONMENT}.scale"
         }
+
+    @property
+    def lights(self) -> list[str]:
+        """Names of all lights of the scene."""
+        return lights(self.scene)
 
     def update(
         self,
@@ -105,7 +98,7 @@ class World:
         """Turns all lights off but one; None turns all of them on again.
 
         Args:
-            name: One of `shapes.lights(scene)`.
+            name: One of `lights`.
         """
         for key, radiance in self._radiance.items():
             self._parameters[key] = radiance if name in {key.partition(".")[0], None} else type(radiance)(0.0)

@@ -1,5 +1,6 @@
 """The Mitsuba scenes of one sensor, one for each kind of content, brought into the state of a view."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from magicsim.light.world.finish import Finish
 from magicsim.light.world.loaded_scene import World
 from magicsim.light.world.marker_disks import marker_disks
 from magicsim.light.world.scene_dict import WorldContent
-from magicsim.scenes.rig import Rig
 from magicsim.scenes.view import View
 
 Array = npt.NDArray[np.float64]
@@ -24,21 +24,19 @@ class Worlds:
     def __init__(
         self,
         elastomer: Elastomer,
-        rig: Rig,
         object_mesh: SurfaceMesh | None,
         object_finish: Finish,
-        integrator: dict[str, Any],
+        load: Callable[[WorldContent], World],
     ) -> None:
         """Loads nothing yet.
 
         Args:
             elastomer: The block.
-            rig: What surrounds it.
             object_mesh: The object in its own frame, if one will come.
             object_finish: Its surface.
-            integrator: Entry of the scenes' dictionaries.
+            load: Loads the scene of some content.
         """
-        self._elastomer, self._rig, self._integrator = elastomer, rig, integrator
+        self._elastomer, self._load = elastomer, load
         self._mesh, self._finish = object_mesh, object_finish
         self._kept: dict[tuple[bool, bool], World] = {}
         self._shown: dict[tuple[bool, bool], View] = {}
@@ -56,7 +54,7 @@ class Worlds:
             content = WorldContent(
                 object_mesh=self._mesh if key[0] else None, object_finish=self._finish, flashlight=key[1]
             )
-            self._kept[key] = World(self._elastomer, self._rig, content, self._integrator, own_mesh=self._mesh)
+            self._kept[key] = self._load(content)
         changes = self._changes(self._shown.get(key, View()), view)
         if object_vertices is not None and not np.array_equal(self._placed.get(key, NOWHERE), object_vertices):
             changes["object_vertices"] = self._placed[key] = object_vertices

@@ -5,9 +5,10 @@ the body from inside, ran through the body. Only where the next hit is opaque, o
 memory decide. Rays displaced across an edge by the intersection offset therefore cannot carry a wrong state.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
+from magicsim.geometry.design import ElastomerDesign, Optics
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import RoughSurfaces
 
@@ -25,6 +26,11 @@ class Medium:
     """Absorption coefficient [1/mm]."""
     anisotropy: float = 0.0
     """Mean cosine of the scattering angle (Henyey and Greenstein's phase function)."""
+
+    @classmethod
+    def of(cls, optics: Optics) -> Self:
+        """The medium of a configured material."""
+        return cls(sigma_s=optics.sigma_s_per_mm, sigma_a=optics.absorption_per_mm, anisotropy=optics.anisotropy)
 
     @property
     def sigma_t(self) -> float:
@@ -56,6 +62,25 @@ class Media:
     """Slope that half of the facets of the block's outer faces exceed, see `flaws.facets`."""
     wall_roughness: float = 0.0
     """That of the walls of cells."""
+
+    @classmethod
+    def of(cls, design: ElastomerDesign) -> Self:
+        """Media of a block: the body spreads light as an isotropic medium does, the infill as it is given."""
+        body, infill = design.materials.body, design.materials.infill
+        return cls(
+            body_ior=body.ior,
+            infill_ior=infill.ior if infill is not None else body.ior,
+            body=Medium.of(body).reduced,
+            infill=Medium.of(infill) if infill is not None else Medium(sigma_s=0.0, sigma_a=0.0),
+            top_mm=design.height_mm,
+            skin_roughness=design.roughness.skin,
+            wall_roughness=design.roughness.walls,
+        )
+
+    @property
+    def reduced(self) -> Self:
+        """Media that all spread light as isotropic ones do."""
+        return replace(self, infill=self.infill.reduced)
 
 
 @dataclass(slots=True, kw_only=True)

@@ -137,24 +137,16 @@ def _reference(name: str) -> dict[str, str]:
     return {"type": "ref", "id": name}
 
 
-def scene_dict(
-    elastomer: Elastomer, rig: Rig, content: WorldContent, integrator: dict[str, Any], block: dict[str, Any]
-) -> dict[str, Any]:
+def scene_dict(elastomer: Elastomer, rig: Rig, content: WorldContent, block: dict[str, Any]) -> dict[str, Any]:
     """Everything at rest, the object where its own frame puts it.
 
     Args:
         elastomer: The block.
         rig: What surrounds it.
         content: What else is there.
-        integrator: Entry of the estimator.
         block: Entries of the block's shapes.
     """
-    scene: dict[str, Any] = {
-        "type": "scene",
-        "integrator": integrator,
-        "sensor": _camera(elastomer, rig),
-        **block,
-    }
+    scene: dict[str, Any] = {"type": "scene", "sensor": _camera(elastomer, rig), **block}
     for index, strip in enumerate(rig.strips):
         scene[_strip_name(index)] = _strip(strip, elastomer)
     if rig.leds or rig.ring is not None:

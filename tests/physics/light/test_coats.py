@@ -45,9 +45,9 @@ def test_fluence_agrees_with_path_tracing(case, small_scene):
 
 @pytest.mark.parametrize("case", ["coat", "film", "dots"])
 def test_emitted_light_is_absorbed_or_escapes(case, small_scene):
-    loaded = Sensor.for_scene(small_scene("rest", *BLOCK, *CASES[case])).renderer.world(View()).scene
+    light = Sensor.for_scene(small_scene("rest", *BLOCK, *CASES[case])).renderer.light(View())
     for name in ("strip0", "strip2"):
-        account = loaded.integrator().balance(loaded, name, particles=60_000, seed=5)
+        account = light.balance(name, particles=60_000, seed=5)
         assert account["absorbed"] + account["escaped"] == pytest.approx(account["emitted"], rel=0.005)
     if case == "coat":
         assert account["absorbed"] > 0.5 * account["emitted"]

@@ -18,15 +18,13 @@ SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm
     ],
 )
 def test_emitted_light_is_absorbed_or_escapes(state, overrides, small_scene):
-    from magicsim.light.world.shapes import lights
-
     scene = small_scene(state, *SMALL, *overrides)
     sensor = Sensor.for_scene(scene)
     frame = timeline(scene)[0]
     view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
-    loaded = sensor.renderer.world(view).scene
-    for name in lights(loaded):
-        account = loaded.integrator().balance(loaded, name, particles=100_000, seed=5)
+    light = sensor.renderer.light(view)
+    for name in light.lights:
+        account = light.balance(name, particles=100_000, seed=5)
         assert account["absorbed"] > 0
         assert account["escaped"] > 0
         assert account["absorbed"] + account["escaped"] == pytest.approx(account["emitted"], rel=0.005)

@@ -19,15 +19,14 @@ def traced_pair(sensor, *, samples, seed):
     """Mean radiance of each channel by the path tracer, the whole other sensor before this one."""
     from magicsim.geometry.mesh import SurfaceMesh
     from magicsim.light.backend import mi
-    from magicsim.light.transport.estimator import integrator_entry
+    from magicsim.light.transport.estimator import PATHS
     from magicsim.light.world import scene_dict as world
     from magicsim.light.world.finish import Finish
 
     elastomer, rig, turn = sensor.elastomer, sensor.rig, np.diag([-1.0, 1.0, -1.0])
     shift = np.array([0.0, 0.0, -DISTANCE_MM])
     content = world.WorldContent(object_mesh=None, object_finish=Finish(), flashlight=False)
-    entry = integrator_entry("path", elastomer, rig, sensor.settings, Finish())
-    scene = world.scene_dict(elastomer, rig, content, entry, world.block_shapes(elastomer, rig))
+    scene = world.scene_dict(elastomer, rig, content, world.block_shapes(elastomer, rig)) | {"integrator": PATHS}
     move = np.eye(4)
     move[:3, :3], move[:3, 3] = turn, shift
     for index, strip in enumerate(rig.strips):

@@ -17,15 +17,14 @@ def lit(scene, *, particles):
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if state.gap_mm < 0 else sensor.rest
     view = sensor.view(state, deformation)
-    world = sensor.renderer.world(view).scene
-    integrator, mesh = world.integrator(), sensor.renderer.object_mesh
-    shares = dict.fromkeys(integrator.shares(world), particles)
-    field = total(list(integrator.light_fields(world, shares, seed=1).values()))
-    gathered = [integrator.with_lit_object(world, field, particles=20_000, seed=seed).irradiance for seed in (1, 2)]
+    light, mesh = sensor.renderer.light(view), sensor.renderer.object_mesh
+    shares = dict.fromkeys(light.lights, particles)
+    field = total(list(light.light_fields(shares, seed=1).values()))
+    gathered = [light.with_lit_object(field, particles=20_000, seed=seed).irradiance for seed in (1, 2)]
     a, b, c = mesh.vertices[mesh.faces].swapaxes(0, 1)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     height = view.indenter.pose.to_sensor(mesh.vertices)[mesh.faces, 2].mean(1)
-    return field.irradiance, gathered, area[:, None], height, wetted(world, integrator.inventory.shapes(world))
+    return field.irradiance, gathered, area[:, None], height, wetted(light.scene, light.inventory.shapes())
 
 
 @pytest.mark.parametrize(
@@ -46,6 +45,6 @@ def test_rays_bring_as_much_light_as_particles(small_scene, name, overrides):
 def test_a_dark_sensor_leaves_the_object_dark(small_scene):
     scene = small_scene("near", *SMALL, "rig.strips=[]")
     sensor = Sensor.for_scene(scene)
-    world = sensor.renderer.world(sensor.view(timeline(scene)[0], sensor.rest)).scene
-    found = world.integrator().with_lit_object(world, world.integrator().darkness(world), particles=1000, seed=1)
+    light = sensor.renderer.light(sensor.view(timeline(scene)[0], sensor.rest))
+    found = light.with_lit_object(light.darkness(), particles=1000, seed=1)
     assert not found.irradiance.any()

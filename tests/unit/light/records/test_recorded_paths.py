@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT
-from magicsim.light.transport.integrator import CAMERA_DEPTH
 from magicsim.light.transport.light_field import LightField
+from magicsim.light.transport.lit_world import CAMERA_DEPTH
 from magicsim.light.transport.path_record import STEPS
 from magicsim.light.world.outside import Outsides
-from magicsim.light.world.shapes import lights
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.view import View
 from magicsim.simulation.sensor import Sensor
@@ -39,24 +38,24 @@ def outside_of(renderer, view):
     )
 
 
-def smooth_field(integrator, scene, outside):
+def smooth_field(rest, outside):
     """Some light that varies gently enough to stay positive within every cell."""
-    dark, places = integrator.darkness(scene, outside), integrator.inventory.centres_mm(scene)
+    dark, places = rest.darkness(outside), rest.inventory.centres_mm()
     waves = np.stack([2 + np.sin(places @ [0.2, 0.1 * k, 0.3]) for k in range(3)], 1)
     lit = np.linspace(0.5, 1.5, dark.irradiance.size).reshape(dark.irradiance.shape)
-    return LightField(fluence=waves, body=dark.body + 0.3 * integrator.held_mm3(scene), irradiance=lit)
+    return LightField(fluence=waves, body=dark.body + 0.3 * rest.held_mm3(), irradiance=lit)
 
 
-def recorded_light(scene, particles):
+def recorded_light(rest, particles):
     """What leaves the untouched block of so many particles of each light."""
     from magicsim.light.records.untouched_passes import untouched
 
-    shares = dict.fromkeys(lights(scene), particles)
-    return untouched(scene, shares, seed=SEED, samples=1, recorded=particles, with_room=False, regions=None).light
+    shares = dict.fromkeys(rest.lights, particles)
+    return untouched(rest, shares, seed=SEED, samples=1, recorded=particles, with_room=False, regions=None).light
 
 
-def gathered(scene, field):
-    return np.array(scene.integrator().gather(scene, field, samples=SAMPLES, seed=SEED), np.float64)
+def gathered(light, field):
+    return np.array(light.gather(field, samples=SAMPLES, seed=SEED), np.float64)
 
 
 @pytest.mark.parametrize("name", ["near", "flashlight"])
@@ -75,15 +74,13 @@ def test_recorded_paths_give_the_gathered_image(name, overrides):
     from magicsim.light.records.untouched_passes import recorded_paths
 
     renderer, view = small(name, *overrides)
-    seen, outside = renderer.world(view).scene, outside_of(renderer, view)
-    scene = renderer.world(View()).scene
-    integrator = scene.integrator()
-    field = smooth_field(integrator, scene, outside)
-    wanted = gathered(seen, field) - gathered(scene, integrator.darkness(scene))
-    paths = recorded_paths(scene, seed=SEED, samples=SAMPLES)
+    seen, outside, rest = renderer.light(view), outside_of(renderer, view), renderer.light(View())
+    field = smooth_field(rest, outside)
+    wanted = gathered(seen, field) - gathered(rest, rest.darkness())
+    paths = recorded_paths(rest, seed=SEED, samples=SAMPLES)
     pixels = np.arange(24 * 28, dtype=np.uint32)
-    glow = paths.glow(integrator.elements(scene, field), pixels)
-    beyond = paths.seen_outside(scene, outside, field.irradiance, renderer.object_finish, pixels)
+    glow = paths.glow(rest.elements(field), pixels)
+    beyond = paths.seen_outside(rest.scene, outside, field.irradiance, renderer.object_finish, pixels)
     assert np.median(glow) > 0.005
     assert np.abs(beyond).mean() > 0.01
     # Only where rounding sends a path another way do the two differ.
@@ -97,20 +94,16 @@ def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
 
     many, few, seeds = 32, 16, 16
     renderer, view = small("near", "object.specular=0.6", "object.roughness=0.3", "object.color=[0,0,0]")
-    seen, outside = renderer.world(view).scene, outside_of(renderer, view)
-    scene, finish = renderer.world(View()).scene, renderer.object_finish
-    integrator = scene.integrator()
-    field, pixels = smooth_field(integrator, scene, outside), np.arange(24 * 28, dtype=np.uint32)
+    seen, outside, rest = renderer.light(view), outside_of(renderer, view), renderer.light(View())
+    field, pixels = smooth_field(rest, outside), np.arange(24 * 28, dtype=np.uint32)
     wanted, found = [], []
     for seed in range(seeds):
-        with_it, without = (
-            np.array(one.integrator().gather(one, field, samples=many, seed=seed), np.float64) for one in (seen, scene)
-        )
+        with_it, without = (np.array(each.gather(field, samples=many, seed=seed), np.float64) for each in (seen, rest))
         wanted.append(blocks(with_it - without))
-        paths = recorded_paths(scene, seed=seed, samples=many)
+        paths = recorded_paths(rest, seed=seed, samples=many)
         mirrored = paths.mirrored(
-            outside, finish, pixels, lambda starts, seed=seed: follow_camera(
-                scene, outside, starts, field, finish, seed=seed
+            outside, renderer.object_finish, pixels, lambda starts, seed=seed: follow_camera(
+                rest, outside, starts, field, seed=seed
             ), samples=few, seed=seed,
         )  # fmt: skip
         found.append(blocks(mirrored))
@@ -133,7 +126,7 @@ def test_mirrored_paths_are_none_without_a_mirror():
     from magicsim.light.records.untouched_passes import recorded_paths
 
     renderer, view = small("near", "object.specular=0.0")
-    paths = recorded_paths(renderer.world(View()).scene, seed=SEED, samples=1)
+    paths = recorded_paths(renderer.light(View()), seed=SEED, samples=1)
     pixels = np.arange(5, dtype=np.uint32)
     found = paths.mirrored(
         outside_of(renderer, view),
@@ -148,10 +141,9 @@ def test_mirrored_paths_are_none_without_a_mirror():
 
 def test_light_on_a_thing_in_its_own_scene_is_that_in_one_scene():
     renderer, view = small("near")
-    together, scene = renderer.world(view).scene, renderer.world(View()).scene
     shares = {"strip0": 3000, "strip2": 3000}
-    wanted = together.integrator().light_fields(together, shares, seed=SEED)
-    found = scene.integrator().light_fields(scene, shares, seed=SEED, outside=outside_of(renderer, view))
+    wanted = renderer.light(view).light_fields(shares, seed=SEED)
+    found = renderer.light(View()).light_fields(shares, seed=SEED, outside=outside_of(renderer, view))
     for name in shares:
         for kind in ("fluence", "irradiance"):
             one, other = getattr(found[name], kind), getattr(wanted[name], kind)
@@ -163,19 +155,18 @@ def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
     from magicsim.light.records.untouched_passes import follow_light
 
     renderer, view = small("near")
-    together, scene = renderer.world(view).scene, renderer.world(View()).scene
-    integrator, outside, particles = scene.integrator(), outside_of(renderer, view), 400_000
-    names = lights(scene)
+    rest, outside, particles = renderer.light(View()), outside_of(renderer, view), 400_000
+    names = rest.lights
     shares = dict.fromkeys(names, particles)
-    wanted = together.integrator().light_fields(together, shares, seed=SEED)
-    alone = integrator.light_fields(scene, shares, seed=SEED)
-    found = follow_light(scene, outside, recorded_light(scene, particles), seed=SEED + 1)
+    wanted = renderer.light(view).light_fields(shares, seed=SEED)
+    alone = rest.light_fields(shares, seed=SEED)
+    found = follow_light(rest, outside, recorded_light(rest, particles), seed=SEED + 1)
     added = sum(wanted[name].fluence - alone[name].fluence for name in names)
     landed = sum(wanted[name].irradiance for name in names)
     assert added.mean() > 0
     assert found.fluence.mean() == pytest.approx(added.mean(), rel=0.08)
     assert found.irradiance.mean() == pytest.approx(landed.mean(), rel=0.03)
-    layers = [each.reshape(-1, len(added) // integrator.counts[2], 3).mean(1) for each in (found.fluence, added)]
+    layers = [each.reshape(-1, len(added) // rest.counts[2], 3).mean(1) for each in (found.fluence, added)]
     assert layers[0] == pytest.approx(layers[1], rel=0.15)
 
 
@@ -184,9 +175,9 @@ def test_light_that_misses_a_thing_leaves_all_as_it_is():
 
     sensor = Sensor.for_scene(load_scene("near", [*SMALL, "object.radius_mm=3"]))
     view = sensor.view(replace(sensor.states[0], gap_mm=1e5), sensor.rest)
-    scene = sensor.renderer.world(View()).scene
-    light = recorded_light(scene, 1000)
-    added = follow_light(scene, outside_of(sensor.renderer, view), light, seed=SEED)
+    rest = sensor.renderer.light(View())
+    light = recorded_light(rest, 1000)
+    added = follow_light(rest, outside_of(sensor.renderer, view), light, seed=SEED)
     assert not added.fluence.any()
     assert not added.irradiance.any()
 
@@ -195,10 +186,10 @@ def test_room_that_was_too_small_is_enlarged(monkeypatch):
     from magicsim.light.records import recorded_paths as module
     from magicsim.light.records.untouched_passes import recorded_paths
 
-    scene = small("near")[0].world(View()).scene
-    enough = recorded_paths(scene, seed=SEED, samples=SAMPLES)
+    rest = small("near")[0].light(View())
+    enough = recorded_paths(rest, seed=SEED, samples=SAMPLES)
     monkeypatch.setattr(module, "FEW_SEGMENTS", 1)
-    short = recorded_paths(scene, seed=SEED, samples=SAMPLES)
+    short = recorded_paths(rest, seed=SEED, samples=SAMPLES)
     np.testing.assert_array_equal(short.response.toarray(), enough.response.toarray())
     np.testing.assert_array_equal(np.array(short.rays), np.array(enough.rays))
 
@@ -207,9 +198,9 @@ def test_paths_do_not_depend_on_how_many_are_traced_at_once(monkeypatch):
     from magicsim.light.records import recorded_paths as module
     from magicsim.light.records.untouched_passes import recorded_paths
 
-    scene = small("near")[0].world(View()).scene
-    together = recorded_paths(scene, seed=SEED, samples=SAMPLES)
+    rest = small("near")[0].light(View())
+    together = recorded_paths(rest, seed=SEED, samples=SAMPLES)
     monkeypatch.setattr(module, "AT_ONCE", 2 * 24 * 28)
-    parts = recorded_paths(scene, seed=SEED, samples=SAMPLES)
+    parts = recorded_paths(rest, seed=SEED, samples=SAMPLES)
     np.testing.assert_allclose(parts.response.toarray(), together.response.toarray(), rtol=1e-4, atol=1e-9)
     np.testing.assert_array_equal(np.array(parts.rays), np.array(together.rays))

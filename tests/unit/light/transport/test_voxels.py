@@ -13,31 +13,28 @@ SMALL = [
 ]  # fmt: skip
 
 
-def integrator_and_scene(*overrides):
+def block_and_light(*overrides):
     sensor = Sensor.for_scene(load_scene("rest", [*SMALL, *overrides]))
-    scene = sensor.renderer.world(View()).scene
-    return sensor.elastomer, scene.integrator(), scene
+    return sensor.elastomer, sensor.renderer.light(View())
 
 
 def test_parts_of_the_body_add_up_to_walls_and_skin_between_the_strips():
-    elastomer, integrator, scene = integrator_and_scene()
-    part = integrator.voxels.body_part(scene, integrator.inventory.shapes(scene))
-    volumes = part.held_mm3
+    elastomer, light = block_and_light()
+    volumes = light.body_part().held_mm3
     whole = elastomer.body.volume_mm3() - elastomer.infill.volume_mm3()
     assert volumes.sum() == pytest.approx(whole, rel=0.005)
 
 
 def test_centres_lie_in_their_voxels():
-    _, integrator, scene = integrator_and_scene()
-    voxels = integrator.voxels
-    centres = voxels.body_part(scene, integrator.inventory.shapes(scene)).centres_mm
+    _, light = block_and_light()
+    voxels, centres = light.voxels, light.body_part().centres_mm
     found = voxels.index(mi.Point3f(*centres.T.astype(np.float32)))
     np.testing.assert_array_equal(np.array(found), np.arange(voxels.count))
 
 
 def test_inner_voxels_start_where_the_strips_shine_from():
-    elastomer, integrator, _ = integrator_and_scene("design.cell_mm=0")
-    voxels, half = integrator.voxels, np.array(elastomer.design.footprint_mm) / 2 - 0.2
+    elastomer, light = block_and_light("design.cell_mm=0")
+    voxels, half = light.voxels, np.array(elastomer.design.footprint_mm) / 2 - 0.2
     low = np.array(voxels.origin_mm[:2]) + voxels.size_mm[:2]
     np.testing.assert_allclose(low, -half)
     np.testing.assert_allclose(low + np.array(voxels.inner_counts[:2]) * voxels.size_mm[:2], half)
@@ -45,7 +42,6 @@ def test_inner_voxels_start_where_the_strips_shine_from():
 
 
 def test_points_outside_count_to_the_nearest_voxel():
-    _, integrator, _ = integrator_and_scene()
-    voxels = integrator.voxels
+    voxels = block_and_light()[1].voxels
     far = voxels.index(mi.Point3f([-99.0, 99.0], [-99.0, 99.0], [-99.0, 99.0]))
     assert np.array(far).tolist() == [0, voxels.count - 1]

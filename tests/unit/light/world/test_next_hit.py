@@ -33,8 +33,8 @@ def dented(vertices):
 def grid_and_scene(deformation, *overrides):
     sensor = Sensor.for_scene(load_scene("rest", [*SMALL, *overrides]))
     infill = deformation(sensor.elastomer.infill.vertices)
-    scene = sensor.renderer.world(View(infill=infill)).scene
-    return scene.integrator().inventory.shapes(scene), scene
+    light = sensor.renderer.light(View(infill=infill))
+    return light.inventory.shapes(), light.scene
 
 
 def continued(si, infill, faces, random):
@@ -97,9 +97,8 @@ def test_the_state_of_the_grid_follows_its_mesh():
     rest = sensor.elastomer.infill.vertices
     lowest = []
     for infill in (None, pressed_and_sheared(rest), dented(rest), None):
-        scene = sensor.renderer.world(View(infill=infill)).scene
-        integrator = scene.integrator()
-        patches = np.array(integrator.inventory.shapes(scene).faces.patches).reshape(-1, 28)[:, :27]
+        inventory = sensor.renderer.light(View(infill=infill)).inventory
+        patches = np.array(inventory.shapes().faces.patches).reshape(-1, 28)[:, :27]
         lowest.append(patches.reshape(-1, 3).min(0))
         wanted = rest if infill is None else infill
         np.testing.assert_allclose(lowest[-1], wanted.min(0), atol=1e-5)

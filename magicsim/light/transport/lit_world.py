@@ -1,0 +1,357 @@
+"""The light of a block: one object owns its scene and its media, and both passes are asked of it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.camera.window import Window
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.backend import dr, mi
+from magicsim.light.transport.cached_light import (
+    CachedLight,
+    Elements,
+    Piecewise,
+    VoxelField,
+    body_elements,
+    cell_elements,
+    flat,
+)
+from magicsim.light.transport.camera_pass import gather_radiance
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
+from magicsim.light.transport.light_starts import ROOM_PART, ROUND_OBJECT, LightStarts, Sent, chunks
+from magicsim.light.transport.object_light import object_rays
+from magicsim.light.transport.path_record import PathRecord
+from magicsim.light.transport.path_starts import CameraStarts, PathStarts
+from magicsim.light.transport.recorded_light import LightRecord
+from magicsim.light.transport.streams import ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.transport.voxels import BodyPart, body_voxels
+from magicsim.light.world.inventory import Inventory
+from magicsim.light.world.loaded_scene import World
+from magicsim.light.world.medium import Media
+from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
+from magicsim.light.world.outside import Outside
+from magicsim.light.world.scene_dict import WorldContent, lights_inside, lights_off
+from magicsim.scenes.rig import INSET_MM, Rig
+
+FloatArray = npt.NDArray[np.float64]
+Numbers = npt.NDArray[np.uint32]
+LIGHT_DEPTH = 2000
+"""Longest light path [interactions], and as many more as light needs to diffuse through the block. Roulette ends those
+of the default sensor before 400; so short, they leave the white furnace of an infill of index 1 0.3 % too dark."""
+DIFFUSION = 3.0
+"""Collisions to diffuse across a block, in units of its scattering times its reduced scattering depth."""
+CAMERA_DEPTH = 200
+"""Longest camera path [interactions], below `path_record.STEPS`; roulette ends those of the default sensor before."""
+FLASHLIGHT_PART = 4
+"""A flashlight on no object gets the strips' particles divided by this: the image's error stays the same."""
+RAYS_PER_PARTICLE = 0.5
+"""Rays from the object for each particle of the light pass."""
+
+
+class LitWorld(World):
+    """A scene and the light in it: cached-fluence rendering of a scattering grid in a clear or scattering body.
+
+    Unbiased for isotropic scattering in the limit of small cells and many particles.
+    """
+
+    def __init__(
+        self, elastomer: Elastomer, rig: Rig, content: WorldContent, *, forward_collisions: int,
+        own_mesh: SurfaceMesh | None = None,
+    ) -> None:  # fmt: skip
+        """Loads the scene at rest.
+
+        Args:
+            elastomer: The block.
+            rig: What surrounds it.
+            content: What else is there.
+            forward_collisions: First collisions of a camera path that are followed by the true phase function.
+            own_mesh: The object that may come, in its own frame.
+        """
+        super().__init__(elastomer, rig, content, for_paths=False)
+        self.inventory = Inventory(self.scene, self.block, elastomer, rig, own_mesh)
+        self.media = Media.of(elastomer.design)
+        """Scattering as it is given; where no collision is followed, the passes take its reduced form."""
+        self.voxels = body_voxels(elastomer, INSET_MM) if self.media.body.sigma_s > 0 else None
+        """Of the body, or None where it does not scatter."""
+        self.counts = elastomer.grid.counts if elastomer.grid is not None else (1, 1, 1)
+        """Cells along x, y and z."""
+        self._followed = forward_collisions if self.media.infill.anisotropy else 0
+        self._inside, self._off = frozenset(lights_inside(rig)), frozenset(lights_off(rig))
+
+    @property
+    def voxel_counts(self) -> tuple[int, int, int] | None:
+        """Voxels of the body along x, y and z, or None where it does not scatter."""
+        return self.voxels.counts if self.voxels is not None else None
+
+    def image(
+        self, names: Sequence[str], *, samples: int, particles: int, seed: int, pattern: int = 0,
+        window: Window | None = None,
+    ) -> Any:  # fmt: skip
+        """Radiance of a window of the film by some lights, a tensor of shape (rows, columns, 3).
+
+        Args:
+            names: Of the lights; the others are taken as dark.
+            samples: Camera samples a pixel.
+            particles: Of all strips together, see `shares`.
+            seed: Seed of the render.
+            pattern: Number of the pattern of samples.
+            window: Part of the film; all of it by default.
+        """
+        shares = self.shares(particles)
+        fields = self.light_fields({name: shares[name] for name in names}, seed=seed)
+        field = self.with_lit_object(total([self.darkness(), *fields.values()]), particles=particles, seed=seed)
+        return self.gather(field, samples=samples, seed=seed, pattern=pattern, window=window)
+
+    def darkness(self, outside: Outside | None = None) -> LightField:
+        """The light field of a scene without lights, and of what stands outside."""
+        shapes = self.inventory.shapes(outside)
+        return LightField(
+            fluence=np.zeros((shapes.cells, 3)),
+            body=np.zeros((self.voxels.count if self.voxels is not None else 1, 3)),
+            irradiance=np.zeros((shapes.object_triangles, 3)),
+        )
+
+    def shares(self, particles: int) -> dict[str, int]:
+        """Particles of each light: all strips together get so many, the room and a flashlight alone fewer."""
+        names = self.lights
+        strips = sum(name not in {FLASHLIGHT, ENVIRONMENT} for name in names)
+        part = FLASHLIGHT_PART if self.inventory.shapes().object is None else 1
+        outer = {FLASHLIGHT: max(1, particles // part), ENVIRONMENT: max(1, particles // ROOM_PART)}
+        return {name: outer.get(name, max(1, particles // max(1, strips))) for name in names}
+
+    def light_fields(
+        self, particles: Mapping[str, int], *, seed: int, outside: Outside | None = None,
+        record: LightRecord | None = None,
+    ) -> dict[str, LightField]:  # fmt: skip
+        """Light that emitters bring to every cell and to the object, by name.
+
+        Args:
+            particles: Number of particles of each light, all or some of `inventory.lights(outside)`.
+            seed: Seed of the render; every light has a stream of its own.
+            outside: What stands before the block in a scene of its own.
+            record: Takes down what leaves, or None.
+        """
+        shapes = self.inventory.shapes(outside)
+        scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
+        dark, lit = self.darkness(outside), {name: particles[name] for name in particles if name not in self._off}
+        if not lit or (shapes.object is None and not scatters and record is None):
+            return dict.fromkeys(particles, dark)
+        sent = [
+            each
+            for place, (name, count) in enumerate(lit.items())
+            for each in self.sent(name, count, seed=seed, place=place, outside=outside)
+        ]
+        tracks = sum_tracks(
+            [
+                self.light_pass(LightStarts.emitted(chunk), lights=len(lit), outside=outside, record=record)
+                for chunk in chunks(sent)
+            ]
+        )
+        scales = 1 / (FIXED_POINT * np.array(list(lit.values()), float)[:, None, None])
+        # One product for all lights: reading the kernel costs more than using it.
+        irradiance = self.inventory.irradiance(shapes, np.concatenate(list(tracks.landed * scales), 1))
+        fluence, body = tracks.cells * scales / self.inventory.volumes_mm3(), tracks.body * scales
+        return dict.fromkeys(particles, dark) | {
+            name: LightField(
+                fluence=fluence[place], body=body[place], irradiance=irradiance[:, 3 * place : 3 * place + 3]
+            )
+            for place, name in enumerate(lit)
+        }
+
+    def deposited(
+        self, cells: FloatArray, body: FloatArray, landed: FloatArray, outside: Outside | None = None
+    ) -> LightField:
+        """The light field of what particles left behind.
+
+        Args:
+            cells: Flux x path length in each cell, shape (cells, 3) [mm].
+            body: That in each voxel, shape (voxels, 3) [mm].
+            landed: Flux on each of the object's triangles, shape (triangles, 3).
+            outside: What stands before the block in a scene of its own.
+        """
+        irradiance = self.inventory.irradiance(self.inventory.shapes(outside), landed)
+        return LightField(fluence=cells / self.inventory.volumes_mm3(), body=body, irradiance=irradiance)
+
+    def sent(self, name: str, count: int, *, seed: int, place: int = 0, outside: Outside | None = None) -> list[Sent]:
+        """What one light sends out: the room one beam, and a second one with fewer particles around an object.
+
+        Args:
+            name: Of the light, one of `inventory.lights(outside)`.
+            count: Its particles; flux is in units of one over their number.
+            seed: Seed of the render.
+            place: Number of the light among all that are traced.
+            outside: What stands before the block in a scene of its own.
+        """
+        stream = SEEDS_PER_RENDER * seed + 1 + self.inventory.lights(outside).index(name)
+        first = Sent(self.inventory.emitter(name, outside), 0, count, stream, name in self._inside, place)
+        if name != ENVIRONMENT:
+            return [first]
+        fewer = max(1, round(ROUND_OBJECT * count))
+        around = first._replace(particles=fewer, seed=SEEDS_PER_RENDER * seed + ROOM_ON_OBJECT, weight=count / fewer)
+        parts = zip((first, around), self.inventory.beams(outside), strict=False)
+        return [each._replace(beam=beam) for each, beam in parts]
+
+    def with_lit_object(
+        self, field: LightField, *, particles: int, seed: int, outside: Outside | None = None, room: Any = None
+    ) -> LightField:
+        """The field with the irradiance of the object gathered by rays from its surface, see `object_light`.
+
+        Args:
+            field: Of all lights that shine.
+            particles: Of the light pass: as many rays serve the object as `RAYS_PER_PARTICLE` says.
+            seed: Seed of the render.
+            outside: What stands before the block in a scene of its own.
+            room: What alone shines, see `Shapes`.
+        """
+        shapes = self.inventory.shapes(outside)
+        if shapes.object is None:
+            return field
+        stream = SEEDS_PER_RENDER * seed + ON_OBJECT
+        sent = object_rays(self.scene, shapes, max(1, round(RAYS_PER_PARTICLE * particles)), seed=stream)
+        met = np.array(self.camera_pass(field, sent.starts, stream=stream, outside=outside, room=room), np.float64)
+        count = shapes.object_triangles
+        weights = [np.pi * sent.area_mm2 * channel for channel in met]
+        flux = np.stack([np.bincount(sent.triangle, weight, count) for weight in weights], 1).astype(np.float64)
+        areas = np.bincount(sent.triangle, sent.area_mm2, count).astype(np.float64)
+        gathered = self.inventory.gathered_irradiance(shapes, flux, areas, field.irradiance)
+        return replace(field, irradiance=gathered)
+
+    def held_mm3(self) -> FloatArray:
+        """Volume of the body in each voxel, shape (voxels, 1), 0 where it is next to nothing; 1 where it is clear."""
+        part = self.body_part()
+        return part.held_mm3[:, None] if part is not None else np.ones((1, 1))
+
+    def body_part(self) -> BodyPart | None:
+        """What the voxels hold of the body, or None where it is clear."""
+        return self.voxels.body_part(self.scene, self.inventory.shapes()) if self.voxels is not None else None
+
+    def growth(self, held_mm3: FloatArray) -> FloatArray:
+        """What each voxel holds of the body over what it held, shape (voxels, 1); 0 where it held nothing."""
+        return np.divide(self.held_mm3(), held_mm3, out=np.zeros_like(held_mm3), where=held_mm3 > 0)
+
+    def light_pass(
+        self, starts: LightStarts, *, lights: int = 1, outside: Outside | None = None,
+        record: LightRecord | None = None,
+    ) -> Tracks:  # fmt: skip
+        """What particles leave behind.
+
+        Args:
+            starts: Where the particles start.
+            lights: Number of lights.
+            outside: What stands before the block in a scene of its own.
+            record: Takes down what leaves, or None.
+        """
+        media = self.media if self._followed else self.media.reduced
+        return self._tracks(starts, media, lights=lights, outside=outside, record=record)
+
+    def balance(self, name: str, *, particles: int, seed: int) -> dict[str, float]:
+        """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
+
+        The last is what ended paths still carried less what roulette gave to others, zero in the mean.
+
+        Args:
+            name: One of `lights`.
+            particles: Number of particles, traced at once.
+            seed: Random stream.
+        """
+        starts = LightStarts.emitted([each._replace(seed=seed) for each in self.sent(name, particles, seed=0)])
+        media = self.media.reduced
+        tracks = self._tracks(starts, media, balance=True)
+        account = tracks.balance
+        assert account is not None
+        scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
+        absorbed = scattered / FIXED_POINT + account.clear_body.sum() + account.surfaces.sum()
+        return {
+            "emitted": float(account.emitted.sum()),
+            "absorbed": float(absorbed),
+            "escaped": float(account.escaped.sum()),
+            "ended": float(account.ended.sum()),
+        }
+
+    def _tracks(
+        self, starts: LightStarts, media: Media, *, lights: int = 1, outside: Outside | None = None,
+        record: LightRecord | None = None, balance: bool = False,
+    ) -> Tracks:  # fmt: skip
+        depths = [medium.sigma_s * medium.reduced.sigma_s * media.top_mm**2 for medium in (media.body, media.infill)]
+        tracks: Tracks = deposit_tracks(
+            self.scene, starts, self.inventory.shapes(outside), media, self.voxels, lights=lights,
+            max_depth=int(LIGHT_DEPTH + DIFFUSION * max(depths)), balance=balance, record=record,
+        )  # fmt: skip
+        return tracks
+
+    def gather(
+        self, field: LightField, *, samples: int, seed: int, pattern: int = 0, window: Window | None = None
+    ) -> Any:
+        """Radiance of a window of the film from cached light, a tensor of shape (rows, columns, 3)."""
+        columns, rows = (int(size) for size in self.scene.sensors()[0].film().size())
+        window = window or Window.whole(columns, rows)
+        pixels = window.numbers(columns, rows)
+        seen = self.gather_pixels(field, pixels, samples=samples, seed=seed, pattern=pattern)
+        return mi.TensorXf(dr.ravel(seen), shape=(window.rows, window.columns, 3))
+
+    def gather_pixels(
+        self, field: LightField, pixels: Numbers, *, samples: int, seed: int, pattern: int = 0, room: Any = None
+    ) -> Any:
+        """Radiance of some pixels of the film from cached light, mi.Color3f.
+
+        Args:
+            field: Cached light.
+            pixels: Numbers of the pixels, row by row of the film.
+            samples: Camera samples of each.
+            seed: Seed of the render.
+            pattern: Number of the pattern of samples.
+            room: What alone shines, see `Shapes`.
+        """
+        starts = CameraStarts.of(
+            self.scene.sensors()[0], samples=samples, pixels=pixels, pattern=pattern, part=range(samples)
+        )
+        return self.camera_pass(field, starts, stream=SEEDS_PER_RENDER * seed, room=room) / samples
+
+    def camera_pass(
+        self, field: LightField, starts: PathStarts, *, stream: int, outside: Outside | None = None, room: Any = None,
+        record: PathRecord | None = None,
+    ) -> Any:  # fmt: skip
+        """Radiance summed over each lane's paths, mi.Color3f.
+
+        Args:
+            field: Cached light.
+            starts: Where the paths start.
+            stream: Random stream.
+            outside: What stands before the block in a scene of its own.
+            room: What alone shines, see `Shapes`.
+            record: Takes down what the paths pass, or None.
+        """
+        return gather_radiance(
+            self.scene, self.inventory.shapes(outside, room), self.media.reduced,
+            self._cached(field, is_change=room is not None), self.content.object_finish, starts, seed=stream,
+            max_depth=CAMERA_DEPTH, forward=self.media.infill if self._followed else None, followed=self._followed,
+            record=record,
+        )  # fmt: skip
+
+    def elements(self, field: LightField) -> Elements:
+        """Light in the cells and then in the voxels of a body that scatters, as camera paths look it up.
+
+        Args:
+            field: Cached light, or what changes of it: all is linear in it.
+        """
+        parts, part = [self._cells(field)], self.body_part()
+        if self.voxels is not None and part is not None:
+            parts.append(body_elements(field.body, part, self.voxels))
+        return Elements(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+    def _cells(self, field: LightField) -> Elements:
+        grid = self.inventory.grid()
+        return cell_elements(field.fluence, grid.centres_mm if grid is not None else None, self.counts)
+
+    def _cached(self, field: LightField, *, is_change: bool) -> CachedLight:
+        part, body = self.body_part(), None
+        if self.voxels is not None and part is not None:
+            elements = body_elements(field.body, part, self.voxels)
+            body = VoxelField(voxels=self.voxels, field=Piecewise.of(elements, is_change=is_change))
+        cells = Piecewise.of(self._cells(field), is_change=is_change)
+        return CachedLight(cells=cells, body=body, irradiance=flat(field.irradiance))
