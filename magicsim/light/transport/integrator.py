@@ -20,7 +20,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
         self._world, self._particles = world, particles
 
     def render(
-        self, _scene: Any, _sensor: Any = 0, seed: int = 0, spp: int = 0, _develop: bool = True, _evaluate: bool = True
+        self, scene: Any, sensor: Any = 0, seed: int = 0, spp: int = 0, develop: bool = True, evaluate: bool = True
     ) -> Any:
-        """Image of the first sensor, a tensor of shape (rows, columns, 3)."""
+        """Image of the world's sensor, a tensor of shape (rows, columns, 3)."""
         return self._world.image(self._world.lights, samples=spp or 16, particles=self._particles, seed=seed)
