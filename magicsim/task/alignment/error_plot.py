@@ -11,6 +11,8 @@ from magicsim.task.alignment.outcome import READERS, Outcome
 
 COLORS = {"seen": "tab:blue", "unseen": "tab:orange"}
 LIMIT = "tab:green"
+AROUND_DEG = 5.0
+"""Room beside the true angles, which hardly differ within an episode [degrees]."""
 
 
 def draw_errors(
@@ -46,6 +48,8 @@ def draw_errors(
     for name, errors in zip(READERS, found, strict=True):
         lower.plot(truth, errors, "o", ms=3, alpha=0.5, label=name)
     lower.axhline(0, color="0.4", lw=0.8)
+    if truth:
+        lower.set_xlim(min(truth) - AROUND_DEG, max(truth) + AROUND_DEG)
     lower.set_ylabel("read less true [degrees]")
     lower.legend()
     for axes, title in ((upper, "time [s]"), (lower, "true angle in the grip [degrees]")):

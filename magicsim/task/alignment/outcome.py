@@ -49,6 +49,7 @@ class Mean:
     """None of nothing."""
     low: float | None
     high: float | None
+    """None of fewer than two episodes, which say nothing of others."""
     episodes: int
 
 
@@ -182,4 +183,5 @@ def mean(values: Sequence[float] | np.ndarray, episodes: Sequence[int]) -> Mean:
     if not len(values):
         return Mean(value=None, low=None, high=None, episodes=0)
     score = mean_score(np.asarray(values, float), np.asarray(episodes, np.int64))
-    return Mean(value=score.value, low=score.low, high=score.high, episodes=score.presses)
+    low, high = (score.low, score.high) if score.presses > 1 else (None, None)
+    return Mean(value=score.value, low=low, high=high, episodes=score.presses)

@@ -2,7 +2,7 @@ import pytest
 
 from magicsim.task.alignment.episode import FrameRow, Recorded
 from magicsim.task.alignment.grip import Grip, draw_grip
-from magicsim.task.alignment.outcome import judge_episode, summarise
+from magicsim.task.alignment.outcome import judge_episode, mean, summarise
 from magicsim.task.alignment.settings import AlignmentConfig
 
 GRIP = Grip(item="rod", askew_deg=20.0, x_mm=0.0, y_mm=0.0)
@@ -56,6 +56,12 @@ def test_summary_keeps_unseen_items_and_fingers_apart():
     assert found.seen.read_error_deg["constant"].value == 20.0
     assert found.by_item["pen"].value == 5.0
     assert found.as_dict()["dropped"]["count"] == 0
+
+
+def test_one_episode_has_no_interval():
+    alone, two = mean([1.0, 3.0], [0, 0]), mean([1.0, 3.0], [0, 1])
+    assert (alone.value, alone.low, alone.high, alone.episodes) == (2.0, None, None, 1)
+    assert (two.value, two.low, two.high) == (2.0, 1.0, 3.0)
 
 
 def test_items_and_sides_take_turns():
