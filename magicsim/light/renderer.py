@@ -229,13 +229,14 @@ class Renderer(PlainRenderer):
             field = self._arrived(view, rest, outside, free)
             lit = rest.with_lit_object(field, particles=particles, seed=seed, outside=outside)
             return self._gathered(view, field, lit)
-        before = self._free(view, placed)
+        # First, as a dent without an object is seen in the scene of the untouched block.
+        before = self._before_contact(self._free(view, placed))
         touched = self.light(view)
         contact = self._contact(placed)
         if view.is_released and contact is None and not self.elastomer.design.is_opaque:
             contact = NO_CONTACT
         field = touched_light(
-            touched, self._before_contact(before), careful, contact, least=self.settings.light_change,
+            touched, before, careful, contact, least=self.settings.light_change,
             particles=particles, seed=seed,
         )  # fmt: skip
         field = self._arrived(view, touched, None, field)

@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,3 +61,12 @@ def test_a_renderer_that_nobody_holds_goes_at_once(small_scene):
         assert kept() is None
     finally:
         gc.enable()
+
+
+def test_a_dent_that_stays_looks_the_same_whatever_was_shown_before(small_scene):
+    hazy = ("design.materials.body.sigma_s_per_mm=0.3", light_touch(0.3))
+    scene = small_scene("pressed", *CHEAP, *hazy)
+    sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
+    dent = replace(sensor.view(state, sensor.deform(state, sensor.rest)), indenter=None, is_released=True)
+    first, second = (sensor.renderer.radiance(dent) for _ in range(2))
+    assert np.array_equal(first, second)
