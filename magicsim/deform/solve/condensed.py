@@ -18,13 +18,14 @@ import numpy.typing as npt
 
 from magicsim.deform.contact.augmented import Surface, evaluate_contact
 from magicsim.deform.solve.body import Body, Linearisation
-from magicsim.deform.solve.face_part import FacePart, near_facets
+from magicsim.deform.solve.face_part import FacePart, is_large, near_facets
 from magicsim.deform.solve.face_problem import FaceProblem, held_stiffness, solve_face
 from magicsim.deform.solve.factor import Carried, FactorStore
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.line_search import Direction, search
 from magicsim.deform.solve.problem import Problem
+from magicsim.deform.solve.touched import TouchedMatrix
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -33,6 +34,9 @@ NEEDED_MM, NEAR_MM = 0.05, (0.25, 0.8)
 of the smallest cell edges, between the others, before long: fine facets are many."""
 NEAR_EDGES = 2.0
 """How many of these edges."""
+LARGE_SERVES_MM = 0.1
+"""Way of the object after which the factor of an earlier load step is not tried below a large face: the contact that it
+would be tried with costs more than a new one."""
 MOST_REMAINING = 15.0
 """Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
 FAR = 0.3
@@ -99,6 +103,8 @@ class Condenser:
         needed = near_facets(problem.face, iterate, NEEDED_MM)
         if first is not None:
             needed = np.union1d(needed, problem.face.facet[first.pressed])
+            if self.carried.moved_mm > LARGE_SERVES_MM and is_large(problem.face, self._facets):
+                self._drop()
         elif self._asks_for_factor(problem, iterate):
             self._drop()
         while True:
@@ -119,7 +125,7 @@ class Condenser:
             missing = np.setdiff1d(problem.face.facet[found.contact.acting], self._part.facets)
             if len(missing) == 0 or found.shortened:
                 break
-            needed = np.union1d(np.union1d(needed, self._facets), near_facets(problem.face, found, _near_mm(problem)))
+            needed = np.union1d(np.union1d(needed, self._facets), _expected_facets(problem, found))
         body.took(found)
         self._residual = np.inf if first is not None else self._expected(iterate, found)
         return found.on(Rung.SHIFTED) if found.shift > 0 else found
@@ -153,7 +159,7 @@ class Condenser:
                 self._body = self._body_of(problem, last)
             return self._body
         if len(np.setdiff1d(needed, self._facets)) > 0:
-            self._facets = np.union1d(needed, near_facets(problem.face, iterate, _near_mm(problem)))
+            self._facets = np.union1d(needed, _expected_facets(problem, iterate))
         if self.store.part(problem, self._facets) is None:
             return None
         shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
@@ -180,8 +186,11 @@ class Condenser:
         return Body(problem, condenser, stiffness, shift=linearisation.shift)
 
 
-def _near_mm(problem: Problem) -> float:
-    return float(np.clip(NEAR_EDGES * problem.smallest_edge_mm, *NEAR_MM))
+def _expected_facets(problem: Problem, iterate: Iterate) -> Index:
+    """Facets that may come into contact before long; below a large face only those that are about to."""
+    near_mm = float(np.clip(NEAR_EDGES * problem.smallest_edge_mm, *NEAR_MM))
+    facets = near_facets(problem.face, iterate, near_mm)
+    return near_facets(problem.face, iterate, NEAR_MM[0]) if is_large(problem.face, facets) else facets
 
 
 def remaining_steps(before: float, residual: float, wanted: float) -> float:
@@ -202,17 +211,19 @@ def _step(
 ) -> Iterate | None:
     """The state after a step with a model; None where the face cannot be solved with it."""
     stiffness, load = body.at(iterate)
+    held = problem.pattern.held[part.unknowns]
     face_problem = FaceProblem(
         face=part.face,
         positions=iterate.positions[part.nodes],
         stiffness=stiffness,
         load=load,
-        held=problem.pattern.held[part.unknowns],
+        held=held,
         surface=surface,
         law=problem.law,
         options=problem.options,
         cautious=problem.stiffness / 4,
         least_force_n=problem.least_force_n,
+        touched=TouchedMatrix(stiffness, held) if is_large(problem.face, part.facets) else None,
     )
     solved = solve_face(face_problem, part.memory(iterate.memory), accuracy=iterate.residual, predictor=predictor)
     if solved is None or not np.abs(solved[0]).max() < LONGEST_MM:

@@ -12,6 +12,9 @@ from magicsim.deform.solve.iterate import Iterate
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
+LARGE = 900
+"""Unknowns from which the contact of a linearised body costs as much as the body's own factor: below, its matrix is
+small change."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,3 +96,13 @@ def near_facets(face: ContactFace, iterate: Iterate, near_mm: float) -> Index:
     is_near = iterate.contact.gap_mm < near_mm
     is_near[iterate.contact.acting] = True
     return np.unique(face.facet[is_near])
+
+
+def is_large(face: ContactFace, facets: Index) -> bool:
+    """Whether the contact on some facets is worth thrift.
+
+    Args:
+        face: The whole face.
+        facets: Some of it, ascending.
+    """
+    return 3 * len(np.unique(face.patches[facets])) > LARGE

@@ -25,6 +25,7 @@ from magicsim.deform.contact.friction import ContactLaw, ContactMemory
 from magicsim.deform.contact.patience import Patience, updated_memory
 from magicsim.deform.solve.descent import Shifts, decreases, shortened, stiffenings
 from magicsim.deform.solve.problem import NewtonOptions
+from magicsim.deform.solve.touched import TouchedMatrix
 
 Array = npt.NDArray[np.float64]
 ITERATIONS = 60
@@ -43,6 +44,8 @@ RESIDUALS, RESIDUAL_PACE = (1e-10, 1e-3), 1e-3
 """Residuals that are asked for: the body's own times the pace, within these."""
 ROUGH, ROUGH_ITERATIONS = 1e-2, 10
 """Residual of a predicted motion, and most Newton steps towards it."""
+MOST_SHIFTED = 2
+"""Newton steps in a row of a large face that may need a shift: its body is not one that this way leads on from."""
 NOISE = 1e-10
 """Relative rounding of the energy."""
 SHIFTS = Shifts(first=1e-3, growth=10.0, last=1e3)
@@ -69,6 +72,8 @@ class FaceProblem:
     """Largest pressure times curvature that counts far from balance [N/mm3]."""
     least_force_n: float
     """Contact forces below this do not sharpen the residual [N]."""
+    touched: TouchedMatrix | None = None
+    """Solves with the stiffness and the contact's own where the face is a large one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +116,7 @@ def solve_face(
     if predictor is not None:
         start = _predicted(replace(problem, surface=predictor), memory)
     point = _evaluated(problem, start, memory)
-    was_cut = False
+    was_cut, shifted = False, 0
     for iteration in range(ITERATIONS):
         updated = updated_memory(patience, problem.law, memory, point.contact, point.residual, point.mismatch)
         if updated is not memory:
@@ -119,8 +124,9 @@ def solve_face(
             point = _evaluated(problem, point.motion, memory)
         elif point.residual <= target:
             break
-        step = _newton_step(problem, point, memory, is_secant=was_cut)
-        if step is None:
+        step, shift = _newton_step(problem, point, memory, is_secant=was_cut)
+        shifted = shifted + 1 if shift > 0 else 0
+        if step is None or (problem.touched is not None and shifted > MOST_SHIFTED):
             return None
         found, alpha = _line_search(problem, point, step, memory)
         if found is None:
@@ -156,7 +162,7 @@ def _predicted(problem: FaceProblem, memory: ContactMemory) -> Array:
     for _ in range(ROUGH_ITERATIONS):
         if point.residual < ROUGH:
             break
-        step = _newton_step(problem, point, memory, is_secant=was_cut)
+        step, _ = _newton_step(problem, point, memory, is_secant=was_cut)
         found, alpha = (None, 0.0) if step is None else _line_search(problem, point, step, memory)
         if found is None:
             break
@@ -181,23 +187,32 @@ def _evaluated(problem: FaceProblem, motion: Array, memory: ContactMemory) -> _P
     )
 
 
-def _newton_step(problem: FaceProblem, point: _Point, memory: ContactMemory, *, is_secant: bool) -> Array | None:
+def _newton_step(
+    problem: FaceProblem, point: _Point, memory: ContactMemory, *, is_secant: bool
+) -> tuple[Array | None, float]:
+    """Motion, and the shift that its matrix needed; none where no shift makes the matrix definite."""
     is_near = point.residual < problem.options.update_residual
     diagonal = float(np.abs(np.diagonal(problem.stiffness)).mean())
     for tried in stiffenings(SHIFTS, cautious=problem.cautious, is_near=is_near):
-        matrix = problem.stiffness.copy()
         local = contact_stiffness(
             point.contact, problem.face, problem.surface, memory, problem.law, curvature_limit=tried.curvature_limit,
             is_secant=is_secant,
         )  # fmt: skip
+        if problem.touched is not None and tried.shift == 0:
+            found = problem.touched.solve(problem.face, point.contact.acting, local, point.unbalanced)
+            if found is not None:
+                return found, 0.0
+            continue
+        matrix = problem.stiffness.copy()
         add_dense_stiffness(matrix, problem.face, point.contact.acting, local)
         matrix[problem.held], matrix[:, problem.held] = 0.0, 0.0
         matrix[np.diag_indices_from(matrix)] += np.where(problem.held, 1.0, tried.shift * diagonal)
         try:
-            return np.asarray(cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), point.unbalanced))
+            factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
         except LinAlgError:
             continue
-    return None
+        return np.asarray(cho_solve(factor, point.unbalanced)), tried.shift
+    return None, np.inf
 
 
 def _line_search(

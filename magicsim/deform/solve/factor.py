@@ -16,7 +16,7 @@ from magicsim.deform.solve.problem import Problem
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
-MAX_UNKNOWNS = 1500
+MAX_UNKNOWNS = 3000
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
 LONGER = 1.3
 """Factor of the way that a factor is expected to serve, each time that this way is over, so that a longer one is tried

@@ -11,6 +11,7 @@ from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.linear import factorise as linear
 from magicsim.deform.solve import condensed as condensed_steps
+from magicsim.deform.solve import face_part
 from magicsim.deform.solve import factor as factors
 from magicsim.deform.solve.condensed import Condenser
 from magicsim.deform.solve.path import ContactSolver
@@ -74,6 +75,29 @@ def test_contacts_too_large_to_condense_are_plain_steps_with_all_their_iteration
     plain = solved(ContactSolver(lattice), poses()[:2])
     for one, other in zip(large, plain, strict=True):
         np.testing.assert_array_equal(one.displacements_mm, other.displacements_mm)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.6])
+def test_thrift_of_large_contacts_changes_no_equilibrium(
+    lattice: Lattice, friction: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())
+    monkeypatch.setattr(face_part, "LARGE", 0)
+    thrifty = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())
+    tolerance = 1e-3 if friction else 1e-6
+    for one, other in zip(thrifty, usual, strict=True):
+        np.testing.assert_allclose(one.force_n, other.force_n, atol=tolerance * np.linalg.norm(other.force_n))
+        np.testing.assert_allclose(one.displacements_mm, other.displacements_mm, atol=tolerance)
+
+
+def test_a_cylinder_that_lies_askew_is_condensed() -> None:
+    """Its contact is as long as the face: plain steps of body and contact together would take three times as long."""
+    design = load_preset(ElastomerDesign, "design", "mini-magictac", ["footprint_mm=[16.0, 16.0]", "core_mm=4.0"])
+    pose = place_object(parse_object("cylinder:radius_mm=7.5,length_mm=100,axis=y"), gap_mm=-0.3, twist_deg=30.0)
+    lattice = build_lattice(design, zone=contact_zone([pose], design))
+    state = ContactSolver(lattice, friction=0.6).solve(pose)
+    assert "plain" not in state.rungs
+    assert state.iterations < 15
 
 
 def test_a_tall_block_that_the_object_alone_holds_needs_no_shift() -> None:
