@@ -5,7 +5,7 @@ Needs the extra `robot` (gymnasium). Importing this module registers `magicsim/G
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.config.ranges import check_number
-from magicsim.errors import ConfigError, ConvergenceError, unknown_choice
-from magicsim.geometry.objects.kinds import AnyObject
-from magicsim.robot.fingers import half_extents_mm, is_alike_to_both
+from magicsim.errors import ConfigError, MagicsimError, unknown_choice
+from magicsim.robot.fingers import ObjectPlace
+from magicsim.robot.grip.load import Load
+from magicsim.robot.gripper import Gripper
 from magicsim.robot.lift import Lift
-from magicsim.robot.live import MAX_SEED, LiveSensor
+from magicsim.robot.live import MAX_SEED
 from magicsim.robot.picture import Picture
 from magicsim.robot.quality import find_quality
+from magicsim.robot.reach import Reach
 from magicsim.robot.waiting import Told, on_stderr
-from magicsim.robot.workspace import Range, Workspace
+from magicsim.robot.workspace import Range
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import SimulatedFrame
 
@@ -33,14 +35,14 @@ except ModuleNotFoundError as error:
     raise ConfigError(msg) from error
 
 Observation = dict[str, Any]
-"""`image` and `proprioception`, both NumPy arrays."""
+"""`image`, `image_lower` and `proprioception`, all NumPy arrays."""
 ENVIRONMENT_ID = "magicsim/GraspLift-v0"
 SLIP_COST, FORCE_COST = 0.5, 0.1
-OPTIONS = ("weight_n", "gap_mm", "x_mm", "y_mm")
+DRAWN = ("weight_n", "gap_mm", "x_mm", "y_mm", "z_mm")
+OPTIONS = (*DRAWN, "force_n", "torque_nmm")
+CAMERAS = (1, 2)
 LEAST, MOST = 1e-6, 1e6
 """Ends of the range of every number of the task, in its own unit."""
-ROOM_MM = 1.1
-"""How far the object may be above where the fingers hold it in the search for balance [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,22 +50,29 @@ class Cost:
     """What one `reset` or step took."""
 
     solve_s: float
-    """Contact and balance; in the first `reset` the sensor's geometry too [s]."""
+    """Contact and balance; in the first `reset` the sensors' geometry too [s]."""
     light_s: float
-    """The picture; in the first `reset` the untouched sensor too [s]."""
+    """The pictures; in the first `reset` the untouched sensors too [s]."""
 
 
 class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
-    """Two fingers close on an object on a table and lift it; one of them sees it and the other (`magicsim.robot.lift`).
+    """The two fingers of `Gripper` close on an object on a table and lift it (`magicsim.robot.lift`).
 
-    Observation: `image`, uint8 RGB of shape (rows, columns, 3); `proprioception`, float32 of shape (4,): distance of
-    the faces [mm], height of the fingers [mm], closing speed of each finger and rising speed in the last step [mm/s].
+    Observation: `image` and `image_lower`, what the upper and the lower finger see, uint8 RGB of shape (rows, columns,
+    3); `proprioception`, float32 of shape (4,): distance of the faces [mm], height of the fingers [mm], closing speed
+    of each finger and rising speed in the last step [mm/s].
+
+    Info: `weight_n`; `hold` (`placed` on the table, `held`, `slipped`, `dropped`); `place`, the object in the gripper's
+    frame; `upper_force_n`, `lower_force_n`, `upper_torque_nmm` and `lower_torque_nmm`, the object's on each finger in
+    that finger's frame; `normal_n`, the larger normal force; `carried_n`, upward force of both fingers; `slip_share`
+    and `slip_mm` of the finger that slips more; `gap_mm`, mean distance of the object's sides from the faces;
+    `object_mm`, its height; `has_dropped`, `is_success`.
 
     Action: float32 of shape (2,) in -1..1: closing speed of each finger and rising speed, in units of `speed_mm_s`.
     Fingers stop at the limits of depth, opening and height.
 
     Reward of a step: way of the object upwards / `target_mm`, less 0.5 x way of slip / `target_mm`, less 0.1 for each
-    N of a finger's normal force above `force_limit_n`; +1 when the task is done, -1 when the object falls to the table.
+    N of the larger normal force above `force_limit_n`; +1 when the task is done, -1 when the object falls to the table.
 
     Episode: a seed fixes the object's weight and place and every frame's noise. It terminates after `hold_steps` steps
     in a row with the object at least `target_mm` high, or when it falls to the table. It is truncated after `max_steps`
@@ -88,25 +97,26 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         force_limit_n: float = 6.0,
         render_mode: str | None = None,
         quality: str = "full",
+        cameras: int = 2,
         told: Told = on_stderr,
     ) -> None:
-        """Checks the settings; the sensor is built by the first `reset`.
+        """Checks the settings; the sensors are built by the first `reset`.
 
         Args:
-            scene: Scene preset, file or configuration: a finger, the object and the friction between them. The object
-                must look the same after half a turn about y.
+            scene: Scene preset, file or configuration: a finger, the object and the friction between them.
             overrides: `dotted.key=value` settings of a preset or file.
             weight_n: Smallest and largest weight of the object [N].
             start_gap_mm: Smallest and largest gap at the start [mm].
-            offset_mm: Largest shift of the object along x and y at the start [mm].
+            offset_mm: Largest shift of the object along x, y and the closing axis at the start [mm].
             target_mm: Height to lift it to [mm].
             hold_steps: Steps for which it has to stay there.
             max_steps: Steps of an episode at most.
             speed_mm_s: Speed of a full action [mm/s].
             deepest_mm: Largest indentation of a finger [mm].
-            force_limit_n: Normal force above which a finger should not press [N].
-            render_mode: `rgb_array`, `human` (a window on the last frame, see `magicsim.robot.picture`) or None.
+            force_limit_n: Normal force above which no finger should press [N].
+            render_mode: `rgb_array`, `human` (a window on the last frames, see `magicsim.robot.picture`) or None.
             quality: `full`, or `control`: coarser and faster, see `magicsim.robot.quality`.
+            cameras: 2, or 1 for the upper finger's picture alone, without `image_lower`; contact is solved for both.
             told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
@@ -126,32 +136,22 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             check_number(name, value, LEAST, MOST)
         check_number("offset_mm", offset_mm, 0, MOST)
         check_number("force_limit_n", force_limit_n, 0, MOST)
-        self._scene, self._object = config, config.object
-        self._half_width_mm = _half_width_mm(config.object)
-        if deepest_mm >= self._half_width_mm:
-            msg = (
-                f"deepest_mm = {deepest_mm:g} is not allowed: the fingers would pass through each other, must be below "
-                f"{self._half_width_mm:.4g}, half of the object's width"
-            )
-            raise ConfigError(msg)
+        if cameras not in CAMERAS:
+            raise ConfigError(unknown_choice("cameras", str(cameras), map(str, CAMERAS)))
+        self._scene = config
+        self.reach = Reach.around(
+            config.object, start_gap_mm=start_gap_mm, offset_mm=offset_mm, target_mm=target_mm, deepest_mm=deepest_mm
+        )
         self.weight_n, self.start_gap_mm, self.offset_mm = weight_n, start_gap_mm, offset_mm
         self.target_mm, self.hold_steps, self.max_steps = target_mm, hold_steps, max_steps
         self.speed_mm_s, self.force_limit_n, self.render_mode = speed_mm_s, force_limit_n, render_mode
-        self.quality, self._told = find_quality(quality), told
+        self.quality, self.cameras, self._told = find_quality(quality), cameras, told
         self._picture: Picture | None = None
-        highest = 2 * target_mm
-        self._limits = {"gap_mm": (-deepest_mm, 2 * start_gap_mm[1]), "finger_mm": (0.0, highest)}
-        self.workspace = Workspace(
-            x_mm=(-offset_mm, offset_mm),
-            y_mm=(-offset_mm - highest, offset_mm + ROOM_MM),
-            twist_deg=(0.0, 0.0),
-            gap_mm=self._limits["gap_mm"],
-        )
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.observation_space = self._observed_space()
-        self._live: LiveSensor | None = None
+        self._gripper: Gripper | None = None
         self._lift: Lift | None = None
-        self._frame: SimulatedFrame | None = None
+        self._frames: tuple[SimulatedFrame, ...] = ()
         self._steps = self._held = 0
         self.cost = Cost(solve_s=0.0, light_s=0.0)
         """Cost of the last `reset` or step; zero before."""
@@ -164,29 +164,32 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
         Args:
             seed: Of weight, place and noise.
-            options: Values instead of drawn ones: `weight_n`, `gap_mm`, `x_mm`, `y_mm`.
+            options: Values instead of drawn ones: `weight_n`, `gap_mm` (mean distance of the object's sides from the
+                faces), `x_mm`, `y_mm`, `z_mm` (along the closing axis, 0 midway); and an outer `force_n` and
+                `torque_nmm` on the object while the fingers hold it, each of three numbers, none by default.
 
         Raises:
             ConfigError: An option that does not exist or is outside of the workspace.
         """
         super().reset(seed=seed)
         self._begun = time.perf_counter()
-        for name in options or {}:
+        given = dict(options or {})
+        for name in given:
             if name not in OPTIONS:
                 raise ConfigError(unknown_choice("option", name, OPTIONS))
         random = self.np_random
         noise = int(random.integers(MAX_SEED))
-        drawn = {
-            "weight_n": float(random.uniform(*self.weight_n)),
-            "gap_mm": float(random.uniform(*self.start_gap_mm)),
-            "x_mm": float(random.uniform(-self.offset_mm, self.offset_mm)),
-            "y_mm": float(random.uniform(-self.offset_mm, self.offset_mm)),
-        } | (options or {})
-        check_number("weight_n", drawn["weight_n"], LEAST, MOST)
-        if self._live is None:
-            self._live = LiveSensor(self._scene, workspace=self.workspace, quality=self.quality, told=self._told)
-        self._live.reset(seed=noise)
-        self._lift = Lift(self._live, **drawn)
+        ranges = (self.weight_n, self.start_gap_mm, *((-self.offset_mm, self.offset_mm),) * 3)
+        drawn = {name: float(random.uniform(*each)) for name, each in zip(DRAWN, ranges, strict=True)}
+        weight, gap, *place = (given.pop(name, value) for name, value in drawn.items())
+        check_number("weight_n", weight, LEAST, MOST)
+        check_number("gap_mm", gap, *self.reach.gap_mm)
+        load = Load(weight_n=weight, **{name: tuple(value) for name, value in given.items()})
+        if self._gripper is None:
+            self._gripper = Gripper(self._scene, workspace=self.reach.workspace, quality=self.quality, told=self._told)
+        self._gripper.reset(seed=noise)
+        start = ObjectPlace(x_mm=place[0], y_mm=place[1], z_mm=place[2])
+        self._lift = Lift(self._gripper, load=load, width_mm=self.reach.width_at_mm(gap), place=start)
         self._steps = self._held = 0
         return self._observe(self._lift, np.zeros(2)), self._info(self._lift)
 
@@ -203,15 +206,16 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             msg = "step is not allowed yet: call reset() first"
             raise ConfigError(msg)
         self._begun = time.perf_counter()
-        lift, dt_s = self._lift, 1 / self._lift.live.frames_per_second
+        lift, dt_s = self._lift, 1 / self._scene.frames_per_second
         before = lift.state
+        gap = self.reach.gap_at_mm(before.width_mm)
         asked = np.clip(np.asarray(action, float), -1, 1) * self.speed_mm_s * dt_s
-        closing = before.gap_mm - float(np.clip(before.gap_mm - asked[0], *self._limits["gap_mm"]))
-        rising = float(np.clip(before.finger_mm + asked[1], *self._limits["finger_mm"])) - before.finger_mm
+        closing = gap - float(np.clip(gap - asked[0], *self.reach.gap_mm))
+        rising = float(np.clip(before.finger_mm + asked[1], *self.reach.finger_mm)) - before.finger_mm
         self._steps += 1
         try:
-            state = lift.step(closing_mm=closing, rising_mm=rising, dt_s=dt_s)
-        except ConvergenceError as error:
+            state = lift.step(closing_mm=closing, rising_mm=rising)
+        except MagicsimError as error:
             return self._observe(lift, np.zeros(2)), 0.0, False, True, {**self._info(lift), "error": str(error)}
         self._held = self._held + 1 if state.object_mm >= self.target_mm else 0
         is_done = self._held >= self.hold_steps
@@ -224,85 +228,83 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self._observe(lift, speeds), float(reward), is_over, is_late, info
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """The last frame, RGB of shape (rows, columns, 3), in mode `rgb_array`; in mode `human` it is shown."""
-        if self.render_mode is None or self._frame is None:
+        """The last frames side by side, RGB of shape (rows, cameras x columns, 3), in mode `rgb_array`; or shown."""
+        if self.render_mode is None or not self._frames:
             return None
         if self.render_mode == "human":
-            self._show(self._frame.image)
+            self._show()
             return None
-        return self._frame.image.copy()
+        return self._side_by_side()
 
     def close(self) -> None:
-        """Lets go of the sensor; may be called again."""
-        if self._live is not None:
-            self._live.close()
+        """Lets go of the sensors; may be called again."""
+        if self._gripper is not None:
+            self._gripper.release()
         if self._picture is not None:
             self._picture.close()
-        self._live, self._lift, self._frame, self._picture = None, None, None, None
+        self._gripper, self._lift, self._frames, self._picture = None, None, (), None
 
     @property
     def frame(self) -> SimulatedFrame | None:
-        """The last frame with its ground truth, None before the first `reset`."""
-        return self._frame
+        """The upper finger's last frame with its ground truth, None before the first `reset`."""
+        return self._frames[0] if self._frames else None
+
+    @property
+    def frames(self) -> tuple[SimulatedFrame, ...]:
+        """The last frames with their ground truth, upper and lower, none before the first `reset`."""
+        return self._frames
 
     def _observed_space(self) -> spaces.Dict:
         camera, speed = self._scene.rig.camera, self.speed_mm_s
-        limits = [[self._width_mm(gap) for gap in self._limits["gap_mm"]], self._limits["finger_mm"]]
+        limits = [[self.reach.width_at_mm(gap) for gap in self.reach.gap_mm], self.reach.finger_mm]
         low, high = np.array([*limits, (-speed, speed), (-speed, speed)], np.float32).T
         slack = 1e-3  # of rounding in float32
-        return spaces.Dict(
-            {
-                "image": spaces.Box(0, 255, (camera.rows, camera.columns, 3), np.uint8),
-                "proprioception": spaces.Box(low - np.float32(slack), high + np.float32(slack), dtype=np.float32),
-            }
-        )
+        image = spaces.Box(0, 255, (camera.rows, camera.columns, 3), np.uint8)
+        proprioception = spaces.Box(low - np.float32(slack), high + np.float32(slack), dtype=np.float32)
+        return spaces.Dict({**dict.fromkeys(self._images, image), "proprioception": proprioception})
 
-    def _show(self, image: npt.NDArray[np.uint8]) -> None:
+    @property
+    def _images(self) -> tuple[str, ...]:
+        return ("image", "image_lower")[: self.cameras]
+
+    def _side_by_side(self) -> npt.NDArray[np.uint8]:
+        return np.hstack([frame.image for frame in self._frames])
+
+    def _show(self) -> None:
         if self._picture is None:
             self._picture = Picture("magicsim GraspLift")
-        self._picture.show(image)
+        self._picture.show(self._side_by_side())
 
     def _observe(self, lift: Lift, speeds_mm_s: npt.NDArray[np.float64]) -> Observation:
         solved = time.perf_counter()
         state = lift.state
-        lift.live.face(self._width_mm(state.gap_mm))  # the other finger is in the picture
-        self._frame = lift.live.frame()
+        self._frames = tuple(finger.frame() for finger in lift.gripper.fingers[: self.cameras])
         self.cost = Cost(solve_s=solved - self._begun, light_s=time.perf_counter() - solved)
         if self.render_mode == "human":
-            self._show(self._frame.image)
-        values = [self._width_mm(state.gap_mm), state.finger_mm, *speeds_mm_s]
-        return {"image": self._frame.image.copy(), "proprioception": np.array(values, np.float32)}
+            self._show()
+        images = {name: frame.image.copy() for name, frame in zip(self._images, self._frames, strict=True)}
+        values = [state.width_mm, state.finger_mm, *speeds_mm_s]
+        return {**images, "proprioception": np.array(values, np.float32)}
 
-    def _width_mm(self, gap_mm: float) -> float:
-        """Distance of the faces with the object's sides at a gap from each [mm]."""
-        return 2 * (gap_mm + self._half_width_mm)
-
-    @staticmethod
-    def _info(lift: Lift) -> dict[str, Any]:
-        state = lift.state
+    def _info(self, lift: Lift) -> dict[str, Any]:
+        state, upper, lower = lift.state, *(finger.truth for finger in lift.gripper.fingers)
         return {
-            "weight_n": lift.weight_n,
+            "weight_n": lift.load.weight_n,
+            "hold": str(state.hold),
+            "place": asdict(lift.gripper.place),
+            "upper_force_n": upper.force_n,
+            "lower_force_n": lower.force_n,
+            "upper_torque_nmm": upper.torque_nmm,
+            "lower_torque_nmm": lower.torque_nmm,
             "normal_n": state.normal_n,
             "carried_n": state.carried_n,
             "slip_share": state.slip_share,
             "slip_mm": state.slip_mm,
-            "gap_mm": state.gap_mm,
+            "gap_mm": self.reach.gap_at_mm(state.width_mm),
             "object_mm": state.object_mm,
             "has_dropped": state.has_dropped,
             "is_success": False,
         }
-
-
-def _half_width_mm(target: AnyObject) -> float:
-    """Half of the object's width along the closing axis [mm].
-
-    Raises:
-        ConfigError: The two fingers would not find the same.
-    """
-    if not is_alike_to_both(target):
-        msg = f"object '{target.kind}' is not allowed as it lies: must be the same after half a turn about y"
-        raise ConfigError(msg)
-    return half_extents_mm(target)[0]
 
 
 gymnasium.register(ENVIRONMENT_ID, entry_point="magicsim.robot.environment:GraspLift")

@@ -24,10 +24,6 @@ Array = npt.NDArray[np.float64]
 Side = Literal["upper", "lower"]
 SIDES: tuple[Side, Side] = ("upper", "lower")
 HALF_TURN_DEG = 180.0
-DIRECTIONS = 200
-"""Directions in which the reach of an object is compared with that of the turned one."""
-ALIKE_SHARE = 1e-3
-"""Largest difference that counts as none, in units of the largest reach."""
 TO_GRIPPER: dict[Side, Array] = {"upper": np.eye(3), "lower": np.diag([-1.0, 1.0, -1.0])}
 """Rotation from each finger's frame to the gripper's; each is its own inverse."""
 
@@ -88,16 +84,6 @@ def half_extents_mm(target: AnyObject, place: ObjectPlace | None = None) -> tupl
     up = object_pose(target, place or ObjectPlace()).rotation[2]
     shape = target.shape()
     return shape.support_mm(up), shape.support_mm(-up)
-
-
-def is_alike_to_both(target: AnyObject) -> bool:
-    """Whether the object's convex hull is the same after half a turn about y, so that both fingers find the same."""
-    pose = Pose.from_degrees(np.zeros(3), roll=target.roll_deg, pitch=target.pitch_deg, yaw=target.yaw_deg)
-    directions, shape = np.random.default_rng(0).normal(size=(DIRECTIONS, 3)), target.shape()
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    ours = np.array([shape.support_mm(pose.rotation.T @ each) for each in directions])
-    theirs = np.array([shape.support_mm(pose.rotation.T @ TO_GRIPPER["lower"] @ each) for each in directions])
-    return bool(np.abs(ours - theirs).max() <= ALIKE_SHARE * np.abs(ours).max())
 
 
 def finger_motion(side: Side, place: ObjectPlace, width_mm: float, extents_mm: tuple[float, float]) -> dict[str, float]:

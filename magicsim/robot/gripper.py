@@ -21,6 +21,7 @@ from magicsim.robot.grip.pair import Pair, finger_seed
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
 from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor
 from magicsim.robot.quality import Quality
+from magicsim.robot.waiting import Told, on_stderr
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
 
@@ -50,6 +51,7 @@ class Gripper:
         linkage: Linkage | None = None,
         quality: str | Quality = "full",
         sees_other: bool = True,
+        told: Told = on_stderr,
     ) -> None:
         """Builds both fingers.
 
@@ -61,6 +63,7 @@ class Gripper:
             linkage: What moves the fingers.
             quality: `full`, or `control` for coarser and faster sensors, see `magicsim.robot.quality`.
             sees_other: Whether each finger is in the other's picture.
+            told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
             ConfigError: There is no object, it does not fit between the open fingers, or the workspace goes too deep.
@@ -78,9 +81,9 @@ class Gripper:
                 f"the closing axis, and they open to {widest:.4g} mm"
             )
             raise ConfigError(msg)
-        self.upper = LiveSensor(scene, workspace=workspace, quality=quality)
+        self.upper = LiveSensor(scene, workspace=workspace, quality=quality, told=told)
         facing = _facing(lower or _with_next_pattern(scene), scene.object)
-        self.lower = LiveSensor(facing, workspace=_facing_range(workspace), quality=quality)
+        self.lower = LiveSensor(facing, workspace=_facing_range(workspace), quality=quality, told=told)
         self._pair = Pair(self.upper, self.lower, scene.object, sees_other=sees_other)
         self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
         self.reset()
@@ -96,7 +99,7 @@ class Gripper:
         """
         seed = self.upper.sensor.seed if seed is None else seed
         check_number("seed", seed, 0, MAX_SEED - 1, whole=True)
-        for number, finger in enumerate((self.upper, self.lower)):
+        for number, finger in enumerate(self.fingers):
             finger.reset(seed=finger_seed(seed, number))
         self.close(self._open_mm, place=ObjectPlace())
 
@@ -105,6 +108,11 @@ class Gripper:
         """Where both fingers start: as far from an object in the middle as workspace and linkage allow [mm]."""
         far = self.touching_width_mm + 2 * self.upper.workspace.gap_mm[1]
         return min(far, self.linkage.width_mm(self.linkage.most_deg))
+
+    @property
+    def fingers(self) -> tuple[LiveSensor, LiveSensor]:
+        """Upper and lower."""
+        return self.upper, self.lower
 
     @property
     def width_mm(self) -> float:

@@ -177,7 +177,7 @@ def check_plug(plug: object) -> PlugObject:
 
 def _references(gripper: Gripper, count: int) -> tuple[list[Frame], list[Frame]]:
     frames: tuple[list[Frame], list[Frame]] = ([], [])
-    for finger, own in zip((gripper.upper, gripper.lower), frames, strict=True):
+    for finger, own in zip(gripper.fingers, frames, strict=True):
         finger.remove_object()
         own += [finger.frame().image for _ in range(count)]
     return frames

@@ -88,7 +88,7 @@ def play(
         RenderError: A frame is not valid.
     """
     gripper.reset(seed=seed)
-    for finger in (gripper.upper, gripper.lower):
+    for finger in gripper.fingers:
         finger.set_frame_rate(config.frames_per_second)
     rows: list[FrameRow] = []
     wrist = 0.0

@@ -9,7 +9,6 @@ from magicsim.robot.fingers import (
     finger_motion,
     finger_pose,
     half_extents_mm,
-    is_alike_to_both,
     seen_by,
 )
 
@@ -50,18 +49,3 @@ def test_gaps_add_up_to_the_width():
     gaps = [finger_motion(side, ObjectPlace(z_mm=0.6), 9.0, extents)["gap_mm"] for side in SIDES]
     assert gaps == pytest.approx([4.5 - 0.6 - 4.0, 4.5 + 0.6 - 3.0])
     assert sum(gaps) == pytest.approx(9.0 - sum(extents))
-
-
-@pytest.mark.parametrize(
-    ("line", "turned", "is_alike"),
-    [
-        ("sphere:radius_mm=4", {}, True),
-        ("box:size_mm=3x5x7", {}, True),
-        ("box:size_mm=3x5x7", {"yaw_deg": 20.0}, False),
-        ("box:size_mm=3x5x7", {"pitch_deg": 20.0}, True),
-        ("cone:half_angle_deg=40", {}, False),
-        ("cone:half_angle_deg=40", {"roll_deg": 90.0}, True),
-    ],
-)
-def test_objects_alike_to_both_fingers_are_told_from_others(line: str, turned: dict[str, float], is_alike: bool):
-    assert is_alike_to_both(parse_object(line).model_copy(update=turned)) is is_alike

@@ -185,7 +185,7 @@ def test_seeds_of_the_fingers_differ_from_seed_to_seed_and_finger_to_finger(grip
     seeds = []
     for seed in (0, 1):
         gripper.reset(seed=seed)
-        seeds += [finger.now().seed for finger in (gripper.upper, gripper.lower)]
+        seeds += [finger.now().seed for finger in gripper.fingers]
     assert len(set(seeds)) == 4
 
 
