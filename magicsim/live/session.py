@@ -16,8 +16,9 @@ from magicsim.robot.live import LiveSensor
 from magicsim.robot.moment import Moment
 from magicsim.robot.quality import Quality
 from magicsim.robot.workspace import Workspace
+from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.scenes.timeline import UNTOUCHED, with_passing
 from magicsim.simulation.episode import SimulatedFrame
 
 Told = Callable[[str], None]
@@ -58,6 +59,11 @@ class Session:
             self._live = self._built(self.scene, self.now)
             self._learn(self._live)
         return self._live
+
+    @property
+    def pause_s(self) -> float | None:
+        """Time after which the picture is another one by itself, as something passes in the room [s]; None without."""
+        return None if self.scene.rig.moving is None else 1 / self.scene.frames_per_second
 
     def go(self, wish: Wish) -> Sight:
         """Carries a wish out as far as the lattice; what is refused leaves object and design as they were.
@@ -116,7 +122,8 @@ class Session:
         self._told("rendering the untouched sensor")
         now = live.now()
         still = replace(now, state=UNTOUCHED, deformation=live.sensor.rest, slid_mm=0.0)
-        frames = [live.develop(_at(still, index)) for index in range(max(live.scene.references, 3))]
+        moments = (_at(still, index, live.sensor.rig) for index in range(max(live.scene.references, 3)))
+        frames = [live.develop(moment) for moment in moments]
         self.references = tuple(replace(each, truth=replace(each.truth, is_reference=True)) for each in frames)
         self._told("learning the untouched sensor")
         self._judges = Judges.learned([frame.image for frame in frames])
@@ -164,5 +171,8 @@ class Session:
         )
 
 
-def _at(moment: Moment, index: int) -> Moment:
-    return replace(moment, index=index, time_s=index / moment.frames_per_second)
+def _at(moment: Moment, index: int, rig: Rig) -> Moment:
+    time_s = index / moment.frames_per_second
+    return replace(
+        moment, index=index, time_s=time_s, state=with_passing(moment.state, rig, time_s=time_s, seed=moment.seed)
+    )

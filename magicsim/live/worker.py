@@ -16,7 +16,10 @@ READY = "ready"
 
 
 class Worker:
-    """Carries out wishes, one after the other, and shows each twice: the lattice first, then with the frame."""
+    """Carries out wishes, one after the other, and shows each twice: the lattice first, then with the frame.
+
+    Where something passes in the room, the next frame is shown when no wish comes in a frame's time.
+    """
 
     def __init__(self, session: Session, show: Callable[[Sight], None], failed: Callable[[str], None]) -> None:
         """Does nothing before `start`.
@@ -67,10 +70,12 @@ class Worker:
             self._thread.join(timeout_s)
 
     def _work(self) -> None:
+        is_shown = False
         while not self._wishes.is_closed:
-            wish = self._wishes.take()
-            if wish is None:
+            wish = self._wishes.take(self._session.pause_s if is_shown else None)
+            if self._wishes.is_closed:
                 return
+            wish, is_shown = wish or self._session.now, False
             self._busy_since = time.monotonic()
             try:
                 self.told("solving")
@@ -78,6 +83,7 @@ class Worker:
                 self._show(sight)
                 self.told("rendering")
                 self._show(self._session.look(sight))
+                is_shown = True
             except MagicsimError as error:
                 self._failed(str(error))
             except Exception as error:

@@ -119,7 +119,8 @@ class Darkroom:
         strength = np.array(moment.led_strength, np.float32)
         if not moment.state.flashlight and self._by_strips is self:
             return full * strength
-        inside = self._by_strips._radiance(replace(moment.state, flashlight=False, light_x_mm=0.0), moment.deformation)
+        dark = replace(moment.state, flashlight=False, light_x_mm=0.0, passing_mm=None)
+        inside = self._by_strips._radiance(dark, moment.deformation)
         return np.asarray(np.maximum(inside * strength + (full - inside), 0))
 
     @property

@@ -23,7 +23,7 @@ from magicsim.robot.waiting import Told, on_stderr, waiting
 from magicsim.robot.workspace import Workspace, bounded
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.truth import frame_truth
@@ -41,7 +41,8 @@ class LiveSensor:
     """One sensor with one object, moved by the caller.
 
     Every motion is quasi-static and starts from the equilibrium before, so friction has the history of the motions. A
-    motion that fails leaves everything as it was. Exposure is metered once, on the untouched sensor at full light.
+    motion that fails leaves everything as it was. Exposure is metered once, on the untouched sensor at full light. What
+    passes in the room (`rig.passing`) moves with the stream's time, by the stream's seed.
     Where it is live (`rig.camera.live`), or where rows lie between frames, a frame depends on those grabbed before it,
     and each grabbed one is rendered whether it is developed or not.
     """
@@ -139,8 +140,8 @@ class LiveSensor:
 
     @property
     def state(self) -> FrameState:
-        """Where object and outside light are."""
-        return self._state
+        """Where object and outside light are, and what passes in the room at the time of the next frame."""
+        return with_passing(self._state, self.sensor.rig, time_s=self._time_s, seed=self._seed)
 
     @property
     def deformation(self) -> Deformation:
@@ -165,7 +166,7 @@ class LiveSensor:
     @property
     def truth(self) -> FrameTruth:
         """Ground truth of the present state, as the next frame would have it."""
-        return frame_truth(self._state, self._deformation, index=self._index, time_s=self._time_s, is_reference=False)
+        return frame_truth(self.state, self._deformation, index=self._index, time_s=self._time_s, is_reference=False)
 
     def move_to(
         self,
@@ -204,7 +205,8 @@ class LiveSensor:
         Args:
             moment: From `grab` or `now` of this sensor.
         """
-        self._state, self._deformation, self._slid_mm = moment.state, moment.deformation, moment.slid_mm
+        self._state, self._deformation = replace(moment.state, passing_mm=None), moment.deformation
+        self._slid_mm = moment.slid_mm
         self._led_strength = moment.led_strength
 
     def remove_object(self) -> None:
@@ -282,7 +284,7 @@ class LiveSensor:
             index=self._index,
             time_s=self._time_s,
             seed=self._seed,
-            state=self._state,
+            state=self.state,
             deformation=self._deformation,
             slid_mm=self._slid_mm,
             led_strength=self._led_strength,

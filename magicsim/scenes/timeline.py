@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import Keyframe, SceneConfig
 
 
@@ -54,14 +55,25 @@ def reference_states(scene: SceneConfig) -> list[FrameState]:
 
 def _with_passing(scene: SceneConfig, states: list[FrameState], first: int) -> list[FrameState]:
     """The states with what passes in the room where it is, the first being that of so manieth frame of the stream."""
-    passing = scene.rig.moving
-    if passing is None:
+    if scene.rig.moving is None:
         return states
-    times_s = [(first + number) / scene.frames_per_second for number in range(len(states))]
     return [
-        replace(state, passing_mm=passing.place_mm(time_s, scene.seed))
-        for state, time_s in zip(states, times_s, strict=True)
+        with_passing(state, scene.rig, time_s=number / scene.frames_per_second, seed=scene.seed)
+        for number, state in enumerate(states, first)
     ]
+
+
+def with_passing(state: FrameState, rig: Rig, *, time_s: float, seed: int) -> FrameState:
+    """The state with what passes in the room where it is at a time; a facing finger sees, and is seen in, a still room.
+
+    Args:
+        state: Where all else is.
+        rig: Has the room.
+        time_s: Since the first frame of the stream [s].
+        seed: Of the stream.
+    """
+    passing = rig.moving if state.facing_mm is None else None
+    return replace(state, passing_mm=passing.place_mm(time_s, seed) if passing is not None else None)
 
 
 def _between(start: Keyframe, end: Keyframe | None, share: float) -> FrameState:

@@ -16,7 +16,7 @@ from magicsim.robot.mujoco.solids import MM
 from magicsim.robot.mujoco.trust import Trust
 from magicsim.robot.quality import Quality
 from magicsim.scenes.scene import Keyframe, SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.episode import SimulatedFrame
 from magicsim.simulation.plan import can_touch
 
@@ -130,7 +130,7 @@ class AttachedSensor:
             index=self._index,
             time_s=time_s,
             seed=self._seed,
-            state=self.state,
+            state=with_passing(self.state, self.sensor.rig, time_s=time_s, seed=self._seed),
             deformation=self.deformation,
             slid_mm=0.0,
             led_strength=FULL,

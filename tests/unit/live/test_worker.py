@@ -16,6 +16,8 @@ class Slow:
 
     gate: threading.Event = field(default_factory=threading.Event)
     done: list[str] = field(default_factory=list)
+    pause_s: float | None = None
+    now: str = "as it is"
 
     def go(self, wish: str) -> str:
         assert self.gate.wait(10)
@@ -51,6 +53,23 @@ def test_wishes_that_come_meanwhile_are_dropped_for_the_newest(session: Slow, un
     assert shown == ["first", "first seen", "last", "last seen"]
     assert worker.replaced == 2
     worker.stop()
+
+
+def test_what_passes_in_the_room_is_shown_again_without_a_wish(session: Slow, until):
+    shown: list[str] = []
+    session.pause_s = 0.01
+    worker = Worker(session, shown.append, shown.append)  # type: ignore[arg-type]
+    session.gate.set()
+    worker.start()
+    time.sleep(0.05)
+    assert shown == []  # nothing before the first wish
+    worker.ask("first")  # type: ignore[arg-type]
+    until(lambda: shown.count("as it is seen") > 1)
+    assert shown[:2] == ["first", "first seen"]
+    worker.ask("wrong")  # type: ignore[arg-type]
+    until(lambda: "wrong is not allowed" in shown)
+    worker.stop()
+    assert shown[-1] == "wrong is not allowed"  # a session that failed is not asked again and again
 
 
 def test_worker_survives_an_error_and_tells_it(session: Slow, until):

@@ -41,14 +41,44 @@ def test_it_passes_gymnasiums_own_check(env: GraspLift):
     check_env(env)
 
 
+def test_frames_come_in_pairs_with_forces_on_both_faces_and_the_place_of_the_object(env: GraspLift):
+    seen, info = env.reset(seed=7, options={"gap_mm": 0.05, "z_mm": 0.0})
+    assert (seen["image"] != seen["image_lower"]).any()
+    assert (info["hold"], info["upper_force_n"], info["lower_force_n"]) == ("placed", (0, 0, 0), (0, 0, 0))
+    seen, _, _, _, info = env.step(action(1, 0))
+    assert info["upper_force_n"][2] == pytest.approx(info["lower_force_n"][2], abs=0.01)
+    assert info["normal_n"] == max(info["upper_force_n"][2], info["lower_force_n"][2]) > 0
+    assert info["place"]["y_mm"] == env._lift.gripper.place.y_mm
+    assert [frame.image.tolist() for frame in env.frames] == [seen[name].tolist() for name in ("image", "image_lower")]
+    assert env.frames[1].truth.force_n == info["lower_force_n"]
+
+
+def test_one_camera_gives_the_upper_fingers_picture_alone():
+    env = GraspLift(overrides=QUICK, cameras=1)
+    assert set(env.observation_space) == {"image", "proprioception"}
+    seen, _ = env.reset(seed=1)
+    assert set(seen) == {"image", "proprioception"}
+    assert len(env.frames) == 1
+    env.close()
+
+
+@pytest.mark.slow
+def test_outer_force_is_felt_once_the_object_is_in_the_air(env: GraspLift):
+    env.reset(seed=3, options={"gap_mm": 0.05, "weight_n": 0.2, "x_mm": 0.0, "force_n": (0.2, 0, 0)})
+    env.step(action(1, 0))
+    info = env.step(action(0.3, 0.6))[-1]
+    assert info["hold"] in {"held", "slipped"}
+    assert info["lower_force_n"][0] < 0 < info["upper_force_n"][0]  # their x axes point apart
+
+
 def test_seed_repeats_observations_rewards_and_truth(env: GraspLift):
     def episode() -> list[Any]:
         return [env.reset(seed=7, options={"gap_mm": 0.1}), env.step(action(1, 0.2))]
 
     one, two = episode(), episode()
     for a, b in zip(one, two, strict=True):
-        assert (a[0]["image"] == b[0]["image"]).all()
-        assert (a[0]["proprioception"] == b[0]["proprioception"]).all()
+        assert set(a[0]) == {"image", "image_lower", "proprioception"}
+        assert all((a[0][name] == b[0][name]).all() for name in a[0])
         assert a[1:] == b[1:]
     assert one[-1][-1]["normal_n"] > 0
     other = env.reset(seed=8)
@@ -60,7 +90,7 @@ def test_observation_tells_opening_height_and_speeds(env: GraspLift):
     assert first["proprioception"] == pytest.approx([2 * (2 + 4), 0, 0, 0])
     second = env.step(action(0.6, 0.3))[0]
     assert second["proprioception"] == pytest.approx([2 * (1.8 + 4), 0.1, 3.0, 1.5])
-    assert (env.render() == second["image"]).all()
+    assert (env.render() == np.hstack([second["image"], second["image_lower"]])).all()
     assert (env.frame.image == second["image"]).all()
 
 
@@ -130,6 +160,10 @@ def test_options_that_do_not_exist_or_are_outside_are_refused(env: GraspLift):
         env.reset(options={"weight": 1})
     with pytest.raises(ConfigError, match="gap_mm = 99 is not allowed"):
         env.reset(options={"gap_mm": 99})
+    with pytest.raises(ConfigError, match="x_mm = 7 is not allowed"):
+        env.reset(options={"x_mm": 7})
+    with pytest.raises(ConfigError, match=r"load.force_n = 1e\+06 is not allowed"):
+        env.reset(options={"force_n": (1e6, 0, 0)})
 
 
 @pytest.mark.parametrize(
@@ -139,7 +173,8 @@ def test_options_that_do_not_exist_or_are_outside_are_refused(env: GraspLift):
         ({"scene": "rest"}, "contact.friction are needed"),
         ({"target_mm": 0}, "target_mm = 0 is not allowed: must be a number of at least 1e-06"),
         ({"render_mode": "ansi"}, "unknown render_mode 'ansi'"),
-        ({"overrides": ["object={kind='cone',half_angle_deg=40}"]}, "same after half a turn about y"),
+        ({"deepest_mm": 4.5}, "fingers would pass through each other, must be below 4.18"),
+        ({"cameras": 3}, "unknown cameras '3'"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any], message: str):
@@ -198,7 +233,7 @@ def test_two_processes_step_at_once():
     both = gymnasium.make_vec(ENVIRONMENT_ID, num_envs=2, vectorization_mode="async", **settings)
     try:
         seen, _ = both.reset(seed=[1, 2])
-        assert seen["image"].shape == (2, 32, 24, 3)
+        assert seen["image"].shape == seen["image_lower"].shape == (2, 32, 24, 3)
         rewards = both.step(np.zeros((2, 2), np.float32))[1]
         assert np.isfinite(rewards).all()
         assert all(cost.light_s > 0 for cost in both.get_attr("cost"))
