@@ -111,6 +111,7 @@ FIGURES = (
     "python docs/rooms.py",
     "python docs/live_pictures.py",
     "python benchmarks/control_loop.py --out docs/benchmarks/control-loop.json",
+    "python benchmarks/grasp_lift.py --out docs/benchmarks/grasp-lift.json",
     "python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json",
     "python benchmarks/detail.py --out docs/benchmarks/detail.json",
     "python benchmarks/camera_at_rest.py --out docs/benchmarks",

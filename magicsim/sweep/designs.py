@@ -14,6 +14,9 @@ from magicsim.sweep.sweep_file import SweepConfig
 
 POINTS = 4
 """Stream of the quasi-random designs."""
+NUMBER: dict[type, str] = {int: "number", float: "number"}
+NAME: dict[type, str] = {str: "name"}
+"""What a field may hold that is to be set to either."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,7 +24,7 @@ class SweptDesign:
     """One point of a sweep."""
 
     index: int
-    values: dict[str, float]
+    values: dict[str, float | str]
     """Every field that any design of the sweep changes."""
     is_extra: bool
     """Whether it comes from `also`."""
@@ -44,7 +47,7 @@ def list_designs(sweep: SweepConfig) -> list[SweptDesign]:
         ConfigError: A field does not exist, is no number, or a value is out of its range.
     """
     if sweep.sampling == "search":
-        rows: list[dict[str, float]] = []
+        rows: list[dict[str, float | str]] = []
     elif sweep.sampling == "grid":
         names = [each.field for each in sweep.swept]
         rows = [dict(zip(names, row, strict=True)) for row in product(*(each.on_grid() for each in sweep.swept))]
@@ -59,12 +62,14 @@ def list_designs(sweep: SweepConfig) -> list[SweptDesign]:
     ]
 
 
-def values_at(sweep: SweepConfig, point: Sequence[float]) -> dict[str, float]:
+def values_at(sweep: SweepConfig, point: Sequence[float]) -> dict[str, float | str]:
     """The swept fields' values at a point of the unit cube, one number in 0..1 for each field."""
-    return {each.field: round(each.distribution().at(p), 6) for each, p in zip(sweep.swept, point, strict=True)}
+    return {each.field: each.at(p) for each, p in zip(sweep.swept, point, strict=True)}
 
 
-def design_with(sweep: SweepConfig, index: int, changed: Mapping[str, float], *, is_extra: bool = False) -> SweptDesign:
+def design_with(
+    sweep: SweepConfig, index: int, changed: Mapping[str, float | str], *, is_extra: bool = False
+) -> SweptDesign:
     """One design of a sweep: the base with some fields changed.
 
     Raises:
@@ -75,7 +80,7 @@ def design_with(sweep: SweepConfig, index: int, changed: Mapping[str, float], *,
     return SweptDesign(index=index, values=values, is_extra=is_extra, sensor=sensor_at(sweep, values))
 
 
-def sensor_at(sweep: SweepConfig, values: Mapping[str, float]) -> SweptSensor:
+def sensor_at(sweep: SweepConfig, values: Mapping[str, float | str]) -> SweptSensor:
     """The base sensor with some fields changed.
 
     Raises:
@@ -83,32 +88,39 @@ def sensor_at(sweep: SweepConfig, values: Mapping[str, float]) -> SweptSensor:
     """
     data = _base(sweep)
     for field, value in values.items():
-        place, last = _holder(data, field)
+        place, last = _holder(data, field, kinds=NAME if isinstance(value, str) else NUMBER)
         old = place[last]
-        place[last] = int(value) if isinstance(old, int) and float(value).is_integer() else value
+        is_whole = isinstance(old, int) and isinstance(value, float) and value.is_integer()
+        place[last] = int(value) if is_whole else value
     return validate(SweptSensor, data, source="sweep")
 
 
-def value_at(sweep: SweepConfig, field: str) -> float:
+def value_at(sweep: SweepConfig, field: str) -> float | str:
     """What the base sensor has for a field.
 
     Raises:
-        ConfigError: The field does not exist, is no number or is left out.
+        ConfigError: The field does not exist, is neither number nor name, or is left out.
     """
     data = _base(sweep)
-    place, last = _holder(data, field)
+    place, last = _holder(data, field, kinds=NUMBER | NAME)
     if place[last] is None:
         msg = f"field '{field}' has no value in the base sensor: give it one there, or in every design"
         raise ConfigError(msg)
-    return float(place[last])
+    return place[last] if isinstance(place[last], str) else float(place[last])
 
 
 def _base(sweep: SweepConfig) -> dict[str, Any]:
     return {"design": sweep.design.model_dump(), "rig": sweep.rig.model_dump(), "render": sweep.render.model_dump()}
 
 
-def _holder(data: dict[str, Any], field: str) -> tuple[Any, Any]:
-    """The table or list that holds a field, and its key there."""
+def _holder(data: dict[str, Any], field: str, *, kinds: Mapping[type, str]) -> tuple[Any, Any]:
+    """The table or list that holds a field, and its key there.
+
+    Args:
+        data: The base.
+        field: Dotted name.
+        kinds: What it may be.
+    """
     holder: Any = data
     key: int | str = ""
     value: Any = data
@@ -123,7 +135,7 @@ def _holder(data: dict[str, Any], field: str) -> tuple[Any, Any]:
             raise ConfigError(unknown_choice(f"part of field '{field}'", part, choices))
         holder, key = value, int(part) if is_list else part
         value = holder[key]
-    if isinstance(value, bool) or not isinstance(value, int | float | None):
-        msg = f"field '{field}' is not allowed: must be a number, not {value!r}"
+    if isinstance(value, bool) or not isinstance(value, (*kinds, type(None))):
+        msg = f"field '{field}' is not allowed: must be a {' or a '.join(dict.fromkeys(kinds.values()))}, not {value!r}"
         raise ConfigError(msg)
     return holder, key

@@ -32,7 +32,7 @@ class DesignResult:
     """One judged design."""
 
     index: int
-    values: dict[str, float]
+    values: dict[str, float | str]
     is_extra: bool
     block: Block
     measures: dict[str, Measured]
@@ -41,6 +41,10 @@ class DesignResult:
     """Data URIs by caption."""
     profile: dict[str, Any] = field(default_factory=dict)
     """Options and thresholds of the detector that was fitted to the design."""
+    room: str | None = None
+    """Room that the sensor stands in: a preset, `dark`, a file, or None for even light."""
+    passes: bool = False
+    """Whether something passes in it."""
     seconds: float = 0.0
     """Wall time of judging it [s]."""
 

@@ -12,7 +12,7 @@ from magicsim.config.named_files import config_digest
 from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
-from magicsim.sampling.distribution import Distribution, Value
+from magicsim.sampling.distribution import Distribution, Value, choose
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings, Seed
 from magicsim.sweep.judging.measures import MEASURES, Better
@@ -21,14 +21,21 @@ from magicsim.sweep.search.search_settings import MAX_DESIGNS, SearchSettings
 
 ROOTS = ("design", "rig", "render")
 """What the name of a swept field begins with."""
+ROOM = "rig.room"
+"""The field that may name a file of the user's."""
+
+
+Setting = Value | Annotated[str, Field(min_length=1, max_length=1000)]
+"""What a swept field is set to: a number, or a name, as of a room."""
 
 
 class SweptField(Config):
     """A field and the values that it takes: either a list, or an interval with, on a grid, a count."""
 
     field: str
-    """Dotted name, such as `design.skin_mm` or `rig.camera.exposure_grey`; a number counts entries of a list."""
-    values: Annotated[tuple[Value, ...], Field(min_length=1)] | None = None
+    """Dotted name, such as `design.skin_mm`, `rig.camera.exposure_grey` or `rig.room`; a number counts entries of a
+    list."""
+    values: Annotated[tuple[Setting, ...], Field(min_length=1)] | None = None
     low: Value | None = None
     high: Value | None = None
     count: Annotated[int, Field(ge=2, le=1000)] | None = None
@@ -46,22 +53,26 @@ class SweptField(Config):
         if self.values is not None and len(set(self.values)) < len(self.values):
             msg = f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice"
             raise ValueError(msg)
-        self.distribution()
+        if self.values is None:
+            self._interval()
         return self
 
-    def distribution(self) -> Distribution:
-        """What a quasi-random point is drawn from."""
+    def at(self, share: float) -> float | str:
+        """The value that a quasi-random number in [0, 1) stands for."""
         if self.values is not None:
-            return Distribution(choices=self.values)
-        return Distribution(low=self.low, high=self.high, scale=self.scale)
+            return self.values[choose(share, (1.0,) * len(self.values))]
+        return round(self._interval().at(share), 6)
 
-    def on_grid(self) -> tuple[float, ...]:
+    def on_grid(self) -> tuple[float | str, ...]:
         """Its values on a grid."""
         if self.values is not None:
             return self.values
         count = self.count or 2
-        spread = self.distribution()
+        spread = self._interval()
         return tuple(round(spread.at(number / (count - 1)), 9) for number in range(count))
+
+    def _interval(self) -> Distribution:
+        return Distribution(low=self.low, high=self.high, scale=self.scale)
 
 
 class Objective(Config):
@@ -105,7 +116,7 @@ class SweepConfig(Config):
     count: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] | None = None
     """Designs, where they are no grid."""
     swept: Annotated[tuple[SweptField, ...], Field(min_length=1)]
-    also: tuple[dict[str, Value], ...] = ()
+    also: tuple[dict[str, Setting], ...] = ()
     """Further designs: the base with these fields changed."""
     measures: Annotated[tuple[str, ...], Field(min_length=1)] = tuple(MEASURES)
     """Which measures are taken, by name."""
@@ -170,7 +181,9 @@ class SweepConfig(Config):
         """SHA-256 of everything that results depend on, files included; a search depends on its objectives."""
         left_out = {"timeout_s"} if self.sampling == "search" else {"timeout_s", "objectives", "search"}
         data = self.model_dump(mode="json", exclude=left_out)
-        return config_digest(data)
+        rooms = [room for each in self.swept if each.field == ROOM for room in each.values or ()]
+        rooms += [each[ROOM] for each in self.also if ROOM in each]
+        return config_digest(data | ({"rooms": [{"room": each} for each in rooms]} if rooms else {}))
 
 
 def load_sweep(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SweepConfig:

@@ -6,8 +6,13 @@ const labelOf = axis => axis.unit ? `${axis.label || axis.title} [${axis.unit}]`
 const state = { measure: (DATA.objectives[0] || DATA.measures[0]).measure || DATA.measures[0].name, across: null, down: null, held: {}, slot: "a", a: null, b: null, sort: null, falling: false };
 
 function valuesOf(field) {
-  return [...new Set(DATA.designs.map(design => design.values[field]))].sort((one, other) => one - other);
+  return [...new Set(DATA.designs.map(design => design.values[field]))].sort(inOrder);
 }
+
+function inOrder(one, other) { return one < other ? -1 : one > other ? 1 : 0; }
+
+/* Where a value stands on an axis: itself, or the place of a name among the names. */
+function placeOf(field, value) { return typeof value === "string" ? valuesOf(field).indexOf(value) : value; }
 
 function fill(select, options, chosen, changed) {
   select.replaceChildren(...options.map(([value, text]) => element("option", { value, selected: value === chosen }, text)));
@@ -78,9 +83,10 @@ function drawMap() {
 /* Designs that are no grid, as points in the plane of two fields. */
 function scatter(across, down, kind, scale) {
   const axisOf = name => DATA.fields.find(field => field.name === name);
-  const plot = axes({ x: { ...range(valuesOf(across)), label: labelOf(axisOf(across)) }, y: { ...range(down ? valuesOf(down) : [0, 1]), label: down ? labelOf(axisOf(down)) : "" }, width: 520, height: 380, label: "Designs" });
+  const placesOf = field => valuesOf(field).map(value => placeOf(field, value));
+  const plot = axes({ x: { ...range(placesOf(across)), label: labelOf(axisOf(across)) }, y: { ...range(down ? placesOf(down) : [0, 1]), label: down ? labelOf(axisOf(down)) : "" }, width: 520, height: 380, label: "Designs" });
   for (const design of DATA.designs) {
-    const found = measureOf(design, kind.name), [cx, cy] = plot.at(design.values[across], down ? design.values[down] : 0.5);
+    const found = measureOf(design, kind.name), [cx, cy] = plot.at(placeOf(across, design.values[across]), down ? placeOf(down, design.values[down]) : 0.5);
     plot.svg.append(point(design, cx, cy, found.value === null ? "var(--faint)" : colorAt(scale.at(found.value)), `${shown(found.value, kind.digits)} ${kind.unit}`));
   }
   return plot.svg;
@@ -142,7 +148,7 @@ function drawTrade() {
 function drawTable() {
   const columns = [...DATA.fields.map(field => ({ ...field, of: design => design.values[field.name], digits: null })), ...DATA.measures.map(kind => ({ ...kind, of: design => measureOf(design, kind.name).value }))];
   const sorted = [...DATA.designs], by = columns.find(each => each.name === state.sort);
-  if (by) sorted.sort((one, other) => ((by.of(one) ?? Infinity) - (by.of(other) ?? Infinity)) * (state.falling ? -1 : 1));
+  if (by) sorted.sort((one, other) => inOrder(by.of(one) ?? Infinity, by.of(other) ?? Infinity) * (state.falling ? -1 : 1));
   const heads = columns.map(each => element("th", { scope: "col", "aria-sort": each.name === state.sort ? (state.falling ? "descending" : "ascending") : null }, element("button", {
     onclick: () => { state.falling = state.sort === each.name && !state.falling; state.sort = each.name; keepingFocus(drawTable); } }, `${labelOf(each)}${each.name === state.sort ? (state.falling ? " \u2193" : " \u2191") : ""}`)));
   const rows = sorted.map(design => element("tr", { class: ["a", "b"].filter(slot => state[slot] === design.index).join(" "), onclick: () => choose(design) }, [
@@ -154,7 +160,7 @@ function drawHeld() {
   const others = DATA.fields.filter(field => field.name !== state.across && field.name !== state.down);
   byId("held").replaceChildren(...others.map(field => {
     const select = element("select", { "aria-label": labelOf(field) });
-    fill(select, valuesOf(field.name).map(value => [String(value), String(value)]), String(state.held[field.name]), value => { state.held[field.name] = Number(value); draw(); });
+    fill(select, valuesOf(field.name).map(value => [String(value), String(value)]), String(state.held[field.name]), value => { state.held[field.name] = valuesOf(field.name).find(each => String(each) === value); draw(); });
     return element("label", {}, [`${labelOf(field)} `, select]);
   }));
 }

@@ -87,14 +87,14 @@ def series(results: Sequence[DesignResult], field: str, measure: str) -> list[li
     names = {name for result in results for name in result.values}
     if field not in names:
         return []
-    rows: dict[tuple[object, ...], dict[float, Measured]] = defaultdict(dict)
+    rows: dict[tuple[object, ...], dict[float | str, Measured]] = defaultdict(dict)
     for result in results:
         found = result.measures.get(measure)
         if found is None or found.value is None or field not in result.values:
             continue
         others = tuple(sorted((name, value) for name, value in result.values.items() if name != field))
         rows[others][result.values[field]] = found
-    return [[row[each] for each in sorted(row)] for row in rows.values() if len(row) > 1]
+    return [[row[each] for each in sorted(row, key=float)] for row in rows.values() if len(row) > 1]
 
 
 def _check(trend: Trend, rows: Sequence[Sequence[Measured]]) -> TrendCheck:

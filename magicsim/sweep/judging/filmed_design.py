@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
+from itertools import cycle, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.points import unit_points
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import OutputSettings, SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.scenes.timeline import UNTOUCHED, with_passing
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_exposure
 from magicsim.sweep.judging.central_press import CentralPress, followed_finely, moved, press_centrally
@@ -40,6 +40,8 @@ LIGHTS_MM = (-6.0, -2.0, 2.0, 6.0)
 """Places of the outside light along x [mm]."""
 REFERENCES = 30
 """Frames of the untouched sensor that make the references, as published."""
+PASSED = 6
+"""Places, at even times, of what passes in the room while nothing else happens."""
 SPAN = 1000
 """Noise streams that each state has for itself."""
 
@@ -56,6 +58,8 @@ class Shown:
     y_mm: float
     radiance: FloatImage
     """Linear, shape (rows, columns, 3)."""
+    at_other_times: tuple[FloatImage, ...] = ()
+    """The same while something passes in the room, at other places of its way."""
     force_n: float
     """Along z."""
     seconds: float
@@ -96,11 +100,10 @@ class Film:
         start = shown.number * SPAN + first
         random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([self.seed, DRIFT, start])))
         strengths = 1 + drift * random.standard_normal(draws)
+        seen = cycle((shown.radiance, *shown.at_other_times))
         return [
-            expose(
-                (strength * shown.radiance).astype(np.float32), self.exposure, self.camera, seed=self.seed, frame=frame
-            )
-            for frame, strength in enumerate(strengths, start)
+            expose((strength * radiance).astype(np.float32), self.exposure, self.camera, seed=self.seed, frame=frame)
+            for frame, (strength, radiance) in enumerate(zip(strengths, seen, strict=False), start)
         ]
 
     def references(self) -> list[Frame]:
@@ -126,7 +129,7 @@ def film_design(
     first = Sensor.for_scene(scene, untouched=untouched)
     first.warm_up(plan_scene(scene))
     turns = [first, *(first.reseeded(turn) for turn in range(1, quality.renderings))]
-    rests = [each.radiance(UNTOUCHED, first.rest) for each in turns]
+    rests = [_untouched(each) for each in turns]
     shown = zip(*_shown(turns, pressed), strict=True)
     return [_film(*each, quality) for each in zip(turns, rests, shown, strict=True)]
 
@@ -147,14 +150,31 @@ def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: 
     )
 
 
-def _film(simulated: Sensor, rest: FloatImage, shown: tuple[Shown, ...], quality: Quality) -> Film:
+def _untouched(simulated: Sensor) -> tuple[FloatImage, ...]:
+    """The untouched sensor in a still room, and with what passes there at even times, if anything does."""
+    rig, rest = simulated.rig, simulated.rest
+    times_s = () if rig.moving is None else np.arange(PASSED) * rig.moving.every_s / PASSED
+    states = [with_passing(UNTOUCHED, rig, time_s=float(time_s), seed=simulated.seed) for time_s in times_s]
+    return tuple(simulated.radiance(each, rest) for each in (UNTOUCHED, *states))
+
+
+def _film(simulated: Sensor, rest: tuple[FloatImage, ...], shown: tuple[Shown, ...], quality: Quality) -> Film:
     near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches
     parts = [shown[a:b] for a, b in _runs([near, depths, touches, len(LIGHTS_MM)])]
     return Film(
         camera=simulated.rig.camera,
-        exposure=sensor_exposure(simulated, rest),
+        exposure=sensor_exposure(simulated, rest[0]),
         seed=simulated.seed,
-        untouched=Shown(number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest, force_n=0.0, seconds=0.0),
+        untouched=Shown(
+            number=0,
+            gap_mm=None,
+            x_mm=0.0,
+            y_mm=0.0,
+            radiance=rest[0],
+            at_other_times=rest[1:],
+            force_n=0.0,
+            seconds=0.0,
+        ),
         approach=tuple(parts[0]),
         press=tuple(parts[1]),
         near=tuple(parts[2][::3]),

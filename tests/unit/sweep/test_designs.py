@@ -50,9 +50,23 @@ def test_entries_of_a_list_are_counted():
     assert {each.sensor.rig.strips[0].margin_mm for each in designs} == {0.4}
 
 
+def test_rooms_are_swept_by_their_names():
+    swept = "swept=[{field='rig.room',values=['office','corridor']},{field='design.skin_mm',values=[0.5,1.0]}]"
+    designs = list_designs(small_sweep("rig=digit-office", swept, "also=[{'rig.room'='dark'}]"))
+    rooms = [each.values["rig.room"] for each in designs]
+    assert rooms == ["office", "office", "corridor", "corridor", "dark"]
+    assert [each.sensor.rig.room for each in designs] == rooms
+    assert [each.sensor.rig.moving is not None for each in designs] == [False, False, True, True, False]
+    drawn = list_designs(small_sweep("rig=digit-office", swept, "sampling='sobol'", "count=8"))
+    assert [each.values["rig.room"] for each in drawn].count("office") == 4
+
+
 @pytest.mark.parametrize(
     ("swept", "named"),
     [
+        ("{field='design.skin_mm',values=['office']}", "'design.skin_mm' is not allowed: must be a name, not 0.8"),
+        ("{field='rig.room',values=[1.0,'office']}", "field 'rig.room' is not allowed: must be a number, not 'office'"),
+        ("{field='rig.room',values=['offise']}", "unknown room (or a PNG or JPEG file) 'offise' (did you mean 'office'?)"),
         ("{field='design.skn_mm',values=[1.0]}", "field 'design.skn_mm' 'skn_mm' (did you mean 'skin_mm'?)"),
         ("{field='design.skin_mm',values=[-1.0]}", "design.skin_mm = -1.0 is not allowed"),
         ("{field='design.materials',values=[1.0]}", "field 'design.materials' is not allowed: must be a number"),
@@ -63,7 +77,7 @@ def test_entries_of_a_list_are_counted():
 )
 def test_field_that_does_not_exist_or_a_value_out_of_range_is_named(swept: str, named: str):
     with pytest.raises(ConfigError) as error:
-        list_designs(small_sweep(f"swept=[{swept}]"))
+        list_designs(small_sweep("rig=digit-office", f"swept=[{swept}]"))
     assert named in str(error.value)
     assert "\n" not in str(error.value)
 

@@ -1,4 +1,7 @@
+from pathlib import Path
+
 import pytest
+from PIL import Image
 
 from magicsim.errors import ConfigError, PresetError
 from magicsim.sweep.sweep_file import load_sweep
@@ -51,6 +54,16 @@ def test_hash_knows_what_results_depend_on_and_nothing_else():
     assert small_sweep("objectives=[{measure='shore_a',better='lower'}]").config_hash() == base
     assert small_sweep("quality.touches=7").config_hash() != base
     assert small_sweep("design.core_mm=4").config_hash() != base
+
+
+def test_hash_follows_the_pictures_of_swept_rooms(tmp_path: Path):
+    picture = tmp_path / "room.png"
+    swept = f"swept=[{{field='rig.room',values=['office','{picture}']}}]"
+    hashes = []
+    for grey in (50, 200):
+        Image.new("RGB", (64, 32), (grey, 100, 100)).save(picture)
+        hashes.append(small_sweep("rig=digit-office", swept).config_hash())
+    assert hashes[0] != hashes[1]
 
 
 def test_a_seed_of_the_command_line_takes_the_place_of_the_files():

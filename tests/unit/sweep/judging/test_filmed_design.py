@@ -1,0 +1,48 @@
+"""A film of a design in a room in which somebody passes."""
+
+import numpy as np
+import pytest
+
+from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.sweep.designs import list_designs
+from magicsim.sweep.judging.filmed_design import PASSED, Film, film_design
+
+from sweep.fakes import small_sweep
+
+SETTINGS = (
+    "rig=digit-office", "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "quality.columns=24", "quality.rows=32",
+    "quality.touches=6", "quality.renderings=1", "quality.gaps_mm=[20.0,5.0,1.0]", "quality.depths_mm=[0.3,1.0]",
+    "object.radius_mm=3", "swept=[{field='rig.room',values=['office','corridor']}]",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def films() -> list[Film]:
+    sweep = small_sweep(*SETTINGS)
+    return [
+        film_design(each.sensor, sweep.object, sweep.quality, seed=1, untouched=UntouchedStates())[0]
+        for each in list_designs(sweep)
+    ]
+
+
+def test_untouched_frames_show_what_passes_at_several_places_of_its_way(films: list[Film]):
+    office, corridor = films
+    assert office.untouched.at_other_times == ()
+    assert len(corridor.untouched.at_other_times) == PASSED
+    shown = [corridor.untouched.radiance, *corridor.untouched.at_other_times]
+    assert len({each.tobytes() for each in shown}) == PASSED + 1
+
+
+def test_noise_and_strength_of_a_still_room_are_drawn_as_without_anything_that_passes(films: list[Film]):
+    office, _ = films
+    first, more = office.frames(office.untouched, 2, drift=0.1), office.frames(office.untouched, 3, drift=0.1)
+    assert all((one == other).all() for one, other in zip(first, more[:2], strict=True))
+    assert (more[0] != more[1]).any()
+
+
+def test_states_of_the_film_see_it_move(films: list[Film]):
+    office, corridor = films
+    changes = [np.abs(one.radiance - other.radiance).mean() for one, other in zip(
+        corridor.approach, office.approach, strict=True
+    )]  # fmt: skip
+    assert min(changes) > 0
