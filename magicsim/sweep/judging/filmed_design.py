@@ -59,7 +59,7 @@ class Shown:
     radiance: FloatImage
     """Linear, shape (rows, columns, 3)."""
     at_other_times: tuple[FloatImage, ...] = ()
-    """The same while something passes in the room, at other places of its way."""
+    """Likewise, while something passes in the room, at other places of its way."""
     force_n: float
     """Along z."""
     seconds: float

@@ -66,7 +66,10 @@ def test_rooms_are_swept_by_their_names():
     [
         ("{field='design.skin_mm',values=['office']}", "'design.skin_mm' is not allowed: must be a name, not 0.8"),
         ("{field='rig.room',values=[1.0,'office']}", "field 'rig.room' is not allowed: must be a number, not 'office'"),
-        ("{field='rig.room',values=['offise']}", "unknown room (or a PNG or JPEG file) 'offise' (did you mean 'office'?)"),
+        (
+            "{field='rig.room',values=['offise']}",
+            "unknown room (or a PNG or JPEG file) 'offise' (did you mean 'office'?)",
+        ),
         ("{field='design.skn_mm',values=[1.0]}", "field 'design.skn_mm' 'skn_mm' (did you mean 'skin_mm'?)"),
         ("{field='design.skin_mm',values=[-1.0]}", "design.skin_mm = -1.0 is not allowed"),
         ("{field='design.materials',values=[1.0]}", "field 'design.materials' is not allowed: must be a number"),

@@ -6,7 +6,6 @@ import pytest
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sweep.designs import list_designs
 from magicsim.sweep.judging.filmed_design import PASSED, Film, film_design
-
 from sweep.fakes import small_sweep
 
 SETTINGS = (
