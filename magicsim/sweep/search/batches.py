@@ -44,7 +44,7 @@ def search_designs(
     """
     study, count, size = Study(sweep=sweep), sweep.count or 1, (sweep.search or SearchSettings()).batch
     failed: Failures = {}
-    first_with: dict[tuple[float, ...], int] = {}
+    first_with: dict[tuple[float | str, ...], int] = {}
     results: dict[int, DesignResult | None] = {}
     is_replay = True
     for first in range(0, count, size):
