@@ -8,6 +8,7 @@ from magicsim.sweep.designs import list_designs
 from magicsim.sweep.judging.filmed_design import PASSED, Film, film_design
 from sweep.fakes import small_sweep
 
+pytestmark = pytest.mark.slow
 SETTINGS = (
     "rig=digit-office", "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "quality.columns=24", "quality.rows=32",
     "quality.touches=6", "quality.renderings=1", "quality.gaps_mm=[20.0,5.0,1.0]", "quality.depths_mm=[0.3,1.0]",
