@@ -82,15 +82,19 @@ def stages_passed(stress: StressPath, limit_s: float, without: Rung | None = Non
                 poses, options = stress.indenters(), {}
                 if stress.max_step_mm is not None:
                     options["max_step_mm"] = stress.max_step_mm
+                lattice = stress.lattice()
+                branches = stress.branches(lattice)
+                timing: dict[str, Any] = {} if branches is None else {"dt_s": stress.stage_s}
                 solver = path.ContactSolver(
-                    stress.lattice(),
+                    lattice,
+                    branches=branches,
                     friction=stress.friction,
                     point_spacing_mm=point_spacing_mm(poses[0].shape),
                     **options,
                 )
                 state = None
                 for pose in poses:
-                    state = solver.solve(pose, state)
+                    state = solver.solve(pose, state, **timing)
                     rungs |= set(state.rungs)
                     done += 1
         except (MagicsimError, TimeoutError):

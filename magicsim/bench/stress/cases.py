@@ -1,5 +1,9 @@
-"""What the stress grid consists of: every combination of extremes, and single departures from an ordinary press."""
+"""What the stress grid consists of: every combination of extremes, single departures, and ways that drag and twist.
 
+A way presses, shears, twists, goes back and lets go under friction, quasi-statically and on a body that relaxes.
+"""
+
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -8,6 +12,8 @@ from itertools import product
 import numpy as np
 
 from magicsim.config.models import load_preset
+from magicsim.deform.indentation.timed import body_branches
+from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice, jittered
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.geometry.design import ElastomerDesign
@@ -29,6 +35,14 @@ OBJECTS = {
 }
 BLOCK = ("footprint_mm=[12.0, 12.0]", "skin_mm=1.0", "core_mm=4.0", "cell_mm=0.8", "wall_mm=0.2", "lattice.spacing_mm=1.0")  # fmt: skip  # noqa: E501
 """The block of the grid: 12 x 12 x 6 mm, a skin of 1 mm, 1 mm spacing."""
+RELAXING = (
+    "materials.body.poisson_ratio=0.4999",
+    "materials.body.prony=[{time_s=0.03,modulus_mpa=2.0},{time_s=1.0,modulus_mpa=0.5},{time_s=20.0,modulus_mpa=0.2}]",
+)
+"""A body three times as stiff at once as in the long term."""
+FRICTIONS = (0.3, 1.0)
+STAGE_TIMES_S = (0.01, 1.0)
+"""Of each stage of a way that takes time: shorter than all of the body's relaxation times but one, and between them."""
 JITTER = 0.2
 SEED = 0
 
@@ -54,7 +68,7 @@ class StressPath:
     """One object's way into one block; each stage is a case."""
 
     group: str
-    """`grid` or `single`."""
+    """`grid`, `single`, `friction` or `relaxing`."""
     label: str
     """What is special about it."""
     object_text: str
@@ -67,6 +81,8 @@ class StressPath:
     friction: float = 0.0
     max_step_mm: float | None = None
     """Longest load step [mm]; None is the solver's own."""
+    stage_s: float = math.inf
+    """Time that each stage takes [s]; infinite where the body is that of the long term."""
 
     @property
     def key(self) -> tuple[str, str, float | None, float | None]:
@@ -84,6 +100,10 @@ class StressPath:
     def lattice(self) -> Lattice:
         """The block as a press would solve it: fine where the path touches, coarse far away."""
         return self.change(build_lattice(self.design, zone=contact_zone(self.indenters(), self.design)))
+
+    def branches(self, lattice: Lattice) -> Branches | None:
+        """What relaxes on a way that takes time."""
+        return body_branches(self.design, lattice) if math.isfinite(self.stage_s) else None
 
 
 def layered(lattice: Lattice, *, contrast: float, poisson_ratio: float) -> Lattice:
@@ -158,9 +178,42 @@ def single_paths() -> list[StressPath]:
     return paths
 
 
+def friction_paths() -> list[StressPath]:
+    """Every object pressed, moved along, twisted, moved back and half let go, at little and much friction."""
+    return [
+        StressPath(
+            group="friction", label=f"friction {friction:g}, {name}", object_text=text, stages=_dragged(),
+            friction=friction,
+        )
+        for (name, text), friction in product(OBJECTS.items(), FRICTIONS)
+    ]  # fmt: skip
+
+
+def relaxing_paths() -> list[StressPath]:
+    """Ways of `friction_paths` on a body that relaxes, quickly and slowly, with friction and without, and held."""
+    held = (*_dragged(), _dragged()[-1])
+    return [
+        StressPath(
+            group="relaxing", label=f"{time:g} s a stage, friction {friction:g}, {name}", object_text=text,
+            stages=held, friction=friction, design=block(*RELAXING), stage_s=time,
+        )
+        for (name, text), time, friction in product(OBJECTS.items(), STAGE_TIMES_S, (0.0, FRICTIONS[-1]))
+    ]  # fmt: skip
+
+
 def every_path() -> list[StressPath]:
-    """The grid and the single cases, always in the same order."""
-    return [*grid_paths(), *single_paths()]
+    """The grid, the single cases and the ways, always in the same order."""
+    return [*grid_paths(), *single_paths(), *friction_paths(), *relaxing_paths()]
+
+
+def _dragged() -> tuple[Stage, ...]:
+    return (
+        Stage(depth_share=0.1),
+        Stage(depth_share=0.1, shear_mm=0.5),
+        Stage(depth_share=0.1, shear_mm=0.5, twist_deg=30.0),
+        Stage(depth_share=0.1, shear_mm=-0.2, twist_deg=30.0),
+        Stage(depth_share=0.05, shear_mm=-0.2, twist_deg=30.0),
+    )
 
 
 def _jittered(lattice: Lattice) -> Lattice:

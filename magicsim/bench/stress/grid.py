@@ -9,6 +9,8 @@ from magicsim.bench.stress.cases import Stage, StressPath
 from magicsim.bench.stress.validity import Verification, verify
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.relaxation import Relaxation
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConvergenceError, MagicsimError
 
@@ -65,16 +67,21 @@ def run_path(path: StressPath) -> Iterator[StressRow]:
     try:
         indenters, lattice = path.indenters(), path.lattice()
         spacing = point_spacing_mm(indenters[0].shape)
-        solver = ContactSolver(lattice, tolerance_mm=TOLERANCE_MM, point_spacing_mm=spacing, **options)
+        branches = path.branches(lattice)
+        relaxation = None if branches is None else Relaxation.of(Elasticity.of(lattice), branches)
+        solver = ContactSolver(
+            lattice, tolerance_mm=TOLERANCE_MM, point_spacing_mm=spacing, branches=branches, **options
+        )
     except MagicsimError as error:
         yield from (unsolved(path, stage, NOT_AVAILABLE, str(error)) for stage in path.stages)
         return
     state: Deformation | None = None
+    timing: dict[str, Any] = {} if branches is None else {"dt_s": path.stage_s}
     for stage, indenter in zip(path.stages, indenters, strict=True):
         depth = stage.depth_share * lattice.height_mm
         start = time.perf_counter()
         try:
-            found = solver.solve(indenter, state)
+            found = solver.solve(indenter, state, **timing)
         except ConvergenceError as error:
             yield _row(path, stage, depth, DECLARED, str(error), seconds=time.perf_counter() - start)
             continue
@@ -83,7 +90,11 @@ def run_path(path: StressPath) -> Iterator[StressRow]:
             yield _row(path, stage, depth, CRASHED, message, seconds=time.perf_counter() - start)
             continue
         seconds = time.perf_counter() - start
-        check = verify(lattice, found, indenter, point_spacing_mm=spacing)
+        elasticity = None
+        if relaxation is not None:
+            before = state.relaxation if state is not None else None
+            elasticity = relaxation.timed_elasticity(before or relaxation.rest(), dt_s=path.stage_s)
+        check = verify(lattice, found, indenter, point_spacing_mm=spacing, elasticity=elasticity)
         row = _verified(path, stage, depth, found, check, seconds)
         state = found if row.outcome == VALID else state
         yield row

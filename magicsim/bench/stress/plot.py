@@ -16,19 +16,23 @@ from magicsim.bench.stress.grid import OUTCOMES
 COLORS = ("#4daf7c", "#f2c14e", "#c0392b", "#5b2c6f", "#e08e45", "#d0d0d0")
 """Colours of `OUTCOMES`, in order."""
 EMPTY = "#ffffff"
+GRID_INCHES, ROW_INCHES = 4.75, 0.19
+"""Height of the grid, and of one other path."""
 
 
 def plot_stress(data: Mapping[str, Any], target: Path) -> None:
-    """The grid above, with contrast and Poisson ratio down and object and depth across; the single cases below.
+    """The grid above, with contrast and Poisson ratio down and object and depth across; all other paths below.
 
     Args:
         data: What `run_stress` returned, or its file.
         target: PNG or SVG file.
     """
     grid = [row for row in data["results"] if row["group"] == "grid"]
-    single = [row for row in data["results"] if row["group"] == "single"]
-    figure = Figure(figsize=(11.5, 9.5), layout="constrained")
-    above, below = figure.subplots(2, 1, height_ratios=[1.0, 1.0])
+    single = [row for row in data["results"] if row["group"] != "grid"]
+    labels = _distinct(row["label"] for row in single)
+    heights = GRID_INCHES, 1.5 + ROW_INCHES * len(labels)
+    figure = Figure(figsize=(11.5, sum(heights)), layout="constrained")
+    above, below = figure.subplots(2, 1, height_ratios=heights)
     materials = _distinct((row["contrast"], row["poisson_ratio"]) for row in grid)
     places = _distinct((row["label"], row["depth_share"]) for row in grid)
     _matrix(
@@ -44,7 +48,7 @@ def plot_stress(data: Mapping[str, Any], target: Path) -> None:
             above.axvline(across[0] - 0.5, color="#333333", linewidth=1)
     above.set_ylabel("stiffness contrast, Poisson ratio")
     above.set_title(_headline(data["summary"]), pad=24, fontsize=10)
-    labels, stages = _distinct(row["label"] for row in single), range(_most_stages(single))
+    stages = range(_most_stages(single))
     ordered = [row | {"stage": stage} for row, stage in _numbered(single)]
     _matrix(below, ordered, labels, stages, lambda row: (row["label"], row["stage"]))
     below.set_yticks(range(len(labels)), labels, fontsize=8)
@@ -53,7 +57,7 @@ def plot_stress(data: Mapping[str, Any], target: Path) -> None:
         text = f"{100 * row['depth_share']:g} %" + (f", {row['shear_mm']:g} mm" if row["shear_mm"] else "")
         text += f", {row['twist_deg']:g} deg" if row["twist_deg"] else ""
         below.text(row["stage"], labels.index(row["label"]), text, ha="center", va="center", fontsize=8)
-    below.set_title("single cases", fontsize=10)
+    below.set_title("single cases, and ways with friction and on a body that relaxes", fontsize=10)
     handles = [Patch(color=color, label=outcome) for color, outcome in zip(COLORS, OUTCOMES, strict=True)]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
     save(figure, target)

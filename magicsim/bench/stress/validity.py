@@ -53,7 +53,12 @@ class Verification:
 
 
 def verify(
-    lattice: Lattice, state: Deformation, indenter: Indenter, *, point_spacing_mm: float = POINT_SPACING_MM
+    lattice: Lattice,
+    state: Deformation,
+    indenter: Indenter,
+    *,
+    point_spacing_mm: float = POINT_SPACING_MM,
+    elasticity: Elasticity | None = None,
 ) -> Verification:
     """Recomputes Jacobians, penetration and balance.
 
@@ -62,9 +67,10 @@ def verify(
         state: What the solver returned.
         indenter: The object in its pose.
         point_spacing_mm: Of the contact points that the solver was asked for [mm].
+        elasticity: Energy of the body at the end of a step that takes time; None is the lattice's own.
     """
     positions = lattice.nodes_mm + state.displacements_mm
-    gradient = Elasticity.of(lattice).evaluate(positions).gradient
+    gradient = (elasticity or Elasticity.of(lattice)).evaluate(positions).gradient
     force = max(float(np.linalg.norm(state.force_n)), 1e-300)
     reaction = gradient[lattice.free_nodes :].sum(0)
     inside = gradient[lattice.layer_nodes : lattice.free_nodes]

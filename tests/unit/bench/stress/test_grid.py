@@ -1,6 +1,7 @@
 """The stress grid drops nothing, and its verification does not take the solver's word."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from magicsim.bench.stress.cases import (
     DEPTH_SHARES,
     OBJECTS,
     POISSON_RATIOS,
+    RELAXING,
     Stage,
     StressPath,
     block,
@@ -137,6 +139,17 @@ def test_state_that_is_not_valid_is_called_silent(monkeypatch):
     rows = list(stress.run_path(path()))
     assert [row.outcome for row in rows] == [stress.SILENT, stress.SILENT]
     assert benchmark.summarise(rows)["valid_share"] == 0
+
+
+def test_a_relaxing_body_is_verified_with_what_it_remembers():
+    """The forces of a body that relaxes are not those of its long-term lattice: these alone would be out of balance."""
+    design = block("skin_mm=0.5", "core_mm=2.0", *RELAXING)
+    change = {"change": lambda lattice: lattice, "friction": 1.0, "stage_s": 0.5, "design": design}
+    stages = (Stage(depth_share=0.1), Stage(depth_share=0.1, shear_mm=0.2, twist_deg=10.0))
+    rows = list(stress.run_path(path(object_text="sphere:radius_mm=4", stages=stages, **change)))
+    assert [row.outcome for row in rows] == [stress.VALID] * 2
+    soft = path(object_text="sphere:radius_mm=4", stages=stages, **(change | {"stage_s": math.inf}))
+    assert rows[0].force_n > 1.2 * next(stress.run_path(soft)).force_n
 
 
 def test_crash_is_an_outcome_too(monkeypatch):
