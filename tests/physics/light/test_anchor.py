@@ -35,6 +35,7 @@ def blocks(image):
     return image.reshape(8, 8, 6, 8, 3).mean((1, 3))
 
 
+@pytest.mark.slow
 def test_anchor_changes_no_mean_of_a_pressed_frame(small_scene):
     # Blocks of 8 x 8 pixels differ by 2.7 % rms, of which noise explains 1.9 %; the filter of details adds nothing.
     found = []

@@ -56,6 +56,7 @@ def test_noise_far_away_does_not_tell_a_light_touch(settings):
     assert far_noise(sensor, TOUCHES_MM) < HIDDEN
 
 
+@pytest.mark.slow
 def test_without_the_bound_the_noise_would_tell():
     """What the test above does not see is there to be seen."""
     dark = "rig=digit-rgb"

@@ -14,8 +14,9 @@ TYPES = {
 }  # fmt: skip
 KEYWORDS = {
     "$defs", "$ref", "$schema", "additionalProperties", "anyOf", "const", "default", "description", "discriminator",
-    "enum", "exclusiveMaximum", "exclusiveMinimum", "items", "maxItems", "maxLength", "maximum", "minItems", "minimum",
-    "multipleOf", "not", "oneOf", "pattern", "prefixItems", "properties", "required", "title", "type",
+    "enum", "exclusiveMaximum", "exclusiveMinimum", "items", "maxItems", "maxLength", "maximum", "minItems",
+    "minLength", "minimum", "multipleOf", "not", "oneOf", "pattern", "prefixItems", "properties", "required", "title",
+    "type",
 }  # fmt: skip
 """What the schemas may use: JSON Schema draft 2020-12, and OpenAPI's `discriminator`, which validators ignore."""
 
