@@ -6,8 +6,9 @@
 
 `search` films one choice of the optical constants a step, in a small image, and reads it through many cameras; a run
 that is cut off goes on where it stopped. The first steps cover the ranges evenly (Sobol), the rest move the best.
-`check` renders the default and the best of the ensemble at full size. `report` writes `operating-point.json`: targets,
-ensemble, distance by quantity, how far the ensemble narrows each range; and its tables.
+`check` renders the default, the best of the ensemble and the sensor that meets most targets at full size, and leaves out
+each mechanism of the last. `report` writes `operating-point.json`: targets, ensemble, distance by quantity, how far the
+ensemble narrows each range, which targets are met together; and its tables.
 """
 
 import argparse
@@ -22,8 +23,11 @@ import numpy as np
 from laboratory.operating_point.counts import counts
 from laboratory.operating_point.ensemble import summarise
 from laboratory.operating_point.filming import QUALITY, film_states, search_scene
+from laboratory.operating_point.front import met
 from laboratory.operating_point.reading import read_states, scaled
 from laboratory.operating_point.search import (
+    CAMERA,
+    OPTICAL,
     Candidate,
     as_row,
     camera_values,
@@ -66,6 +70,12 @@ def best_of(rows: Sequence[dict[str, Any]], count: int) -> list[Candidate]:
     """The best candidate of each of the best steps."""
     best = sorted((row["candidates"][0] for row in rows if row["candidates"]), key=lambda each: each["distance"])
     return [Candidate.read_back(each) for each in best[:count]]
+
+
+def widest(rows: Sequence[dict[str, Any]]) -> Candidate:
+    """The candidate that meets most targets together, the nearest of several."""
+    every = [Candidate.read_back(each) for row in rows for each in row["candidates"]]
+    return max(every, key=lambda each: (len(met(each.reading.quantities)), -each.distance))
 
 
 def search(path: Path, *, steps: int, first: int, minutes: float, seed: int) -> None:
@@ -121,24 +131,30 @@ def check(path: Path, *, members: int) -> None:
         found["default_full"] = default_reading(FULL, FULL * ROWS // COLUMNS, FULL_QUALITY)
     target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     scene, profile = search_scene(FULL, FULL * ROWS // COLUMNS, FULL_QUALITY), load_profile("published")
+
+    def at_full_size(each: Candidate) -> dict[str, Any]:
+        full = candidate(film_states(scene, optical_fields(each.optical)), scene, each.optical, each.camera, profile)
+        return {"small": asdict(each), "full": None if full is None else asdict(full)}
+
+    rows = read_rows(path)
+    found["widest"] = at_full_size(widest(rows))
+    target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     found["members"] = []
-    for each in best_of(read_rows(path), members):
-        states = film_states(scene, optical_fields(each.optical))
-        full = candidate(states, scene, each.optical, each.camera, profile)
-        found["members"].append({"small": asdict(each), "full": None if full is None else asdict(full)})
+    for each in best_of(rows, members):
+        found["members"].append(at_full_size(each))
         target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     small = search_scene(COLUMNS, ROWS)
-    found["without"] = left_out(best_of(read_rows(path), 1)[0], small, scaled(profile, columns=COLUMNS, full=FULL))
+    found["without"] = left_out(widest(rows), small, scaled(profile, columns=COLUMNS, full=FULL))
     target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print(json.dumps({name: distances(found[name]["quantities"]) for name in ("default_small", "default_full")}))
 
 
-def report(path: Path, out: Path) -> None:
-    """Writes the summary of a search."""
+def report(path: Path, out: Path, name: str) -> None:
+    """Writes the summary of a search, and its tables."""
     rows = read_rows(path)
     summary = summarise(rows)
     scene = search_scene(COLUMNS, ROWS)
-    summary["default"] = {name: value_of(scene, each.path) for name, each in CONSTANTS.items()}
+    summary["default"] = {name: value_of(scene, CONSTANTS[name].path) for name in (*OPTICAL, *CAMERA)}
     best = best_of(rows, 1)[0]
     summary["best"]["fields"] = optical_fields(best.optical) | camera_values(best.camera)
     summary["best"]["grid_reading"] = grid_reading(best.camera)
@@ -146,8 +162,8 @@ def report(path: Path, out: Path) -> None:
     if checked.is_file():
         summary["check"] = json.loads(checked.read_text(encoding="utf-8"))
     summary["counts"] = counts(rows, summary.get("check", {}).get("default_small", {}).get("quantities"))
-    (out / "operating-point.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
-    (out / "operating-point-tables.txt").write_text(tables(summary), encoding="utf-8")
+    (out / f"{name}.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    (out / f"{name}-tables.txt").write_text(tables(summary), encoding="utf-8")
     print(json.dumps(summary["distance"], indent=1))
 
 
@@ -162,6 +178,7 @@ def main() -> None:
     parser.add_argument("--members", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("docs"))
+    parser.add_argument("--name", default="operating-point", help="of the report's files")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     if given.stage == "search":
@@ -169,7 +186,7 @@ def main() -> None:
     elif given.stage == "check":
         check(given.rows, members=given.members)
     else:
-        report(given.rows, given.out)
+        report(given.rows, given.out, given.name)
 
 
 if __name__ == "__main__":

@@ -162,7 +162,7 @@ def _exclusive(summary: Mapping[str, Any]) -> str:
 
 def _without(without: Mapping[str, float | None]) -> str:
     rows = [[name, "no grid to read" if value is None else f"{value:.2f}"] for name, value in without.items()]
-    return markdown_table(["the best at small size, without", "distance"], rows)
+    return markdown_table(["the sensor that meets most, at small size, without", "distance"], rows)
 
 
 def _number(value: float | None) -> str:
