@@ -6,9 +6,9 @@
 
 `search` films one choice of the optical constants a step, in a small image, and reads it through many cameras; a run
 that is cut off goes on where it stopped. The first steps cover the ranges evenly (Sobol), the rest move the best.
-`check` renders the default, the best of the ensemble and the sensor that meets most targets at full size, and leaves out
-each mechanism of the last. `report` writes `operating-point.json`: targets, ensemble, distance by quantity, how far the
-ensemble narrows each range, which targets are met together; and its tables.
+`check` renders the default, the best of the ensemble and the sensor that meets most targets at full size, and leaves
+out each mechanism of the last. `report` writes `operating-point.json`: targets, ensemble, distance by quantity, how far
+the ensemble narrows each range, which targets are met together; and its tables.
 """
 
 import argparse
