@@ -30,7 +30,7 @@ def glb(tree: bytes, *, length: int | None = None) -> bytes:
         ("head.ply", b"plyx", "does not begin with a PLY header"),
         ("cut.glb", glb(b"{}", length=900), "its header promises 900 bytes"),
         ("many.glb", glb(b'{"accessors":[{"count":9000000000}]}'), "9000000000 values of one kind"),
-        ("deep.glb", glb(b"[" * 9000), "nested too deeply"),
+        ("deep.glb", glb(b"[" * 9000 + b"]" * 9000), "nested too deeply"),
         ("odd.glb", glb(b"[]"), "no glTF"),
         ("empty.stl", b"", "is empty"),
     ],
