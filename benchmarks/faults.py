@@ -438,6 +438,8 @@ def main() -> None:
     if chosen.part == "table":
         print(table(known))
         return
+    if chosen.work is not None:
+        chosen.work.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=chosen.work) as work:
         found = []
         for row in PARTS[chosen.part](Path(work), chosen.count, random.Random(chosen.seed)):

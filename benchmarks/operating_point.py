@@ -1,6 +1,6 @@
 """Which values of the assumed constants bring the simulated sensor to the published figures of E, C and S?
 
-    python benchmarks/operating_point.py search SEARCH.jsonl --steps 96 --first 48     # 18 CPU seconds a step
+    python benchmarks/operating_point.py search SEARCH.jsonl --steps 96 --first 48     # 47 CPU seconds a step
     python benchmarks/operating_point.py check SEARCH.jsonl                            # best ones at full size
     python benchmarks/operating_point.py report SEARCH.jsonl --out docs
 

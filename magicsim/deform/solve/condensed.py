@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from magicsim.deform.contact.augmented import Surface, evaluate_contact
 from magicsim.deform.solve.body import Body, Linearisation
-from magicsim.deform.solve.face_part import FacePart, is_large, near_facets
+from magicsim.deform.solve.face_part import LARGE, FacePart, is_large, near_facets
 from magicsim.deform.solve.face_problem import FaceProblem, held_stiffness, solve_face
 from magicsim.deform.solve.factor import Carried, FactorStore
 from magicsim.deform.solve.iterate import Iterate
@@ -223,7 +223,7 @@ def _step(
         options=problem.options,
         cautious=problem.stiffness / 4,
         least_force_n=problem.least_force_n,
-        touched=TouchedMatrix(stiffness, held) if is_large(problem.face, part.facets) else None,
+        touched=TouchedMatrix(stiffness, held) if len(part.unknowns) > LARGE else None,
     )
     solved = solve_face(face_problem, part.memory(iterate.memory), accuracy=iterate.residual, predictor=predictor)
     if solved is None or not np.abs(solved[0]).max() < LONGEST_MM:
