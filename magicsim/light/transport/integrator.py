@@ -1,4 +1,4 @@
-"""The light of a block as a Mitsuba integrator: `mi.render(world.scene, integrator=FluenceIntegrator(world, particles=n))`."""
+"""The light of a block as a Mitsuba integrator, `mi.render(world.scene, integrator=FluenceIntegrator(world, ...))`."""
 
 from typing import Any
 
