@@ -138,8 +138,14 @@ class World:
         up = half_extents_mm(self.item.object)[0]
         clear = self.config.close_mm_s * self._dt_s + FINE_STEP_MM  # a hand on its way does not run into a finger
         z_mm = min(self.open_mm / 2 - story.near_mm, self.gripper.width_mm / 2 - clear) - up
-        place = ObjectPlace(y_mm=story.y_mm + self._hand_y_mm, z_mm=z_mm, twist_deg=story.twist_deg)
+        y_mm = story.y_mm + self._hand_y_mm + self._ahead_mm()
+        place = ObjectPlace(y_mm=y_mm, z_mm=z_mm, twist_deg=story.twist_deg)
         self.gripper.close(self.gripper.width_mm, place=place)
+
+    def _ahead_mm(self) -> float:
+        """How far before the fingertips a hand offers the item: they come along their arcs while they close [mm]."""
+        linkage, gripper = self.gripper.linkage, self.gripper
+        return linkage.along_mm(linkage.angle_deg(gripper.touching_width_mm)) - linkage.along_mm(gripper.angle_deg)
 
     def _load(self) -> Load:
         """Weight, what the carriage's acceleration adds, and the pull of a hand."""

@@ -11,7 +11,7 @@ from magicsim.task.item import Item
 from magicsim.task.policy import command
 from magicsim.task.settings import GraspConfig
 from magicsim.task.story import draw_story
-from magicsim.task.world import BEYOND_MM, World, build_gripper
+from magicsim.task.world import BEYOND_MM, SLIDE_MM, World, build_gripper
 
 BLOCK = (
     "design=uniform-block", "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2",
@@ -104,4 +104,20 @@ def test_hand_begins_in_front_of_the_fingertips(gripper: Gripper):
     gripper.reset()
     world = World(gripper, ITEM, replace(STORY, speed_mm_s=60.0), CONFIG)
     events(world, [GraspStage.WAITING] * 2)
-    assert gripper.place.y_mm == pytest.approx(STORY.y_mm + BEYOND_MM)
+    linkage = gripper.linkage
+    ahead = linkage.along_mm(linkage.angle_deg(gripper.touching_width_mm)) - linkage.along_mm(gripper.angle_deg)
+    assert gripper.place.y_mm == pytest.approx(STORY.y_mm + ahead + BEYOND_MM)
+
+
+def test_wide_open_fingers_still_meet_the_item_where_it_was_offered(gripper: Gripper):
+    """An arc of several millimetres, more than the workspace has to the side, lies between open and closed."""
+    gripper.reset()
+    wide = CONFIG.model_copy(update={"open_gap_mm": 24.0, "close_mm_s": 30.0})
+    world = World(gripper, ITEM, STORY, wide)
+    linkage = gripper.linkage
+    touching = linkage.along_mm(linkage.angle_deg(gripper.touching_width_mm))
+    assert touching - linkage.along_mm(gripper.angle_deg) > SLIDE_MM
+    events(world, [GraspStage.WAITING] * 4)
+    events(world, [GraspStage.CLOSING] * 40)
+    assert gripper.truth().is_stalled
+    assert gripper.place.y_mm == pytest.approx(STORY.y_mm, abs=0.05)
