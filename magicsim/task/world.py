@@ -229,7 +229,7 @@ def build_gripper(scene: SceneConfig, config: GraspConfig) -> Gripper:
     space = Workspace(
         x_mm=(-SLIDE_MM, SLIDE_MM), y_mm=(-SLIDE_MM, SLIDE_MM), twist_deg=(-TWIST_DEG, TWIST_DEG),
         tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG), gap_mm=(-DEEPEST_MM, FARTHEST_MM),
-        beyond_mm=BEYOND_MM,
+        beyond_mm=BEYOND_MM + Linkage().link_mm,
     )  # fmt: skip
     return Gripper(
         scene, workspace=space, linkage=replace(Linkage(), force_limit_n=config.grip_n), quality=config.quality
