@@ -83,7 +83,7 @@ class LiveSensor:
         self._scene = placed = bounded(self.quality.applied(scene), self.workspace)
         with waiting("building block and lattice", told):
             sensor = Sensor.for_scene(placed, newton=self.quality.newton)
-            self._darkroom: Darkroom | None = Darkroom(sensor, scene.output)
+            self._darkroom: Darkroom | None = Darkroom(sensor, placed.output)
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)
         self.reset()

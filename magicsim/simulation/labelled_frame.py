@@ -12,6 +12,7 @@ from magicsim.camera.film import pixel_landing_mm
 from magicsim.camera.projection import project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.linear.factorise import on_one_blas_thread
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings
@@ -47,6 +48,7 @@ class Shot:
         landing = pixel_landing_mm(design, rig) if needed else None
         return cls(design=design, rig=rig, output=output, camera=camera, landing_mm=landing, watch=watch)
 
+    @on_one_blas_thread
     def take(
         self,
         state: FrameState,

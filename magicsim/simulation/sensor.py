@@ -19,6 +19,7 @@ from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
+from magicsim.deform.linear.factorise import on_one_blas_thread
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.deform.solve.rigid_motion import is_there
@@ -251,6 +252,7 @@ class Sensor:
         """Centres of the markers, shape (markers, 3) [mm]; None where the design has none."""
         return self.markers.displaced_mm(deformation.displacements_mm) if self.markers is not None else None
 
+    @on_one_blas_thread
     def view(self, state: FrameState, deformation: Deformation | Displacement) -> View:
         """Meshes, object and light of a state as the renderer wants them.
 
@@ -278,6 +280,7 @@ class Sensor:
             facing_mm=state.facing_mm, passing_mm=state.passing_mm, is_released=not can_touch(state),
         )  # fmt: skip
 
+    @on_one_blas_thread
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
         view = self.view(state, deformation)

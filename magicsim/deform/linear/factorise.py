@@ -24,7 +24,8 @@ Index = npt.NDArray[np.int64]
 def on_one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
     """Keeps NumPy's own BLAS on one thread while a function runs.
 
-    Its sums would depend on the number of cores, and its idle threads would spin on those that MKL needs.
+    Its sums would depend on the number of cores, and its idle threads would spin on those that MKL needs. Beside other
+    work, factorisations of a few rows each (a triangulation's 600 took 3 s) wait for threads that do not get to run.
     """
 
     @wraps(function)

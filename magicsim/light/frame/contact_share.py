@@ -6,6 +6,7 @@ what the object does, so the share is about the largest relative change, and far
 nothing. It serves as the expected size of a change that is measured with noise (`anchored_light`), not as the change.
 """
 
+import numba as nb
 import numpy as np
 import numpy.typing as npt
 
@@ -27,12 +28,24 @@ def contact_share(places_mm: Array, vertices_mm: Array, faces: npt.NDArray[np.in
     corners = vertices_mm[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     centres, areas = _patches(corners.mean(1), area)
-    way = places_mm[:, None] - centres
-    # A patch is no point: on it, it is all of a hemisphere.
-    size = areas / (2 * np.pi)
-    squared = (way**2).sum(-1) + size
-    facing = np.sqrt((way[..., 2] ** 2 + size) / squared)
-    return np.asarray(np.minimum((areas * facing / squared).sum(1) / (2 * np.pi), 1))
+    return np.asarray(_shares(places_mm, centres, areas))
+
+
+@nb.njit(cache=True)
+def _shares(places, centres, areas):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Solid angle of patches over 2 pi, at most 1, at each place, shape (places,)."""
+    shares = np.zeros(len(places))
+    for place in range(len(places)):
+        for patch in range(len(areas)):
+            # A patch is no point: on it, it is all of a hemisphere.
+            size = areas[patch] / (2 * np.pi)
+            x = places[place, 0] - centres[patch, 0]
+            y = places[place, 1] - centres[patch, 1]
+            z = places[place, 2] - centres[patch, 2]
+            squared = x * x + y * y + z * z + size
+            shares[place] += areas[patch] * np.sqrt((z * z + size) / squared) / squared
+        shares[place] = min(shares[place] / (2 * np.pi), 1.0)
+    return shares
 
 
 def _patches(centres: Array, area: Array) -> tuple[Array, Array]:

@@ -31,15 +31,17 @@ def change_without_shared_noise(now: FloatImage, cheap: FloatImage, careful: Flo
     """
     noise = cheap.astype(np.float64) - careful
     changed = now.astype(np.float64) - careful
-    shared, squared = _covariance(changed, noise), _covariance(noise, noise)
+    around_changed, around_noise = _of_neighbours(changed), _of_neighbours(noise)
+    # Over all channels together: the mean over neighbours of a sum is the sum of their means.
+    shared = _of_neighbours(_summed(changed * noise)) - _summed(around_changed * around_noise)
+    squared = _of_neighbours(_summed(noise**2)) - _summed(around_noise**2)
     share = np.clip(np.divide(shared, squared, out=np.zeros_like(shared), where=squared > 0), 0, 1)
     return np.asarray(changed - share * noise)
 
 
-def _covariance(one: Array, other: Array) -> Array:
-    """Over the neighbours of each pixel, summed over the channels, shape (rows, columns, 1)."""
-    each = _of_neighbours(one * other) - _of_neighbours(one) * _of_neighbours(other)
-    return np.asarray(each.sum(2, keepdims=True))
+def _summed(values: Array) -> Array:
+    """Over the channels, shape (rows, columns, 1)."""
+    return np.asarray(values.sum(2, keepdims=True))
 
 
 def _of_neighbours(values: Array) -> Array:
