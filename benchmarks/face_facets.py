@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.geometry import elastomer
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
@@ -33,10 +32,11 @@ SEEDS = (3, 4)
 
 def images(settings: tuple[str, ...], facet_mm: float) -> tuple[list[Image], int, float]:
     """Images with random numbers of their own, triangles of the body, and processor seconds of one."""
-    elastomer.FACET_MM = facet_mm
     found, seconds = [], 0.0
     for seed in SEEDS:
-        scene = load_scene("pressed", [*settings, *QUALITY, f"render.anchor_seed={seed}"], seed=seed)
+        scene = load_scene(
+            "pressed", [*settings, *QUALITY, f"render.facet_mm={facet_mm}", f"render.anchor_seed={seed}"], seed=seed
+        )
         sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
         deformation = sensor.deform(state, sensor.rest)
         sensor.radiance(state, deformation)  # compiles

@@ -1,9 +1,9 @@
 """What the renderer's ideal pinhole has to see, and how the camera's lens turns that into the image.
 
 The lens moves the optical axis, distorts (OpenCV's model) and darkens towards the corners. An ideal image a little
-larger than the camera's is rendered, and each pixel of the camera looks up its place there. Without any of that the
-ideal image is the camera's, and nothing is looked up. Lens and pixels then spread the light of a point over the pixels
-around it, and dust on the window takes some.
+larger than the camera's is rendered, where asked for in larger pixels, and each pixel of the camera looks up its place
+there. Without any of that the ideal image is the camera's, and nothing is looked up. Lens and pixels then spread the
+light of a point over the pixels around it, and dust on the window takes some.
 """
 
 from dataclasses import dataclass
@@ -101,7 +101,7 @@ def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
     read = read_out.grown(_spread_px(camera.blur_px), camera.columns, camera.rows)
     columns, rows, places, window = camera.columns, camera.rows, None, read
     if camera.moves_pixels:
-        slopes = pixel_slopes(camera, focal)
+        slopes, focal = pixel_slopes(camera, focal), focal / camera.rendered_px
         reach = np.ceil(focal * np.abs(slopes).max((0, 1))).astype(int) + BORDER_PX
         columns, rows = (2 * int(half) for half in reach)
         places = read.of(focal * slopes + (np.array([columns, rows]) - 1) / 2)

@@ -20,6 +20,9 @@ Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
 """From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""
 HEIGHT_MM = (1.0, 25.0)
 CELL_MM = (0.3, 3.0)
+FACET_MM = 0.2
+"""Length to which the edges of the rendered contact face are split [mm], diagonals up to twice as long: rims around
+what presses bend over tenths of a millimetre. With 0.1 no difference is to be seen (`benchmarks/face_facets.py`)."""
 MAX_DEPTH_SHARE = 0.9
 """Deepest press in units of the block's height."""
 

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.errors import GeometryError
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.placed_inclusions import DrawnInclusions, draw_inclusions
@@ -19,9 +19,6 @@ FACE_EDGE_MM = 0.5
 """Length to which the edges of the block are split [mm]: fine enough to bend around a fingertip-sized object.
 Diagonals of the triangles inside a face are up to twice as long."""
 VOLUME_TOLERANCE = 1e-6
-FACET_MM = 0.2
-"""Length to which the edges of the contact face are split [mm], diagonals up to twice as long: rims around what presses
-bend over tenths of a millimetre. With 0.1 no difference is to be seen."""
 ON_FACE_MM, LIFTED_MM = 1e-9, 1e-6
 """Height over the contact face up to which vertices count as on it; with a curved face rounding is larger [mm]."""
 CURVED_TOLERANCE = 5e-3
@@ -65,14 +62,18 @@ class Elastomer:
         return np.asarray(self.design.flattened(self.body.vertices)[:, 2] < slack)
 
 
-def build_elastomer(design: ElastomerDesign) -> Elastomer:
+def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> Elastomer:
     """Builds the meshes of a design and checks them against the closed form.
+
+    Args:
+        design: The block.
+        facet_mm: Length to which the edges of the contact face are split; cells no larger than this stay whole [mm].
 
     Raises:
         GeometryError: The grid does not fit, or a mesh is not watertight or has the wrong volume.
     """
     grid = resolve_grid(design)
-    body = _block(design)
+    body = _block(design, facet_mm)
     _check("body", body, float(np.prod([*design.footprint_mm, design.height_mm])))
     body = _lifted(body, design)
     if grid is None:
@@ -80,7 +81,7 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
             _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
         return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
     radius_mm = design.unevenness.crossing_radius_mm
-    infill = _cells(grid, subdivision(design, grid), radius_mm)
+    infill = _cells(grid, subdivision(design, grid, facet_mm), radius_mm)
     if radius_mm == 0:
         _check("infill", infill, grid.infill_volume_mm3)
     else:
@@ -100,12 +101,12 @@ def build_elastomer(design: ElastomerDesign) -> Elastomer:
     )
 
 
-def _block(design: ElastomerDesign) -> SurfaceMesh:
+def _block(design: ElastomerDesign, facet_mm: float) -> SurfaceMesh:
     width, length = design.footprint_mm
     block = manifold3d.Manifold.cube((width, length, design.height_mm))
     edge = max(min(FACE_EDGE_MM, design.skin_mm), 0.25)
     mesh = from_manifold(block.translate((-width / 2, -length / 2, 0)).refine_to_length(edge))
-    return refined_face(mesh, mesh.vertices[:, 2] < ON_FACE_MM, int(np.ceil(edge / FACET_MM - SLACK)))
+    return refined_face(mesh, mesh.vertices[:, 2] < ON_FACE_MM, int(np.ceil(edge / facet_mm - SLACK)))
 
 
 def _lifted(mesh: SurfaceMesh, design: ElastomerDesign) -> SurfaceMesh:
@@ -119,12 +120,13 @@ def block_volume_mm3(design: ElastomerDesign) -> float:
     return float(np.prod(design.footprint_mm) * (design.height_mm - rise))
 
 
-def subdivision(design: ElastomerDesign, grid: CellGrid) -> int:
+def subdivision(design: ElastomerDesign, grid: CellGrid, facet_mm: float = FACET_MM) -> int:
     """Parts into which the edges of an infill cell are split: as many as the lattice has cells along a pitch.
 
-    At least two, so that a pressed cell can bulge and its walls bend.
+    At least two, so that a pressed cell can bulge and its walls bend, unless the cells are no larger than the facets.
     """
-    return max(2, *(split_count(pitch, design.lattice.spacing_mm or pitch) for pitch in grid.pitch_mm.tolist()))
+    least = 1 if max(grid.pitch_mm) <= facet_mm else 2
+    return max(least, *(split_count(pitch, design.lattice.spacing_mm or pitch) for pitch in grid.pitch_mm.tolist()))
 
 
 def _cells(grid: CellGrid, parts: int, radius_mm: float) -> SurfaceMesh:

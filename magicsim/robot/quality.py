@@ -20,6 +20,8 @@ class Quality:
     """Settings of `render`; the smaller number is taken where the scene's own is coarser still."""
     bounds: dict[str, Any] = field(default_factory=dict)
     """Bounds of what `render` leaves out; the larger number is taken where the scene's own is coarser still."""
+    camera: dict[str, Any] = field(default_factory=dict)
+    """Settings of `rig.camera`, likewise bounds."""
     output: dict[str, Any] = field(default_factory=dict)
     """Settings of `output`."""
     newton: NewtonOptions = field(default_factory=NewtonOptions)
@@ -31,14 +33,15 @@ class Quality:
         Raises:
             ConfigError: The coarser scene is not allowed.
         """
-        if not (self.lattice or self.render or self.bounds or self.output):
+        if not (self.lattice or self.render or self.bounds or self.camera or self.output):
             return scene
         data = scene.model_dump()
         data["design"]["lattice"] |= self.lattice
         data["output"] |= self.output
         given = data["render"]
         given |= {name: min(value, given[name]) for name, value in self.render.items()}
-        given |= {name: max(value, given[name]) for name, value in self.bounds.items()}
+        for settings, bounds in ((given, self.bounds), (data["rig"]["camera"], self.camera)):
+            settings |= {name: max(value, settings[name]) for name, value in bounds.items()}
         return validate(SceneConfig, data, source=f"quality '{self.name}'")
 
 
@@ -48,14 +51,16 @@ CONTROL_QUALITY = Quality(
     name="control",
     lattice={"growth": 3.0, "margin": 0.5, "fine_depth": 0.3},
     render={"samples": 1, "particles": 8_000, "anchor_samples": 16, "anchor_particles": 400_000},
-    bounds={"light_change": 0.05},
+    bounds={"light_change": 0.05, "facet_mm": 1.0},
+    camera={"rendered_px": 2.0},
     output={"contact_mask": False, "displacements": False, "depth_map": False},
     newton=NewtonOptions(residual=1e-2, tolerance_mm=0.02, slip_mismatch=0.1),
 )
-"""For control loops: a lattice of about half the nodes, a quarter of the camera samples, a third of the particles,
-which are traced in contact only where that changes light by some per cent, no masks, and load steps that end at a
-hundredth of the forces out of balance, after about half the Newton steps; the next step begins where the last one ended
-and corrects what is left. `benchmarks/control_loop.py` measures what that costs in accuracy."""
+"""For control loops: a lattice of about half the nodes, a fifth of the triangles, a sixteenth of the camera samples in
+pixels twice as large, a third of the particles, which are traced in contact only where that changes light by some per
+cent, no masks, and load steps that end at a hundredth of the forces out of balance, after about half the Newton steps;
+the next step begins where the last one ended and corrects what is left. `benchmarks/control_loop.py` measures what that
+costs in accuracy."""
 QUALITIES = {each.name: each for each in (FULL_QUALITY, CONTROL_QUALITY)}
 
 

@@ -11,7 +11,7 @@ from magicsim.camera.shutter import readout_fits, readout_problem
 from magicsim.camera.viewing import check_view
 from magicsim.config.models import Config, load_preset
 from magicsim.geometry.coat import OpaqueCoat
-from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
+from magicsim.geometry.design import FACET_MM, MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.markers import DotMarkers, PictureMarkers
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
@@ -94,6 +94,9 @@ class RenderSettings(Config):
     """Relative change of the light in the grid, root mean square, that a contact must be expected to make before a
     touched frame traces its particles; below it the light of just before contact serves. Measured changes are a quarter
     to three quarters of the expected ones (`benchmarks/touch_light.py`); 0 traces always."""
+    facet_mm: Annotated[float, Field(ge=0.05, le=5)] = FACET_MM
+    """Length to which the edges of the rendered contact face are split [mm]: rims of dents bend over tenths of a
+    millimetre. Cells whose pitch is no larger stay whole, and do not bulge."""
     anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 32
     """Camera samples of the untouched state, to which every frame is anchored; 0 means no anchor."""
     anchor_particles: Annotated[int, Field(ge=100, le=100_000_000)] = 1_200_000

@@ -90,7 +90,7 @@ class Sensor:
         self.contact, self.settings = contact or ContactSettings(), render or RenderSettings()
         self.states, self.seed, self.step_s = tuple(states), seed, step_s
         self._newton = newton
-        self.elastomer: Elastomer = build_elastomer(design)
+        self.elastomer: Elastomer = build_elastomer(design, facet_mm=self.settings.facet_mm)
         self.printed: Lattice = build_lattice(design)
         """All planes of the design's lattice, which the displacements of an episode refer to."""
         self.lattice: Lattice = build_lattice(design, zone=self._zone())

@@ -23,11 +23,13 @@ if TYPE_CHECKING:
 RECORDED_PARTS = 4
 """The careful state records the way out of every so manieth particle: few of them meet the object."""
 OPTICAL_CAMERA = frozenset(
-    {"columns", "rows", "distance_mm", "field_mm", "principal_offset_px", "distortion", "vignetting"}
+    {"columns", "rows", "distance_mm", "field_mm", "principal_offset_px", "distortion", "vignetting", "rendered_px"}
 )
 """What the radiance depends on; the rest of the camera comes after it."""
 
-OPTICAL_SETTINGS = {"estimator", "forward_collisions", "anchor_samples", "anchor_particles", "anchor_seed"}
+OPTICAL_SETTINGS = {
+    "estimator", "forward_collisions", "facet_mm", "anchor_samples", "anchor_particles", "anchor_seed",
+}  # fmt: skip
 """What it depends on of the rendering; a frame's own samples, particles and seed are none of it."""
 
 

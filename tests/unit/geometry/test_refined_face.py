@@ -4,8 +4,8 @@ import manifold3d
 import numpy as np
 import pytest
 
-from magicsim.geometry.design import load_design
-from magicsim.geometry.elastomer import FACET_MM, build_elastomer
+from magicsim.geometry.design import FACET_MM, load_design
+from magicsim.geometry.elastomer import build_elastomer
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.refined_face import refined_face
 
