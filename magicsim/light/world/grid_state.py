@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
-from magicsim.light.world.cell_faces import CellFaces, cell_faces
-from magicsim.light.world.cell_topology import CellTopology
+from magicsim.light.cells.cell_faces import CellFaces, cell_faces
+from magicsim.light.cells.cell_topology import CellTopology
 from magicsim.light.world.shapes import mesh_of
 
 Array = npt.NDArray[np.float64]

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from magicsim.light.backend import dr, mi
-from magicsim.light.world.cell_faces import FRAME, NONE, PACKET, CellFaces
-from magicsim.light.world.cell_topology import FACES, canonical_triangles
+from magicsim.light.cells.cell_faces import FRAME, NONE, PACKET, CellFaces
+from magicsim.light.cells.cell_topology import FACES, canonical_triangles
 
 NOWHERE, IN_CELL, IN_WALL = range(3)
 

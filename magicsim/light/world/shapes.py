@@ -9,7 +9,7 @@ import numpy.typing as npt
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.aligned import columns
 from magicsim.light.backend import mi
-from magicsim.light.world.cell_faces import CellFaces
+from magicsim.light.cells.cell_faces import CellFaces
 from magicsim.light.world.medium import classify
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 

@@ -104,3 +104,19 @@ def test_scale_of_each_layer_is_that_of_its_rays() -> None:
     scales = [layer.mm_per_pixel[0] for layer in found.layers]
     assert scales == sorted(scales, reverse=True)
     assert [found.layers[0].name, found.layers[-1].name] == ["contact face", "bonded face"]
+
+
+@pytest.mark.parametrize("rendered_px", [2.0, 3.0])
+def test_larger_pixels_show_everything_at_its_place(rendered_px: float) -> None:
+    """An image that rises evenly with a ray's slope rises evenly with the camera's pixels, whatever is rendered."""
+    sensor = rig(blur_px=0, rendered_px=rendered_px)
+    found, focal = film(DESIGN, sensor), focal_px(DESIGN, sensor)
+    assert found.columns * found.rows < 60 * 80 / (rendered_px - 0.5)
+    ideal = found.columns / 2 / np.tan(np.radians(found.fov_deg / 2))
+    assert ideal == pytest.approx(focal / rendered_px)
+    window = found.window
+    column = np.arange(window.column, window.column + window.columns) - (found.columns - 1) / 2
+    row = np.arange(window.row, window.row + window.rows) - (found.rows - 1) / 2
+    slopes = np.stack(np.broadcast_arrays(column / ideal, row[:, None] / ideal, 1.0), -1).astype(np.float32)
+    seen = found.seen(slopes)
+    np.testing.assert_allclose(seen[..., :2], pixel_slopes(sensor.camera, focal), atol=2e-3 / focal * rendered_px)

@@ -49,3 +49,14 @@ def test_face_of_a_design_bends_over_tenths_of_a_millimetre(name: str) -> None:
     (ax, ay), (bx, by) = ((flat[:, corner] - flat[:, 0]).T for corner in (1, 2))
     area = np.abs(ax * by - ay * bx).sum() / 2
     assert area == pytest.approx(np.prod(elastomer.design.footprint_mm), rel=1e-9)
+
+
+def test_coarse_facets_leave_cells_whole_and_the_block_as_it_is() -> None:
+    design = load_design("mini-magictac")
+    fine, coarse = build_elastomer(design), build_elastomer(design, facet_mm=1.0)
+    assert (fine.triangles_per_cell, coarse.triangles_per_cell) == (48, 12)
+    assert len(coarse.body.faces) < len(fine.body.faces) / 3
+    assert coarse.body.volume_mm3() == pytest.approx(fine.body.volume_mm3(), rel=1e-9)
+    assert coarse.infill is not None
+    assert fine.infill is not None
+    assert coarse.infill.volume_mm3() == pytest.approx(fine.infill.volume_mm3(), rel=1e-9)

@@ -29,8 +29,19 @@ def test_control_is_coarser_and_never_finer_than_the_scene():
     assert found.render.light_change > scene.render.light_change
     assert CONTROL_QUALITY.applied(load_scene("grip", ["render.light_change=0.5"])).render.light_change == 0.5
     assert found.design.lattice.growth > scene.design.lattice.growth
-    assert (found.rig, found.object, found.contact) == (scene.rig, scene.object, scene.contact)
-    assert not found.output.contact_mask
+    assert found.render.facet_mm > scene.render.facet_mm
+    camera = found.rig.camera
+    assert camera.rendered_px > 1
+    assert (camera.columns, camera.rows) == (scene.rig.camera.columns, scene.rig.camera.rows)
+    assert found.rig.model_copy(update={"camera": scene.rig.camera}) == scene.rig
+    assert (found.object, found.contact) == (scene.object, scene.contact)
+
+
+def test_frames_for_control_hold_no_labels_that_take_time():
+    with live_sensor("grip", BLOCK, workspace=RANGE, quality="control") as live:
+        live.move_to(gap_mm=-0.2)
+        labels = live.frame().labels
+    assert (labels.contact_mask, labels.displacements_mm, labels.depth_map_mm) == (None, None, None)
 
 
 def test_unknown_quality_names_the_others():

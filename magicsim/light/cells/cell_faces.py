@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import mi
-from magicsim.light.world.cell_planes import dented_cells, largest_dents_mm, outward_normals
-from magicsim.light.world.cell_topology import FACES, CellTopology, canonical_triangles
+from magicsim.light.cells.cell_planes import dented_cells, largest_dents_mm, outward_normals
+from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

@@ -6,7 +6,7 @@ import pytest
 from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import build_elastomer
-from magicsim.light.world.cell_topology import FACES, CellTopology, canonical_triangles
+from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
 
 @pytest.fixture(scope="module", params=[1.0, 0.4])
