@@ -24,6 +24,8 @@ Array = npt.NDArray[np.float64]
 Side = Literal["upper", "lower"]
 SIDES: tuple[Side, Side] = ("upper", "lower")
 HALF_TURN_DEG = 180.0
+ROUNDING_MM = 1e-9
+"""Gap below which an object just touches [mm]: what is left of three numbers that add up to nothing."""
 TO_GRIPPER: dict[Side, Array] = {"upper": np.eye(3), "lower": np.diag([-1.0, 1.0, -1.0])}
 """Rotation from each finger's frame to the gripper's; each is its own inverse."""
 
@@ -97,8 +99,9 @@ def finger_motion(side: Side, place: ObjectPlace, width_mm: float, extents_mm: t
     """
     sign = 1.0 if side == "upper" else -1.0
     reach = extents_mm[0] if side == "upper" else extents_mm[1]
+    gap = width_mm / 2 - sign * place.z_mm - reach
     return {
-        "gap_mm": width_mm / 2 - sign * place.z_mm - reach,
+        "gap_mm": gap if abs(gap) > ROUNDING_MM else 0.0,
         "x_mm": sign * place.x_mm,
         "y_mm": place.y_mm,
         "twist_deg": sign * place.twist_deg,

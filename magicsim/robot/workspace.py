@@ -43,7 +43,7 @@ class Workspace:
     gap_mm: Range = (-2.0, 30.0)
     """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed."""
     beyond_mm: float = 0.0
-    """How far beyond the ranges of x and y an object may be that touches nothing: on its way there [mm]."""
+    """How far beyond the ranges of x and y an object may be that does not press: on its way there [mm]."""
 
     def __post_init__(self) -> None:
         """Checks the limits.
@@ -67,7 +67,7 @@ class Workspace:
         Raises:
             ConfigError: Names the coordinate and its range.
         """
-        beyond = self.beyond_mm if (state.gap_mm or 0) > 0 else 0.0
+        beyond = self.beyond_mm if (state.gap_mm or 0) >= 0 else 0.0  # as for contact, 0 does not press
         for name in RANGES if state.has_object else ():
             value, (low, high) = getattr(state, name), getattr(self, name)
             slack = ROUNDING + (beyond if name in {"x_mm", "y_mm"} else 0.0)

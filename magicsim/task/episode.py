@@ -11,7 +11,7 @@ from magicsim.detectors.fusion import fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.verdict import Verdict
-from magicsim.errors import ConvergenceError
+from magicsim.errors import MagicsimError
 from magicsim.task.policy import RELEASE_FRAMES, command
 from magicsim.task.world import Happened, World
 
@@ -66,7 +66,7 @@ class Recorded:
 
     rows: tuple[FrameRow, ...]
     error: str
-    """Why it ended early: no equilibrium was found; empty otherwise."""
+    """Why it ended early, such as that no equilibrium was found; empty otherwise."""
 
 
 def play(
@@ -83,7 +83,7 @@ def play(
         seen: Takes every image with its row.
 
     Raises:
-        RenderError: A frame is not valid.
+        MagicsimError: The fingers cannot be filmed at all; what goes wrong later ends this episode alone.
     """
     finger, rate = world.gripper.upper, world.config.frames_per_second
     away = finger.now()
@@ -94,7 +94,12 @@ def play(
     rows: list[FrameRow] = []
     machine, happened, at_b, idle = GraspState(), Happened(), 0, 0
     for frame in range(world.config.most_frames):
-        image = finger.frame().image
+        try:
+            image = finger.frame().image
+        except MagicsimError as error:
+            if not rows:
+                raise
+            return Recorded(rows=tuple(rows), error=str(error))
         verdict = detect(image, references, profile)
         at_b = at_b + 1 if world.is_at_b and machine.stage is GraspStage.TRANSPORTING else 0
         opening = at_b > RELEASE_FRAMES
@@ -108,7 +113,7 @@ def play(
         try:
             delivered = world.deliver() if opening else ""
             happened = world.step(machine.stage, command(machine.stage, is_open=world.is_open))
-        except ConvergenceError as error:
+        except MagicsimError as error:
             return Recorded(rows=tuple(rows), error=str(error))
         if delivered:
             happened = Happened(event=delivered, light=happened.light)

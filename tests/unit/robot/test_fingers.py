@@ -44,6 +44,13 @@ def test_both_fingers_see_one_and_the_same_object(line: str):
     assert (found["upper", "outside"] == found["lower", "outside"]).mean() > 0.9  # contact treats the inside by entry
 
 
+def test_object_that_a_finger_pushes_along_does_not_press_it_by_rounding():
+    for number in range(1, 60):
+        width, extents = 9.0 + number * 0.37, (4.1 + number * 0.01, 3.3)
+        motion = finger_motion("upper", ObjectPlace(z_mm=width / 2 - extents[0]), width, extents)
+        assert motion["gap_mm"] == 0
+
+
 def test_gaps_add_up_to_the_width():
     extents = (4.0, 3.0)
     gaps = [finger_motion(side, ObjectPlace(z_mm=0.6), 9.0, extents)["gap_mm"] for side in SIDES]

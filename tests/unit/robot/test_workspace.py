@@ -23,6 +23,14 @@ def test_pose_outside_is_refused_with_its_range(field: str, value: float, allowe
         Workspace().check(state(**{field: value}))
 
 
+def test_what_does_not_press_may_be_beyond_and_a_press_may_not():
+    space = Workspace(beyond_mm=5.0)
+    space.check(state(y_mm=6.9))
+    space.check(state(y_mm=6.9, gap_mm=0.0))
+    with pytest.raises(ConfigError, match="y_mm = 6.9 is not allowed: must be -2 to 2"):
+        space.check(state(y_mm=6.9, gap_mm=-1e-6))
+
+
 def test_limits_themselves_and_a_state_without_an_object_are_inside():
     Workspace().check(state(x_mm=2.0, y_mm=-2.0, gap_mm=-2.0, twist_deg=90.0))
     Workspace().check(state(gap_mm=None, x_mm=99.0))
