@@ -1,6 +1,5 @@
 """The commands that play a task of the gripper: `task grasp`, `task assembly` and `task alignment`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -51,21 +50,25 @@ def grasp(
 @task_app.command
 def assembly(
     scene: str = "assembly", *, out: Out,
-    trials: Annotated[int, Parameter(help="How many; a third each beside the axis, at an angle, aligned.")] = 16,
+    trials: Annotated[int, Parameter(help="How many, by thirds beside, at an angle, aligned; --resume adds.")] = 16,
     quality: Annotated[str, Parameter(help="control, or full: slower and finer.")] = "control",
+    resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's run.")] = False,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Plug a held plug into a base in six stages, and tell who notices that the base is misaligned."""
     from magicsim.scenes.scene import load_scene
+    from magicsim.task.folder import FOLDER
 
     loaded = load_scene(scene, settings or [], seed=seed)
+    FOLDER.check(out, resume=resume)
     limit_threads(threads)
-    from magicsim.robot.assembly.run import run_assembly
+    from magicsim.cli.output.progress import show_progress
+    from magicsim.task.assembly.running import run_assembly
 
-    def told(line: str) -> None:
-        sys.stderr.write(f"magicsim: {line}\n")
-
-    summary = run_assembly(loaded, out, trials=trials, seed=loaded.seed, quality=quality, told=told)
+    with show_progress("task assembly") as progress:
+        summary = run_assembly(
+            loaded, out, trials=trials, seed=loaded.seed, quality=quality, resume=resume, progress=progress
+        )
     print_result(fields_of(summary), as_json=json)
 
 

@@ -36,7 +36,26 @@ def resolved(
         "fingers": fingers,
         "sha256": {name: found for name, found in files.items() if found},
     }
-    plain: dict[str, Any] = _without_none(config.model_dump(mode="json") | {"resolved": content})
+    return plain_values(config.model_dump(mode="json") | {"resolved": content})
+
+
+def resolved_scene(scene: SceneConfig) -> dict[str, Any]:
+    """A scene with everything in place, and the SHA-256 of every file that it names.
+
+    Args:
+        scene: The scene.
+
+    Raises:
+        OSError: A file cannot be read.
+    """
+    values = scene.model_dump(mode="json")
+    found = file_hashes(values)
+    return {"scene": values} | ({"sha256": found} if found else {})
+
+
+def plain_values(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings as TOML and JSON take them: without keys that have no value."""
+    plain: dict[str, Any] = _without_none(settings)
     return plain
 
 

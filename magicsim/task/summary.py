@@ -40,7 +40,9 @@ class TaskSummary:
     drops: Count
     crushed: Count
     failed: Count
-    """Ended because no equilibrium was found."""
+    """Ended early, as where no equilibrium was found."""
+    reasons: dict[str, int]
+    """Why they ended early, and how many of them."""
     seconds_in: dict[str, float]
     """Mean time in each stage [s]."""
     by_item: dict[str, Count]
@@ -58,6 +60,11 @@ def counted(flags: Sequence[bool]) -> Count:
     """A count with its interval."""
     share = exact_share(sum(flags), len(flags))
     return Count(count=sum(flags), of=len(flags), low=share.low, high=share.high)
+
+
+def reasons_of(errors: Sequence[str]) -> dict[str, int]:
+    """How often each reason is there; an empty one is none."""
+    return {error: errors.count(error) for error in sorted(set(errors)) if error}
 
 
 def summarise(outcomes: Sequence[Outcome], *, detector: str, room: str, out: str) -> TaskSummary:
@@ -86,6 +93,7 @@ def summarise(outcomes: Sequence[Outcome], *, detector: str, room: str, out: str
         drops=counted([each.is_dropped for each in outcomes]),
         crushed=counted([each.is_crushed for each in outcomes]),
         failed=counted([bool(each.error) for each in outcomes]),
+        reasons=reasons_of([each.error for each in outcomes]),
         seconds_in={
             stage: round(sum(each.seconds_in[stage] for each in outcomes) / len(outcomes), 3) for stage in stages
         },

@@ -1,5 +1,6 @@
 """How often a misaligned base is recognised, by each cue, with intervals."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -42,7 +43,8 @@ class Recognition:
     """What one cue makes of all trials."""
 
     threshold: float | None
-    """Largest change of an aligned trial: none of these is called misaligned. None without aligned trials."""
+    """Largest change of an aligned trial: none of these is called misaligned. None without aligned trials, and where
+    one of them lost the plug before it met the base."""
     misaligned: Rate
     """Misaligned trials whose change is above it."""
     by_kind: Mapping[str, Rate]
@@ -117,7 +119,8 @@ def _by_change(trials: Sequence[tuple[Misalignment, Sequence[Cues]]], value: Cal
 
 
 def _threshold(trials: Sequence[tuple[Misalignment, Sequence[Cues]]], value: Callable[[Cues], float]) -> float | None:
-    return max((change(series, value) for each, series in trials if not each.is_misaligned), default=None)
+    most = max((change(series, value) for each, series in trials if not each.is_misaligned), default=math.inf)
+    return most if math.isfinite(most) else None
 
 
 def _by_kind(judged: Sequence[tuple[Misalignment, bool]]) -> dict[str, Rate]:

@@ -18,6 +18,7 @@ from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.grip.outcome import Hold
 from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
+from magicsim.robot.workspace import Workspace
 
 Frame = npt.NDArray[np.uint8]
 Vector = tuple[float, ...]
@@ -31,6 +32,11 @@ MOST_SLIDE_MM = 6.0
 """Way of the plug in the grip in one step beyond which it is lost [mm]; assumed."""
 LONGEST_STEP_MM = 0.5
 """Longest way of the carriage between two equilibria while the pin may meet the base [mm]."""
+SPACE = Workspace(
+    x_mm=(-1.5, 1.5), y_mm=(0.0, 8.0), twist_deg=(-15.0, 15.0), tilt_x_deg=(-15.0, 15.0), tilt_y_deg=(-15.0, 15.0),
+    gap_mm=(-1.5, 20.0),
+)  # fmt: skip
+"""Where the plug may go in the grip."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,6 +118,7 @@ def play(
     gripped: Gripped,
     misalignment: Misalignment,
     *,
+    seed: int | None = None,
     tell: Callable[[Stage], None] | None = None,
 ) -> tuple[Moment, ...]:
     """Plays a trial from the gripped plug on; it ends early where the plug drops.
@@ -120,6 +127,7 @@ def play(
         gripper: That which has gripped it.
         gripped: From `take_plug`.
         misalignment: Of the base.
+        seed: Of the frames' noise, whose stream begins anew; the scene's by default.
         tell: Told each step's stage as it begins.
 
     Returns:
@@ -129,6 +137,7 @@ def play(
         ConfigError: The plug leaves a finger's workspace.
         ConvergenceError: A place has no valid equilibrium.
     """
+    gripper.reset(seed=seed)
     gripper.go_back(gripped.moment)
     plug, load = gripped.plug, gripped.load
     moments: list[Moment] = []

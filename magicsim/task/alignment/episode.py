@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.errors import ConvergenceError
+from magicsim.errors import ConvergenceError, MagicsimError
 from magicsim.robot.grip.load import Load
 from magicsim.robot.grip.outcome import Hold
 from magicsim.robot.grip.truth import GripFrames
@@ -64,7 +64,7 @@ class Recorded:
     is_dropped: bool
     """Whether the fingers lost the item."""
     error: str
-    """Why it ended early: no equilibrium was found; empty otherwise."""
+    """Why it ended early, such as that no equilibrium was found; empty otherwise."""
 
 
 def play(
@@ -85,15 +85,15 @@ def play(
 
     Raises:
         FrameError: The model takes frames of another size.
-        RenderError: A frame is not valid.
+        RenderError: A frame of the empty fingers is not valid; what goes wrong later ends this episode alone.
     """
     gripper.reset(seed=seed)
     for finger in gripper.fingers:
         finger.set_frame_rate(config.frames_per_second)
     rows: list[FrameRow] = []
     wrist = 0.0
+    learn_untouched(gripper, reader, config.references)
     try:
-        learn_untouched(gripper, reader, config.references)
         take(gripper, grip)
         hold = gripper.hold(load=Load.of_mass(item.mass_g, down=down_at(wrist)))
         while hold is not Hold.DROPPED and len(rows) < config.frames:
@@ -107,7 +107,7 @@ def play(
             )  # fmt: skip
             if len(rows) < config.frames:
                 hold = gripper.hold(load=Load.of_mass(item.mass_g, down=down_at(wrist)))
-    except ConvergenceError as error:
+    except MagicsimError as error:
         return Recorded(rows=tuple(rows), is_dropped=False, error=str(error))
     return Recorded(rows=tuple(rows), is_dropped=hold is Hold.DROPPED, error="")
 

@@ -9,7 +9,7 @@ import numpy as np
 from magicsim.learn.scores import mean_score
 from magicsim.task.alignment.episode import FrameRow, Recorded
 from magicsim.task.alignment.grip import Grip
-from magicsim.task.summary import Count, counted
+from magicsim.task.summary import Count, counted, reasons_of
 
 READERS = {"both fingers": "read_deg", "upper finger": "upper_deg", "lower finger": "lower_deg"}
 """Whose reading an error is of, and the rows' column."""
@@ -86,7 +86,9 @@ class AlignmentSummary:
     """Error at last of each item [degrees]."""
     dropped: Count
     failed: Count
-    """Ended because no equilibrium was found."""
+    """Ended early, as where no equilibrium was found."""
+    reasons: dict[str, int]
+    """Why they ended early, and how many of them."""
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -144,6 +146,7 @@ def summarise(
         by_item={item: _ends([each for each in outcomes if each.item == item]) for item in items},
         dropped=counted([each.is_dropped for each in outcomes]),
         failed=counted([bool(each.error) for each in outcomes]),
+        reasons=reasons_of([each.error for each in outcomes]),
     )
 
 

@@ -27,7 +27,7 @@ def test_what_does_not_press_may_be_beyond_and_a_press_may_not():
     space = Workspace(beyond_mm=5.0)
     space.check(state(y_mm=6.9))
     space.check(state(y_mm=6.9, gap_mm=0.0))
-    with pytest.raises(ConfigError, match="y_mm = 6.9 is not allowed: must be -2 to 2"):
+    with pytest.raises(ConfigError, match=r"y_mm = 6\.9 is not allowed: must be -2 to 2"):
         space.check(state(y_mm=6.9, gap_mm=-1e-6))
 
 

@@ -7,6 +7,7 @@ import pytest
 from magicsim.errors import ConfigError, OutputError, PresetError
 from magicsim.task.running import Stage, run_grasps
 from magicsim.task.settings import GraspConfig
+from magicsim.task.world import Happened, World
 
 ITEM = """schema_version = 1
 mass_g = 20.0
@@ -56,6 +57,25 @@ def test_run_writes_what_it_saw_and_goes_on_where_it_was(small: GraspConfig, tmp
     (out / "episodes" / "00001.json").write_text("{}")
     with pytest.raises(OutputError, match="not as magicsim wrote it"):
         run_grasps(small, out, episodes=2, resume=True)
+
+
+def test_episode_that_fails_is_counted_and_the_run_goes_on(
+    small: GraspConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    whole, steps = World.step, iter(range(99))
+
+    def step(world: World, *arguments: object) -> Happened:
+        if next(steps) == 3:
+            raise ConfigError("y_mm = 9 is not allowed")
+        return whole(world, *arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(World, "step", step)
+    found = run_grasps(small, tmp_path / "run", episodes=2)
+    assert (found.failed.count, found.failed.of) == (1, 2)
+    assert found.reasons == {"y_mm = 9 is not allowed": 1}
+    rows = pq.read_table(tmp_path / "run/episodes.parquet").to_pylist()
+    assert [row["error"] for row in rows] == ["y_mm = 9 is not allowed", ""]
+    assert [row["frames"] for row in rows] == [4, 22]
 
 
 def test_unknown_parts_are_refused_before_anything_is_built():

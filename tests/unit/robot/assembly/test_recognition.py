@@ -68,3 +68,13 @@ def test_trials_are_drawn_in_turn_and_from_their_seed():
         low, high = {"offset": OFFSET_MM, "angle": (0, 0), "aligned": (0, ALIGNED_MM)}[each.kind]
         assert low - 1e-9 <= offset <= high + 1e-9
         assert angle == 0 or ANGLE_DEG[0] - 1e-9 <= angle <= ANGLE_DEG[1] + 1e-9
+
+
+def test_aligned_trial_that_lost_its_plug_early_leaves_no_threshold():
+    found = recognise([*TRIALS, (RIGHT, series(0.8, 0.78, 1.5)[:1])])
+    assert found["ssim"].threshold is None
+    assert found["ssim"].misaligned.recognised == 0
+
+
+def test_more_trials_begin_with_the_same_misalignments():
+    assert draw_misalignments(40, 3)[:16] == draw_misalignments(16, 3)

@@ -13,6 +13,7 @@ import pytest
 from magicsim.errors import ConfigError, OutputError
 from magicsim.learn.model_file import ModelConfig
 from magicsim.learn.samples import Label
+from magicsim.robot.grip.outcome import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim.task.alignment.angle_reader import ReadAngle
 from magicsim.task.alignment.episode import play
@@ -127,6 +128,26 @@ def test_run_writes_what_it_saw_and_grows(small: AlignmentConfig, tmp_path: Path
     with pytest.raises(OutputError, match="holds another task"):
         run_alignment(small.model_copy(update={"grip_n": 2.0}), model, tmp_path / "run", episodes=2, resume=True)
     assert json.loads((tmp_path / "run/results.json").read_text())["seen"]["upright"]["of"] == 2
+
+
+@pytest.mark.usefixtures("unrendered")
+def test_episode_that_fails_is_counted_and_the_run_goes_on(
+    small: AlignmentConfig, tmp_path: Path, model: Path, monkeypatch: pytest.MonkeyPatch
+):
+    from magicsim.task.alignment.running import run_alignment
+
+    whole, holds = Gripper.hold, iter(range(99))
+
+    def hold(gripper: Gripper, *arguments, **options) -> Hold:
+        if next(holds) == 1:
+            raise ConfigError("x_mm = 9 is not allowed")
+        return whole(gripper, *arguments, **options)
+
+    monkeypatch.setattr(Gripper, "hold", hold)
+    found = run_alignment(small, model, tmp_path / "run", episodes=2)
+    assert (found.failed.count, found.failed.of) == (1, 2)
+    assert found.reasons == {"x_mm = 9 is not allowed": 1}
+    assert found.seen.end_deg.episodes == 1
 
 
 @pytest.mark.slow
