@@ -1,7 +1,8 @@
 """Error against run time of the light: the fluence estimator and Mitsuba's `volpath` on four states of the sensor.
 
 Every setting renders independent images with seeds of their own; their spread is the error of one of them, and the
-time is that of one, everything compiled. Neither method is the truth: what their expectations differ by is found from
+time is that of one, everything compiled. Ratios are those of processor seconds, which work beside the benchmark hardly
+changes; `seconds` are those of a clock. Neither method is the truth: what their expectations differ by is found from
 cross products of independent pairs (`render_statistics`).
 
 `anchored` is a frame of an episode, as `magicsim simulate` renders it: its untouched state, rendered once with care, is
@@ -22,7 +23,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from magicsim.bench.light.render_statistics import bias, compare_blocks, deviati
 from magicsim.errors import RenderError
 from magicsim.light.refinement import central
 from magicsim.light.variant import LLVM_VARIANT, SCALAR_VARIANT, VARIANT_VARIABLE, activate_variant
-from magicsim.scenes.scene import load_scene
+from magicsim.scenes.scene import RenderSettings, load_scene
 
 LOGGER = logging.getLogger(__name__)
 STATES = ("rest", "near", "pressed", "flashlight")
@@ -55,6 +56,17 @@ class RenderSetting:
     """Camera samples a pixel of the untouched state, with `ANCHOR_PARTICLES` for each; 0 without an anchor."""
 
 
+class Timed(NamedTuple):
+    """An image, and what it took."""
+
+    image: np.ndarray
+    """Radiance, shape (rows, columns, 3)."""
+    seconds: float
+    """Of a clock [s]."""
+    cpu_seconds: float
+    """Of all threads of the process [s]."""
+
+
 FLUENCE = tuple(
     RenderSetting(estimator="fluence", samples=samples, particles=particles)
     for samples, particles in ((2, 50_000), (4, 100_000), (8, 200_000), (16, 400_000), (32, 800_000))
@@ -64,11 +76,14 @@ SCALAR = (RenderSetting(estimator="path", samples=1),)
 """What runs without LLVM."""
 UNTOUCHED_STATE = "rest"
 """Its frames cost an episode nothing but the anchor."""
+DEFAULT = RenderSettings()
 ANCHORED = tuple(
     RenderSetting(estimator="anchored", samples=samples, particles=particles, anchor_samples=anchor)
-    for samples, particles, anchor in ((8, 80_000, 32), (16, 200_000, 64))
-)
-"""The default of a scene, and a finer one for pressed frames."""
+    for samples, particles, anchor in (
+        (DEFAULT.samples, DEFAULT.particles, DEFAULT.anchor_samples), (8, 80_000, 32), (16, 200_000, 64)
+    )
+)  # fmt: skip
+"""The default of a scene, and finer ones for pressed frames."""
 ANCHOR_PARTICLES = 37_500
 """Light particles of all strips for each camera sample of the untouched state, as by default."""
 EPISODE_FRAMES = 100
@@ -120,22 +135,24 @@ def measure_state(state: str, *, quick: bool, first_seed: int = 1) -> dict[str, 
         estimator: max((each for each in found if each.estimator == estimator), key=lambda each: each.samples)
         for estimator in {each.estimator for each in found}
     }
-    independent = [image for image, _ in found[best.get("fluence", best["path"])]]
+    independent = [each.image for each in found[best.get("fluence", best["path"])]]
     reference = np.mean(independent, axis=0)
     rows = []
-    for setting, pairs in found.items():
-        images, seconds = [image for image, _ in pairs], [each for _, each in pairs]
+    for setting, frames in found.items():
+        images = [each.image for each in frames]
         error = deviation(images, independent) if setting in ANCHORED else spread(images)
         rows.append(
             {"state": state, "variant": variant, **asdict(setting), "seeds": count,
-             "seconds": float(np.median(seconds)), "error": error.value, "error_of_error": error.error,
+             "seconds": float(np.median([each.seconds for each in frames])),
+             "cpu_seconds": float(np.median([each.cpu_seconds for each in frames])),
+             "error": error.value, "error_of_error": error.error,
              "flip": flip(images[0], reference) if setting not in best.values() else None,
              "mean": np.mean(images, axis=(0, 1, 2)).tolist()}
         )  # fmt: skip
         LOGGER.info("%s, %s: %.3f in %.2f s", state, setting, error.value, rows[-1]["seconds"])
     comparison = None
     if {"fluence", "path"} <= best.keys():
-        ours, theirs = ([image for image, _ in found[best[name]]] for name in ("fluence", "path"))
+        ours, theirs = ([each.image for each in found[best[name]]] for name in ("fluence", "path"))
         comparison = {
             "state": state, "mean_difference": [asdict(one) for one in mean_difference(ours, theirs)],
             "bias": asdict(bias(ours, theirs)), "blocks": asdict(compare_blocks(ours, theirs)),
@@ -156,8 +173,8 @@ def equal_error(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     longest = max(paths, key=lambda row: row["samples"])
     return [
         {"state": row["state"], "estimator": row["estimator"], "error": row["error"], "seconds": row["seconds"],
-         "path_seconds": (seconds := longest["seconds"] * (longest["error"] / row["error"]) ** 2),
-         "ratio": seconds / row["seconds"]}
+         "path_seconds": longest["seconds"] * (times := (longest["error"] / row["error"]) ** 2),
+         "ratio": longest["cpu_seconds"] * times / row["cpu_seconds"]}
         for row in ours
     ]  # fmt: skip
 
@@ -189,7 +206,7 @@ def flip(image: np.ndarray, reference: np.ndarray) -> float | None:
     return float(found[1])
 
 
-def _render(state: str, setting: RenderSetting, seeds: range, *, quick: bool) -> list[tuple[np.ndarray, float]]:
+def _render(state: str, setting: RenderSetting, seeds: range, *, quick: bool) -> list[Timed]:
     from magicsim.scenes.timeline import timeline
     from magicsim.simulation.plan import can_touch
     from magicsim.simulation.sensor import Sensor
@@ -207,22 +224,25 @@ def _render(state: str, setting: RenderSetting, seeds: range, *, quick: bool) ->
     deformation = sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest
     view = sensor.view(frame, deformation)
     sensor.renderer.plain_radiance(view)  # compiles
-    pairs = []
+    frames = []
     for turn in seeds:
-        start = time.perf_counter()
+        start = _now()
         image = sensor.renderer.plain_radiance(view, turn=turn)
-        pairs.append((image.astype(np.float64), time.perf_counter() - start))
-    return pairs
+        frames.append(Timed(image.astype(np.float64), *(_now() - start)))
+    return frames
 
 
-def _render_anchored(
-    state: str, setting: RenderSetting, seeds: range, size: Sequence[str]
-) -> list[tuple[np.ndarray, float]]:
+def _now() -> np.ndarray:
+    """Seconds of a clock and of the processor."""
+    return np.array([time.perf_counter(), time.process_time()])
+
+
+def _render_anchored(state: str, setting: RenderSetting, seeds: range, size: Sequence[str]) -> list[Timed]:
     from magicsim.scenes.timeline import UNTOUCHED, timeline
     from magicsim.simulation.plan import can_touch
     from magicsim.simulation.sensor import Sensor
 
-    pairs = []
+    frames = []
     for turn in (0, *seeds):
         settings = [
             f"render.samples={setting.samples}", f"render.particles={setting.particles}",
@@ -235,13 +255,13 @@ def _render_anchored(
         view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
         sensor.renderer.warm_up(sensor.view(UNTOUCHED, sensor.rest))
         sensor.renderer.warm_up(view)
-        start = time.perf_counter()
+        start = _now()
         sensor.renderer.prepare(view)
-        middle = time.perf_counter()
+        middle = _now()
         image = sensor.renderer.radiance(view)
-        seconds = time.perf_counter() - middle + (middle - start) / EPISODE_FRAMES
-        pairs.append((image.astype(np.float64), seconds))
-    return pairs[1:]  # the first one compiles
+        spent = _now() - middle + (middle - start) / EPISODE_FRAMES
+        frames.append(Timed(image.astype(np.float64), *spent))
+    return frames[1:]  # the first one compiles
 
 
 def _in_own_process(state: str, *, quick: bool, variant: str) -> dict[str, Any]:
