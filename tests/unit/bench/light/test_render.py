@@ -12,7 +12,8 @@ from magicsim.bench.light.render import equal_error, seconds_at
 def row(estimator: str, samples: int, seconds: float, error: float) -> dict:
     return {
         "state": "rest", "variant": "llvm_ad_rgb", "estimator": estimator, "samples": samples, "particles": 100,
-        "seeds": 8, "seconds": seconds, "cpu_seconds": (3 if estimator == "path" else 2) * seconds, "error": error, "error_of_error": 0.01 * error, "flip": None, "mean": [1, 1, 1],
+        "seeds": 8, "seconds": seconds, "cpu_seconds": (3 if estimator == "path" else 2) * seconds, "error": error,
+        "error_of_error": 0.01 * error, "flip": None, "mean": [1, 1, 1],
     }  # fmt: skip
 
 
