@@ -23,7 +23,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import binomtest, norm
 
-from magicsim.camera.exposure import Exposure, FloatImage, Frame, expose, meter
+from magicsim.arrays import FloatImage, Frame
+from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from magicsim.camera.exposure import Exposure, Frame
+from magicsim.arrays import Frame
+from magicsim.camera.exposure import Exposure
 from magicsim.scenes.rig import Rig
 
 LOGGER = logging.getLogger(__name__)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
+from magicsim.arrays import Array, FloatImage
 from magicsim.camera.effects.dust import transmittance
 from magicsim.camera.effects.spread import spread_light
 from magicsim.camera.settings import Diffraction, Glare
@@ -22,8 +22,6 @@ from magicsim.errors import RenderError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Camera, Rig
 
-Array = npt.NDArray[np.float64]
-FloatImage = npt.NDArray[np.float32]
 UNDISTORT_PX, MAX_UNDISTORT = 1e-4, 200
 """Largest error of the inverse of the distortion, and corrections after which it is taken to have none."""
 SPREAD = 3.0

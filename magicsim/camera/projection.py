@@ -6,14 +6,13 @@ the cells of the grid is left out, as in the calibration; it is part of what is 
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.camera.film import camera_matrix
 from magicsim.camera.viewing import focal_px
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 
-Array = npt.NDArray[np.float64]
 STEPS = 60
 """Bisections; each halves the interval of slopes."""
 

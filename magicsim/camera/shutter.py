@@ -1,12 +1,10 @@
 """When the rows of a frame see what they show."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, FloatImage
 from magicsim.camera.settings import Shutter
 
-Array = npt.NDArray[np.float64]
-FloatImage = npt.NDArray[np.float32]
 ROUNDING = 1e-9
 """Rounding of the products of times and rates."""
 

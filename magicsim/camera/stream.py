@@ -10,11 +10,12 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import FloatImage, Frame
 from magicsim.camera.effects.drift import led_drift
 from magicsim.camera.effects.flicker import flicker_share
 from magicsim.camera.effects.live import Gains, corrected, metered, settled
 from magicsim.camera.effects.video import VideoCodec
-from magicsim.camera.exposure import Exposure, FloatImage, Frame, Lit, aimed_signal, expose, meter, sensed
+from magicsim.camera.exposure import Exposure, Lit, aimed_signal, expose, meter, sensed
 from magicsim.camera.settings import H264
 from magicsim.camera.shutter import between_frames, readout_fits, readout_problem
 from magicsim.errors import RenderError

@@ -1,12 +1,11 @@
 """Where each pixel looks: the pinhole's field of view through the flat lens face, with refraction."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 
-Array = npt.NDArray[np.float64]
 LANDING_STEPS = 12
 MAX_FOV_DEG = 170.0
 """Widest field of view of a pinhole: beyond it a pixel's solid angle falls to nothing towards the edges."""

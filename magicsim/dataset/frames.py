@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from magicsim.arrays import AnyArray, Index, Mask
 from magicsim.dataset.export.source import BYTES, MATRIX, Source, open_dataset
 from magicsim.dataset.features import Column
 from magicsim.dataset.manifest import check_size
@@ -22,7 +23,6 @@ from magicsim.dataset.png import decoded_png
 from magicsim.errors import ConfigError, OutputError, unknown_choice
 from magicsim.folder import result_file
 
-Array = npt.NDArray[Any]
 LABELS = (
     "image", "contact_mask", "force_n", "torque_nmm", "depth_mm", "gap_mm", "contact", "contact_area_mm2",
     "is_reference", "frame_class", "episode", "step", "sensor", "object_kind",
@@ -41,7 +41,7 @@ class FrameTable:
     """Some rows of a dataset; row numbers begin at 0."""
 
     columns: tuple[Column, ...]
-    rows: npt.NDArray[np.int64]
+    rows: Index
     """Numbers of its rows in the whole dataset, ascending."""
     split_of: npt.NDArray[np.str_]
     """Split that each row of the whole dataset is stored in."""
@@ -77,7 +77,7 @@ class FrameTable:
             object.__setattr__(self, name, value)
         object.__setattr__(self, "_open", {})
 
-    def column(self, name: str) -> Array:
+    def column(self, name: str) -> AnyArray:
         """A column of plain values or vectors as one array, a row each.
 
         Raises:
@@ -89,7 +89,7 @@ class FrameTable:
             raise ConfigError(unknown_choice("plain column", name, plain))
         return self._plain(name)
 
-    def where(self, chosen: Sequence[bool] | npt.NDArray[np.bool_]) -> "FrameTable":
+    def where(self, chosen: Sequence[bool] | Mask) -> "FrameTable":
         """The rows for which an entry of `chosen`, one a row, is true."""
         return replace(self, rows=self.rows[np.asarray(chosen, bool)], _open=self._open)
 
@@ -146,7 +146,7 @@ class FrameTable:
             raise OutputError(msg)
         return pixels > 0 if pixels.ndim == 2 else pixels  # noqa: PLR2004
 
-    def _plain(self, name: str) -> Array:
+    def _plain(self, name: str) -> AnyArray:
         return np.array(self._table[name].take(pa.array(self.rows)).to_pylist())
 
     @property

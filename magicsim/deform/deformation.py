@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import ContactFace, contact_face
 from magicsim.deform.lattice.relaxation import RelaxationState
 from magicsim.deform.lattice.structure import Lattice
@@ -14,7 +14,6 @@ from magicsim.deform.solve.factor import Carried
 from magicsim.geometry.pose import Pose
 from magicsim.notebook.figures import figures_table
 
-Array = npt.NDArray[np.float64]
 TOUCHING_GAP_MM = 0.01
 """Up to this distance from the object a point of the face is labelled and rendered as touching [mm]."""
 
@@ -60,7 +59,7 @@ class Deformation:
     """Contact pressure per rest area at them, zero where nothing touches, shape (points,) [MPa]."""
     contact_traction_mpa: Array
     """Traction of the object per rest area at them, pressure and friction, shape (points, 3) [MPa]."""
-    is_slipping: npt.NDArray[np.bool_]
+    is_slipping: Mask
     """Which of them touch and slide, their friction at its limit, shape (points,); none without friction."""
     contact_gap_mm: Array
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""

@@ -10,16 +10,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import MAX_POINTS, ContactFace, axis_weights
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.shapes.solids import TINY, Shape
 
-Array = npt.NDArray[np.float64]
 UNSEEN_MM = 0.05
 """Deepest place of an object inside the block where no contact point near it presses [mm]: balls whose radius is twice
 the distance of the contact points, as the points are chosen, reach 0.045 mm between four of them and press hardly yet.

@@ -7,12 +7,11 @@ clearance: positive leaves a thin gap (optically dry), negative lets the object'
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.deform.deformation import TOUCHING_GAP_MM
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
 FACE_BAND_MM = 0.03
 """Width of the zone beyond what touches in which a face point's correction fades out [mm]: a wider one would close gaps
 that are open."""
@@ -24,7 +23,7 @@ ITERATIONS = 4
 
 def settle(
     points_mm: Array,
-    is_face: npt.NDArray[np.bool_],
+    is_face: Mask,
     indenter: Indenter,
     clearance_mm: float,
 ) -> Array:

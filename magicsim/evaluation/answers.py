@@ -3,9 +3,10 @@
 import math
 from collections.abc import Iterable
 
+from magicsim.arrays import Frame
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.evaluation.detector import Detection, Detector, Frame, MakeDetector
+from magicsim.evaluation.detector import Detection, Detector, MakeDetector
 from magicsim.evaluation.foreign import tried
 
 

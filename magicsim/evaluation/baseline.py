@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.config.documents import read_json
 from magicsim.config.presets import preset_root
 from magicsim.detectors.verdict import Contact, Proximity
@@ -18,7 +18,6 @@ from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
 
-Array = npt.NDArray[np.float64]
 FORMAT = 1
 DIGITS = 6
 """Significant digits of a score in the file."""

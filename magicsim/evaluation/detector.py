@@ -5,16 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-import numpy.typing as npt
-
+from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.errors import ConfigError
-
-Frame = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,13 +4,11 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.evaluation.answers import answered, fitted
 from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.takes.footage import EpisodeTag, Footage, Labels
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

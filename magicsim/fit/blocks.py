@@ -7,9 +7,9 @@ mean of a block does not know them, and neither does the spread of grey levels i
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 
-Array = npt.NDArray[np.float64]
 LEAST_PIXELS = 4
 """Least side of a block [px]."""
 

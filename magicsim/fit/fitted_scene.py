@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import tomli_w
 
+from magicsim.arrays import Array
 from magicsim.fit.constants import with_values
 from magicsim.fit.strengths import Strengths
 from magicsim.folder import result_file
@@ -14,7 +14,6 @@ from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.scenes.rig import BRIGHTEST, FAINTEST
 from magicsim.scenes.scene import SceneConfig
 
-Array = npt.NDArray[np.float64]
 DARKEST_GREY, BRIGHTEST_GREY = 1.0, 254.0
 """Exposure that a rig may aim at [grey levels]."""
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, OutputError
 from magicsim.fit.blocks import check_blocks
@@ -21,7 +21,6 @@ from magicsim.fit.strengths import Basis, Strengths
 from magicsim.folder import check_file, refuse_unsigned
 from magicsim.scenes.scene import SceneConfig
 
-Array = npt.NDArray[np.float64]
 DEFAULT_FREE = ("body_ior", "infill_ior", "infill_scattering", "body_absorption", "strip_margin")
 """Constants that are fitted where nothing is said."""
 CAMERA_ALONE = ("gamma",)

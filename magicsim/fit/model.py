@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim.fit.blocks import block_contrast, block_means
 from magicsim.fit.constants import with_values
@@ -16,8 +16,6 @@ from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation.sensor import Sensor
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.dataset.frames import open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.frame import Frame
@@ -14,7 +14,6 @@ from magicsim.detectors.sources.source import read_source, source_kind
 from magicsim.errors import ConfigError, FrameError, unknown_choice
 from magicsim.scenes.rig import Camera
 
-Array = npt.NDArray[np.float64]
 MOST_FRAMES = 60
 """Frames that are read at most; more would not lower the noise that matters."""
 SATURATED, MOST_SATURATED = 255, 0.01

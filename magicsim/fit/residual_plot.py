@@ -4,14 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from magicsim.fit.model import Comparison
 from magicsim.fit.observation import Observation
 from magicsim.folder import PRODUCER, result_file
 
-Array = npt.NDArray[np.float64]
 CHANNELS = ("red", "green", "blue")
 COLORS = ("#d55e00", "#009e73", "#0072b2")
 """Okabe and Ito (Color Universal Design, 2008)."""

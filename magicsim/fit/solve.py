@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array
+
 Residuals = Callable[[Array], Array]
 STEP = 0.06
 """Share of a range over which a derivative is taken."""

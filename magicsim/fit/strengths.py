@@ -8,13 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import nnls
 
+from magicsim.arrays import Array, FloatImage
 from magicsim.fit.blocks import block_means
 
-Array = npt.NDArray[np.float64]
-FloatImage = npt.NDArray[np.float32]
 Basis = Mapping[str, FloatImage]
 """One linear radiance image for each light, shape (rows, columns, 3)."""
 Key = tuple[str, int]

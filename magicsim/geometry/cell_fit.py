@@ -1,11 +1,10 @@
 """How whole cells fit into a core, and which values near those asked for would fit where they do not."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.design import CELL_MM, HEIGHT_MM, MIN_WALL_MM, ElastomerDesign
 
-Array = npt.NDArray[np.float64]
 MAX_CELL_DEVIATION = 0.15
 """Largest relative difference between the resolved cell and the one asked for."""
 STEP_MM = 0.01

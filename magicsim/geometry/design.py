@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, model_validator
 
+from magicsim.arrays import Array
 from magicsim.config.models import Config, load_preset
 from magicsim.geometry.coat import Coat, HalfMirror, OpaqueCoat
 from magicsim.geometry.face_shape import Face, HeightMap, flattened, lifted
@@ -15,7 +15,6 @@ from magicsim.geometry.inclusions import Inclusions
 from magicsim.geometry.markers import Markers
 from magicsim.geometry.roughness import Roughness
 
-Array = npt.NDArray[np.float64]
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
 """From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""
 HEIGHT_MM = (1.0, 25.0)

@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.coat import OpaqueCoat
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.markers import DotMarkers, PictureMarkers
 
-Array = npt.NDArray[np.float64]
 PIXELS_PER_DIAMETER = 24
 FINEST_MM = 0.01
 """Pixels are not finer than this [mm]: a tenth of what a camera pixel covers."""

@@ -13,12 +13,11 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, model_validator
 
+from magicsim.arrays import Array
 from magicsim.config.models import Config
 
-Array = npt.NDArray[np.float64]
 Radius = Annotated[float, Field(ge=1, le=1e6)]
 MOST_SHARE = 0.6
 """Part of the height that a face may rise over its crown: cells beside the rim are thinner by as much."""

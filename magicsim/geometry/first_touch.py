@@ -1,13 +1,12 @@
 """How far an object travels along z from the crown's plane until it first touches a curved face."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.face_shape import Dome, HeightMap
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.solids import Shape
 
-Array = npt.NDArray[np.float64]
 COARSE_MM, FINE = 0.25, 25
 """Spacing of the places that are looked at first [mm], and how much finer those are that follow."""
 CLOSE_MM = 1e-7

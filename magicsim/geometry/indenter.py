@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.first_touch import first_touch_mm
 from magicsim.geometry.objects.kinds import ObjectBase
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.solids import Shape
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,12 +5,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
+from magicsim.arrays import Array
 from magicsim.config.models import Config
 
-Array = npt.NDArray[np.float64]
 Share = Annotated[float, Field(ge=0, le=1)]
 Color = tuple[Share, Share, Share]
 Depth = Annotated[float, Field(ge=0, le=25)]

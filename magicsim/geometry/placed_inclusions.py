@@ -8,13 +8,11 @@ does not grow.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.geometry.grid import CellGrid
 from magicsim.geometry.inclusions import Inclusions
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 STREAM = 0xB0BB
 """Keeps a print's random numbers apart from others of that seed."""
 APART = 1.02
@@ -27,7 +25,7 @@ TRIES = 50
 class Placed:
     """Inclusions where they are in one state of the cells, cell after cell."""
 
-    cell: Indices
+    cell: Index
     """Number of each one's cell, shape (inclusions,)."""
     centres_mm: Array
     """Shape (inclusions, 3), in the sensor's frame [mm]."""
@@ -35,7 +33,7 @@ class Placed:
     """Shape (inclusions,) [mm]."""
     normals: Array
     """Of flakes, unit vectors, shape (inclusions, 3); of no meaning for bubbles."""
-    is_bubble: npt.NDArray[np.bool_]
+    is_bubble: Mask
     """Shape (inclusions,)."""
 
     def air_mm3(self, cells: int) -> Array:
@@ -48,7 +46,7 @@ class Placed:
 class DrawnInclusions:
     """Inclusions of one print."""
 
-    cell: Indices
+    cell: Index
     """Number of each one's cell, in order, shape (inclusions,)."""
     places: Array
     """From -1 to 1 along each edge of the cell, shape (inclusions, 3)."""
@@ -56,11 +54,11 @@ class DrawnInclusions:
     """Shape (inclusions,) [mm]."""
     normals: Array
     """Of flakes at rest, shape (inclusions, 3)."""
-    is_bubble: npt.NDArray[np.bool_]
+    is_bubble: Mask
     """Shape (inclusions,)."""
     half_mm: Array
     """Half of a cell's edges as drawn, shape (3,) [mm]."""
-    corners: Indices
+    corners: Index
     """Vertices at the corners of a cell, x fastest, shape (8,)."""
     cells: int
     """Number of cells."""
@@ -134,7 +132,7 @@ def draw_inclusions(inclusions: Inclusions, grid: CellGrid, cell_vertices: Array
 _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
 
 
-def _apart(cell: Indices, radius: Array, tried: Array, half: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+def _apart(cell: Index, radius: Array, tried: Array, half: Array) -> tuple[Array, Mask]:
     """Places in units of the cell that keep clear of walls and of each other, and which found one; the widest first."""
     places, kept = np.zeros((len(radius), 3)), np.zeros(len(radius), bool)
     inside: dict[int, list[int]] = {}

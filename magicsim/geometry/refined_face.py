@@ -8,15 +8,14 @@ become fans over the divided edge, so that the mesh stays closed.
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Index, Mask
 from magicsim.geometry.mesh import SurfaceMesh
 
-Index = npt.NDArray[np.int64]
 EDGES = ((0, 1), (1, 2), (2, 0))
 
 
-def refined_face(mesh: SurfaceMesh, is_face: npt.NDArray[np.bool_], parts: int) -> SurfaceMesh:
+def refined_face(mesh: SurfaceMesh, is_face: Mask, parts: int) -> SurfaceMesh:
     """The mesh with the edges of one face divided.
 
     Args:
@@ -77,7 +76,7 @@ def refined_face(mesh: SurfaceMesh, is_face: npt.NDArray[np.bool_], parts: int) 
     )  # fmt: skip
 
 
-def _fans(rim: Index, is_face: npt.NDArray[np.bool_], between: Callable[[Index, Index], Index]) -> Index:
+def _fans(rim: Index, is_face: Mask, between: Callable[[Index, Index], Index]) -> Index:
     """Triangles beside the face, each from its corner off the face over its divided edge, shape (triangles, 3)."""
     apex = np.argmin(is_face[rim], axis=1)
     turned = np.take_along_axis(rim, (apex[:, None] + np.arange(3)) % 3, axis=1)

@@ -2,11 +2,10 @@
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 
-Array = npt.NDArray[np.float64]
 FACET_TOLERANCE = 0.005
 """Largest relative difference of the volume from that of round edges."""
 REACH = np.array([0.0, 1.0, np.pi / (2 * np.sqrt(2)), 2 / np.sqrt(3)])

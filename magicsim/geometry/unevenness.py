@@ -5,12 +5,11 @@ many of them; neighbouring cells share it, so that walls bend with them and keep
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.design import Unevenness
 from magicsim.geometry.grid import CellGrid
 
-Array = npt.NDArray[np.float64]
 WAVES = 48
 STREAM = 0x9E37
 """Keeps a print's random numbers apart from others of that seed."""

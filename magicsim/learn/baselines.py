@@ -2,18 +2,17 @@
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.learn.samples import Images, Label, Samples
 
-Numbers = npt.NDArray[np.float64]
 PENALTY = 1e-3
 """Of the ridge, in units of the mean square of the standardised features."""
 NEIGHBOUR_PX = 20
 """Longer side of the frames among which the nearest is looked for [px]."""
 
 
-def constant_answers(train: Samples, count: int) -> Numbers:
+def constant_answers(train: Samples, count: int) -> Array:
     """The constant with the smallest mean absolute error on the training frames, for so many frames.
 
     The median of a number, the more frequent value of a flag or a choice; shape (count, labels).
@@ -22,7 +21,7 @@ def constant_answers(train: Samples, count: int) -> Numbers:
     return np.tile(np.array(found), (count, 1))
 
 
-def neighbour_answers(train: Samples, test: Samples, kind: str) -> Numbers:
+def neighbour_answers(train: Samples, test: Samples, kind: str) -> Array:
     """Labels of the nearest training frame, by coarse inputs, of those that have each label; shape (frames, labels)."""
     known, asked = _coarse(train.inputs(kind)), _coarse(test.inputs(kind))
     squared = (asked**2).sum(1)[:, None] - 2 * asked @ known.T + (known**2).sum(1)[None]
@@ -34,7 +33,7 @@ def neighbour_answers(train: Samples, test: Samples, kind: str) -> Numbers:
     return answers
 
 
-def linear_answers(train: Samples, test: Samples) -> Numbers:
+def linear_answers(train: Samples, test: Samples) -> Array:
     """A ridge regression of the labels on the geometric features, shape (test frames, labels).
 
     Each label is fitted to the frames that have it; a flag or a choice is answered by its nearest value.
@@ -54,7 +53,7 @@ def linear_answers(train: Samples, test: Samples) -> Numbers:
     return answers
 
 
-def change_features(images: Images, reference: Images) -> Numbers:
+def change_features(images: Images, reference: Images) -> Array:
     """Where and how much frames differ from the untouched sensor, shape (n, 12).
 
     Centroid of the squared change along columns and rows, its spread along both, by channel; shares of the image.
@@ -75,7 +74,7 @@ def change_features(images: Images, reference: Images) -> Numbers:
     return np.concatenate(parts, 1)
 
 
-def lean_features(images: Images, reference: Images) -> Numbers:
+def lean_features(images: Images, reference: Images) -> Array:
     """How the change leans in the image, shape (n, 6): cosine and sine of twice its main axis' angle, by channel.
 
     The angle is that of the largest second moment of the squared change, from the rows' direction; both are weighted
@@ -96,7 +95,7 @@ def lean_features(images: Images, reference: Images) -> Numbers:
     return np.concatenate([(tall - wide) / size, 2 * lean / size], 1)
 
 
-def _middle(label: Label, values: Numbers) -> float:
+def _middle(label: Label, values: Array) -> float:
     values = values[np.isfinite(values)]
     if not len(values):
         return float("nan")
@@ -106,7 +105,7 @@ def _middle(label: Label, values: Numbers) -> float:
     return float(found[counts.argmax()])
 
 
-def _nearest_choice(label: Label, values: Numbers) -> Numbers:
+def _nearest_choice(label: Label, values: Array) -> Array:
     choices = {"number": (), "flag": (0.0, 1.0), "choice": label.choices}[label.kind]
     if not choices:
         return values

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from magicsim.arrays import Array
 from magicsim.learn.baselines import constant_answers, linear_answers, neighbour_answers
 from magicsim.learn.model_file import parse_config
 from magicsim.learn.outputs import model_config
@@ -19,7 +19,6 @@ from magicsim.learn.samples import Samples
 from magicsim.learn.settings import LearningSettings
 from magicsim.learn.splitting import Split, fold
 
-Numbers = npt.NDArray[np.float64]
 Read = Callable[[Path, LearningSettings], Samples]
 """Importable by name: the samples of a dataset's folder."""
 MODEL, LOG, ANSWERS = "model.safetensors", "log.parquet", "answers.parquet"
@@ -127,7 +126,7 @@ def split_of(samples: Samples, fit: Fit, settings: LearningSettings, *, seed: in
     )  # fmt: skip
 
 
-def answers_table(test: Samples, answers: Numbers, train: Samples, kind: str) -> bytes:
+def answers_table(test: Samples, answers: Array, train: Samples, kind: str) -> bytes:
     """Truth and answers of every method on frames, as a Parquet file: columns `truth.LABEL`, `model.LABEL`, ...
 
     Args:

@@ -5,14 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Frame
 from magicsim.errors import ConfigError, FrameError
 from magicsim.learn.model_file import ModelConfig, read_model
 from magicsim.learn.samples import Images, Samples, reduced
-
-Frame = npt.NDArray[np.uint8]
-Numbers = npt.NDArray[np.float64]
 
 
 class FrameReader:
@@ -55,7 +52,7 @@ class FrameReader:
         """The mean of untouched frames, reduced, shape (rows, columns, 3)."""
         return np.asarray(np.mean([self.reduced(each) for each in images], axis=0), np.float32)
 
-    def read(self, images: Sequence[Frame], references: Sequence[Images]) -> Numbers:
+    def read(self, images: Sequence[Frame], references: Sequence[Images]) -> Array:
         """Answers on frames in the labels' units, shape (n, labels).
 
         Args:

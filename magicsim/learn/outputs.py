@@ -3,17 +3,17 @@
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.learn.model_file import ModelConfig
-from magicsim.learn.samples import Samples, Whole
+from magicsim.learn.samples import Samples
 from magicsim.learn.settings import LearningSettings
 
-Numbers = npt.NDArray[np.float64]
 LEAST_SD = 1e-6
 """Of inputs in units of the full range, and of labels in their own."""
 
 
 def model_config(
-    samples: Samples, train: Whole, settings: LearningSettings, *, network: str, frame_size: tuple[int, int],
+    samples: Samples, train: Index, settings: LearningSettings, *, network: str, frame_size: tuple[int, int],
     recipe_hash: str = "", study: str = "",
 ) -> ModelConfig:  # fmt: skip
     """What a model of these frames is, with the scales of the training frames alone.
@@ -51,7 +51,7 @@ def model_config(
     )
 
 
-def answers_of(outputs: npt.NDArray[np.float32], config: ModelConfig) -> Numbers:
+def answers_of(outputs: npt.NDArray[np.float32], config: ModelConfig) -> Array:
     """Answers in the labels' units: numbers, probabilities of flags, values of choices; shape (n, labels)."""
     answers, place = np.empty((len(outputs), len(config.labels))), 0
     for number, label in enumerate(config.labels):

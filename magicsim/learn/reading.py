@@ -7,8 +7,8 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Frame
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.sources.source import read_source, source_kind
@@ -16,7 +16,6 @@ from magicsim.errors import ConfigError
 from magicsim.learn.frame_reader import FrameReader
 from magicsim.learn.samples import Images
 
-Frame = npt.NDArray[np.uint8]
 AT_ONCE = 64
 """Frames that are in memory at the same time."""
 

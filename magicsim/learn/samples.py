@@ -13,12 +13,11 @@ import numpy.typing as npt
 import pyarrow as pa
 from pydantic import Field, model_validator
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.config.models import Config
 from magicsim.dataset.export.source import Source, open_dataset
 
 Images = npt.NDArray[np.float32]
-Numbers = npt.NDArray[np.float64]
-Whole = npt.NDArray[np.int64]
 FRAME = "frame"
 """Key of a frame's name beside its answers."""
 TURNS = frozenset({"roll_deg", "pitch_deg", "yaw_deg"})
@@ -59,27 +58,27 @@ class Samples:
     """Shape (n, rows, columns, 3), grey levels 0 to 255, reduced."""
     references: Images
     """Untouched frames, shape (m, rows, columns, 3)."""
-    reference_of: Whole
+    reference_of: Index
     """Row of `references` of each frame, shape (n,)."""
-    targets: Numbers
+    targets: Array
     """Shape (n, labels); NaN where a label does not exist; a choice by its value."""
     labels: tuple[Label, ...]
-    press: Whole
+    press: Index
     """Number of the episode of each frame."""
-    unit: Whole
+    unit: Index
     """Number of the printed sensor of each frame."""
-    thing: Whole
+    thing: Index
     """Number of the object of each frame, whatever its orientation; -1 without one."""
-    features: Numbers
+    features: Array
     """Geometric features for baselines, shape (n, features)."""
-    group: Whole
+    group: Index
     """Number of the group that a frame is scored with, such as presses with and without shear, shape (n,)."""
 
     def __len__(self) -> int:
         """Number of frames."""
         return len(self.images)
 
-    def at(self, rows: Whole) -> "Samples":
+    def at(self, rows: Index) -> "Samples":
         """Some of the frames."""
         names = ("images", "reference_of", "targets", "press", "unit", "thing", "features", "group")
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
@@ -98,7 +97,7 @@ class EpisodeRows:
     """Plain columns by name."""
     images: Images
     """Reduced frames, shape (rows of the episode, rows, columns, 3)."""
-    masks: list[npt.NDArray[np.bool_]]
+    masks: list[Mask]
     """Contact masks in full size, where they were asked for."""
 
 
@@ -106,13 +105,13 @@ class EpisodeRows:
 class Chosen:
     """What counts of an episode's rows, and what is true of them."""
 
-    rows: npt.NDArray[np.bool_]
+    rows: Mask
     """Which rows count, shape (n,); references never do."""
-    targets: Numbers
+    targets: Array
     """Shape (n, labels)."""
-    features: Numbers
+    features: Array
     """Shape (n, features)."""
-    group: Whole
+    group: Index
     """Shape (n,)."""
 
 

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Numbers = npt.NDArray[np.float64]
-Whole = npt.NDArray[np.int64]
+from magicsim.arrays import Array, Index
+
 CONFIDENCE = 0.95
 RESAMPLES = 1000
 
@@ -26,7 +25,7 @@ class Score:
     presses: int
 
 
-def mean_score(values: Numbers, press: Whole, *, seed: int = 0) -> Score:
+def mean_score(values: Array, press: Index, *, seed: int = 0) -> Score:
     """Mean of a quantity of frames, such as an absolute error.
 
     Args:

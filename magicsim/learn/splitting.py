@@ -3,25 +3,23 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Index
 from magicsim.errors import ConfigError
-
-Whole = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Split:
     """Rows of the frames of each part, ascending; no group is in two of them."""
 
-    train: Whole
-    validation: Whole
-    test: Whole
+    train: Index
+    validation: Index
+    test: Index
 
 
 def fold(
-    groups: Whole, number: int, folds: int, *, validation_share: float, share: float = 1.0, seed: int = 0,
-    inner: Whole | None = None,
+    groups: Index, number: int, folds: int, *, validation_share: float, share: float = 1.0, seed: int = 0,
+    inner: Index | None = None,
 ) -> Split:  # fmt: skip
     """One fold of a cross-validation over groups.
 

@@ -11,16 +11,16 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from magicsim.arrays import Array, Index
 from magicsim.learn.losses import label_loss, scaled_targets
 from magicsim.learn.model_file import ModelConfig, save_model
 from magicsim.learn.networks import build_network, output_places
 from magicsim.learn.outputs import answers_of
-from magicsim.learn.samples import Label, Samples, Whole
+from magicsim.learn.samples import Label, Samples
 from magicsim.learn.settings import LearningSettings
 from magicsim.learn.splitting import Split
 from magicsim.learn.weights import load_weights, open_network
 
-Numbers = npt.NDArray[np.float64]
 LAST_RATE = 0.01
 """Learning rate of the last pass, in units of the first one's."""
 LogRow = dict[str, float | int]
@@ -34,7 +34,7 @@ class Trained:
     """Where to go on; None when training has ended."""
     model: bytes | None
     """The model's file, when it has."""
-    answers: Numbers | None
+    answers: Array | None
     """Its answers on the test frames, shape (test frames, labels)."""
     log: tuple[LogRow, ...]
     """One row a pass so far: `epoch`, `train_loss`, `validation_loss`, `learning_rate`."""
@@ -121,7 +121,7 @@ def train(
     )
 
 
-def answer(samples: Samples, model: bytes, config: ModelConfig) -> Numbers:
+def answer(samples: Samples, model: bytes, config: ModelConfig) -> Array:
     """A model's answers on all frames, shape (n, labels).
 
     Args:
@@ -135,7 +135,7 @@ def answer(samples: Samples, model: bytes, config: ModelConfig) -> Numbers:
     return answers_with(open_network(model, config), samples, config)
 
 
-def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig, *, batch: int = 64) -> Numbers:
+def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig, *, batch: int = 64) -> Array:
     """Answers of a network on all frames, shape (n, labels).
 
     Args:
@@ -151,7 +151,7 @@ def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig
 
 def _pass(
     network: torch.nn.Module, optimizer: torch.optim.Optimizer, images: torch.Tensor, targets: torch.Tensor,
-    batches: list[Whole], labels: tuple[Label, ...],
+    batches: list[Index], labels: tuple[Label, ...],
     device: torch.device,
 ) -> float:  # fmt: skip
     """One pass over the training frames; returns the mean loss."""
@@ -170,7 +170,7 @@ def _loss_of(
     network: torch.nn.Module,
     images: torch.Tensor,
     targets: torch.Tensor,
-    rows: Whole,
+    rows: Index,
     labels: tuple[Label, ...],
     batch: int,
     device: torch.device,
@@ -180,7 +180,7 @@ def _loss_of(
 
 
 def _outputs(
-    network: torch.nn.Module, images: torch.Tensor, rows: Whole, batch: int, device: torch.device
+    network: torch.nn.Module, images: torch.Tensor, rows: Index, batch: int, device: torch.device
 ) -> npt.NDArray[np.float32]:
     network.eval()
     with torch.no_grad():
@@ -189,7 +189,7 @@ def _outputs(
     return np.asarray(torch.cat(parts).numpy())
 
 
-def _batches(order: Whole, size: int) -> list[Whole]:
+def _batches(order: Index, size: int) -> list[Index]:
     """Batches of about the same size, none of a single frame: batch normalisation needs two."""
     return [np.asarray(each) for each in np.array_split(order, max(1, len(order) // size))]
 

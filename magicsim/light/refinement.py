@@ -3,10 +3,9 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
-FloatImage = npt.NDArray[np.float32]
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array, FloatImage
+
 LEAST_PASSES = 4
 """Images below which their spread says little: with four the estimate is within some per cent, over so many pixels."""
 MAX_PASSES = 4096

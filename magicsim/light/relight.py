@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import FloatImage
 from magicsim.errors import ConfigError, unknown_choice
 
-FloatImage = npt.NDArray[np.float32]
 Rgb = tuple[float, float, float]
 
 

@@ -3,12 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.errors import RenderError
 from magicsim.geometry.grid import CellGrid
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
 
-Array = npt.NDArray[np.float64]
 SAFE_GAP_MM = 0.01
 """Least thickness of a wall [mm]: rays leave surfaces by 0.15 micrometres (`volpath`: 1.5), and flat walls of 0.5 keep
 a white furnace within 0.1 %; the rest is a margin for bent ones."""

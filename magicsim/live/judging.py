@@ -4,9 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
-import numpy as np
-import numpy.typing as npt
-
+from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profiles.profile import DetectorProfile
@@ -14,8 +12,6 @@ from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import MagicsimError
 from magicsim.judge.verdicts import PROFILES
-
-Frame = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

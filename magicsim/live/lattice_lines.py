@@ -3,9 +3,9 @@
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.deform.lattice.structure import Lattice
 
-Index = npt.NDArray[np.int64]
 Colors = npt.NDArray[np.uint8]
 STILL, MOVED = np.array([120.0, 132.0, 150.0]), np.array([205.0, 60.0, 20.0])
 """Colour of a node at rest and of one that has moved by `FULL_MM`, RGB 0..255."""
@@ -34,7 +34,7 @@ def lattice_edges(lattice: Lattice) -> Index:
     return np.concatenate([along_x, along_y, along_z])
 
 
-def segment_colors(displacement_mm: npt.NDArray[np.float64], edges: Index) -> Colors:
+def segment_colors(displacement_mm: Array, edges: Index) -> Colors:
     """Colour of both ends of each edge, from how far its nodes have moved, uint8 of shape (edges, 2, 3).
 
     Args:

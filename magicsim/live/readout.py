@@ -5,9 +5,9 @@ from html import escape
 
 import cv2
 
+from magicsim.arrays import Frame
 from magicsim.detectors.verdict import Verdict
 from magicsim.live.sight import Sight
-from magicsim.simulation.episode import Frame
 
 STYLE = "width:100%;font-size:13px;border-collapse:collapse"
 CELL = "padding:2px 6px;text-align:right"

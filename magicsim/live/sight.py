@@ -2,14 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from magicsim.arrays import Array
 from magicsim.detectors.verdict import Verdict
 from magicsim.live.wish import Wish
 from magicsim.simulation.episode import SimulatedFrame
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

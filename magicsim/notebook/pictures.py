@@ -5,15 +5,13 @@ import io
 from collections.abc import Sequence
 from html import escape
 
-import numpy as np
-import numpy.typing as npt
+from magicsim.arrays import Frame
 
-Image = npt.NDArray[np.uint8]
 SHOWN_PX = 180
 """Largest width of one image on the page [px]."""
 
 
-def picture_row(pictures: Sequence[tuple[Image, str]]) -> str:
+def picture_row(pictures: Sequence[tuple[Frame, str]]) -> str:
     """Images in a row, each above its caption.
 
     Args:
@@ -28,7 +26,7 @@ def picture_row(pictures: Sequence[tuple[Image, str]]) -> str:
     return f'<div style="display:grid;grid-template-columns:{columns}">{cells}</div>'
 
 
-def _address(image: Image) -> str:
+def _address(image: Frame) -> str:
     from PIL import Image as Pillow
 
     buffer = io.BytesIO()

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.detectors.frame import Frame
 from magicsim.evaluation.takes.existing import read_existing
 from magicsim.frame_class import FrameClass
@@ -17,7 +17,6 @@ from magicsim.real.form import TURNS, Turn, after, turned
 from magicsim.real.sequence import RealFrame, Sequence, check_size, sequences_of
 from magicsim.real.truth import truth_of
 
-Array = npt.NDArray[np.float64]
 SAMPLED = 12
 """Frames of a recording that are looked at, spread over it."""
 MOST_RATIO = 1.1

@@ -5,7 +5,7 @@ import io
 
 from PIL import Image
 
-from magicsim.simulation.episode import Frame
+from magicsim.arrays import Frame
 
 _QUALITY = 90
 

@@ -10,10 +10,11 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
+from magicsim.arrays import Frame
 from magicsim.errors import ConfigError
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.moment import Moment
-from magicsim.robot.orientation import Image, as_bgr
+from magicsim.robot.orientation import as_bgr
 
 World = Callable[[LiveSensor, float], None]
 """Called before every grabbed frame with the sensor and the simulated time [s]: moves object and lights."""
@@ -61,7 +62,7 @@ class SimulatedCapture:
         self._grabbed = self._sensor.grab()
         return True
 
-    def retrieve(self, image: Image | None = None, flag: int = 0) -> tuple[bool, Image | None]:
+    def retrieve(self, image: Frame | None = None, flag: int = 0) -> tuple[bool, Frame | None]:
         """The grabbed frame, as often as asked for.
 
         Args:
@@ -80,7 +81,7 @@ class SimulatedCapture:
         image[...] = frame
         return True, image
 
-    def read(self, image: Image | None = None) -> tuple[bool, Image | None]:
+    def read(self, image: Frame | None = None) -> tuple[bool, Frame | None]:
         """Grabs and retrieves."""
         return self.retrieve(image) if self.grab() else (False, None)
 

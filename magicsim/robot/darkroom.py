@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from magicsim.camera.exposure import FloatImage
+from magicsim.arrays import FloatImage
 from magicsim.camera.stream import CameraMemory
 from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation

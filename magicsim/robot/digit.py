@@ -14,10 +14,11 @@ from typing import Any, ClassVar
 import cv2
 import numpy as np
 
+from magicsim.arrays import Frame
 from magicsim.errors import ConfigError, FrameError
 from magicsim.folder import result_file
 from magicsim.robot.live import LiveSensor
-from magicsim.robot.orientation import Image, as_bgr, as_landscape
+from magicsim.robot.orientation import as_bgr, as_landscape
 from magicsim.robot.picture import Picture
 
 SERIAL = "SIM00001"
@@ -139,7 +140,7 @@ class DigitCamera:
         self._sensor.set_led_strength(red, green, blue)
         return strengths
 
-    def get_frame(self, transpose: bool = False) -> Image:
+    def get_frame(self, transpose: bool = False) -> Frame:
         """The next frame.
 
         Args:
@@ -156,7 +157,7 @@ class DigitCamera:
         frame = as_bgr(self._sensor.frame().image)
         return as_landscape(frame) if transpose else frame
 
-    def get_diff(self, ref_frame: Image) -> Image:
+    def get_diff(self, ref_frame: Frame) -> Frame:
         """The next frame's absolute difference from a reference frame, BGR uint8; nothing wraps around.
 
         Args:
@@ -172,7 +173,7 @@ class DigitCamera:
             raise FrameError(msg)
         return np.asarray(cv2.absdiff(frame, ref_frame), np.uint8)
 
-    def show_view(self, ref_frame: Image | None = None, *, frames: int | None = None) -> None:
+    def show_view(self, ref_frame: Frame | None = None, *, frames: int | None = None) -> None:
         """Shows frame after frame until Escape is pressed in the window, or the window is closed.
 
         Without a screen they are shown in a page on 127.0.0.1, whose address is written to stderr, until Ctrl-C.
@@ -197,7 +198,7 @@ class DigitCamera:
         finally:
             picture.close()
 
-    def save_frame(self, path: str | Path) -> Image:
+    def save_frame(self, path: str | Path) -> Frame:
         """Takes the next frame, writes it as an image of the path's suffix, and returns it.
 
         Raises:

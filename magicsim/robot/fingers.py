@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.geometry.pose import Pose
 
-Array = npt.NDArray[np.float64]
 Side = Literal["upper", "lower"]
 SIDES: tuple[Side, Side] = ("upper", "lower")
 HALF_TURN_DEG = 180.0

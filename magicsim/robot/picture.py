@@ -8,10 +8,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, ClassVar
 
 import cv2
-import numpy as np
-import numpy.typing as npt
 
-Image = npt.NDArray[np.uint8]
+from magicsim.arrays import Frame
+
 PAGE = (
     "<!doctype html><html lang='en'><meta charset='utf-8'><meta http-equiv='refresh' content='1'><title>{title}</title>"
     "<img alt='last frame' style='image-rendering:pixelated;height:90vh' src='data:image/png;base64,{data}'></html>"
@@ -41,7 +40,7 @@ class Picture:
         """Address of the page; None where there is a window."""
         return self._page.address if self._page is not None else None
 
-    def show(self, image: Image) -> None:
+    def show(self, image: Frame) -> None:
         """Shows an RGB image, shape (rows, columns, 3)."""
         encoded = base64.b64encode(cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes())
         if not self.is_open:

@@ -1,11 +1,9 @@
 """How much of a contact slides and how far, from Coulomb's law as the solver holds it: no threshold on images."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
-
-Array = npt.NDArray[np.float64]
 
 
 def slip_share(deformation: Deformation, area_mm2: Array) -> float:

@@ -1,8 +1,8 @@
 """Where an object's straight way ends in equilibrium, and how far the skin slid over it meanwhile."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import contact_face, point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.robot.motion import waypoints
@@ -11,7 +11,6 @@ from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
-Array = npt.NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
 
 

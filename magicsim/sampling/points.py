@@ -4,12 +4,12 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import numpy.typing as npt
+
+from magicsim.arrays import Array
 
 if TYPE_CHECKING:
     from scipy.stats import qmc
 
-Array = npt.NDArray[np.float64]
 Sampling = Literal["sobol", "random"]
 BELOW_ONE = np.nextafter(1.0, 0.0)
 BLOCK = 1024

@@ -5,14 +5,13 @@ reaches over it, and where it presses on the rim, contact beside the face is lef
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.camera.viewing import focal_px, landing_mm
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.scenes.scene import Keyframe, SceneConfig
 
-Array = npt.NDArray[np.float64]
 RIM_POINTS = 64
 """Points along each edge of the contact face at which an object is looked for."""
 AXES = ("x", "y")

@@ -8,16 +8,15 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
+from magicsim.arrays import Array
 from magicsim.config.documents import read_toml
 from magicsim.config.models import validate
 from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.scenes.passing import Passing
 
-Array = npt.NDArray[np.float64]
 FOLDER = "scenes/rooms"
 SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_COLUMNS = 4096

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array, Frame, Mask
 from magicsim.errors import OutputError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
@@ -17,7 +18,6 @@ from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.touch_truth import TouchFields
 
-Frame = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
 ScalarT = TypeVar("ScalarT", bound=np.generic)
 
@@ -77,15 +77,15 @@ class FrameTruth:
 class FrameLabels:
     """Labels of one frame that are computed only where a scene's `[output]` asks for them; None is not asked for."""
 
-    contact_mask: npt.NDArray[np.bool_] | None = None
+    contact_mask: Mask | None = None
     """Pixels whose ray meets the contact, shape (rows, columns)."""
     displacements_mm: npt.NDArray[np.float32] | None = None
     """Lattice displacements, shape (nodes, 3) [mm]."""
     depth_map_mm: npt.NDArray[np.float32] | None = None
     """How far the contact face is pressed in at each pixel, shape (rows, columns) [mm]."""
-    markers_mm: npt.NDArray[np.float64] | None = None
+    markers_mm: Array | None = None
     """Centres of the markers in the sensor's frame, displaced, shape (markers, 3) [mm]; None without markers."""
-    markers_px: npt.NDArray[np.float64] | None = None
+    markers_px: Array | None = None
     """Where the camera sees them, column and row, whole at pixel centres, shape (markers, 2) [px]."""
     touch: TouchFields | None = None
     """Forces on taxels, stretch and stress of the skin, shear of the infill."""
@@ -102,7 +102,7 @@ class SimulatedFrame:
     """What was asked for beside them; the properties below refuse what was not."""
 
     @property
-    def contact_mask(self) -> npt.NDArray[np.bool_]:
+    def contact_mask(self) -> Mask:
         """Pixels whose ray meets the contact, shape (rows, columns).
 
         Raises:

@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import FloatImage
 from magicsim.camera.brightness import BrightnessWatch
-from magicsim.camera.exposure import FloatImage
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.camera.projection import project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant

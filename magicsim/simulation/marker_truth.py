@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from magicsim.arrays import Array
 from magicsim.camera.projection import project_px
 from magicsim.deform.contact.face import face_weights
 from magicsim.deform.lattice.follow import FollowMap, follow_map
@@ -15,7 +15,6 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 
-Array = npt.NDArray[np.float64]
 MARKERS = "markers.parquet"
 """Name of the table of undisplaced markers in a folder of results."""
 

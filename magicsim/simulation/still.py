@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from magicsim.camera.exposure import FloatImage
+from magicsim.arrays import FloatImage
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
 from magicsim.folder import check_file, result_file

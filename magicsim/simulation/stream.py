@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
-from magicsim.camera.exposure import FloatImage
+from magicsim.arrays import FloatImage
 from magicsim.camera.stream import Instant
 from magicsim.deform.deformation import Deformation
 from magicsim.scenes.scene import SceneConfig

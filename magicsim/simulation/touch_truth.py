@@ -6,6 +6,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.fields.infill import InfillCells
@@ -16,7 +17,6 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.taxels import TaxelSettings
 
-Array = npt.NDArray[np.float64]
 TOUCH_COLUMNS = (
     "taxel_force_n", "taxel_traction_mpa", "taxel_torque_nmm", "skin_stretch", "max_skin_stretch", "skin_von_mises_mpa",
     "max_skin_von_mises_mpa", "infill_shear", "max_infill_shear",

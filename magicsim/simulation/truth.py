@@ -5,6 +5,7 @@ import numpy.typing as npt
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
 
+from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
 from magicsim.deform.indentation.path_force import as_vector
@@ -13,7 +14,6 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import FrameTruth, SolveFigures
 
-Array = npt.NDArray[np.float64]
 AROUND_MM = 2 * POINT_SPACING_MM
 """Beyond a touching point there is another that does not touch within this distance [mm]."""
 
@@ -54,7 +54,7 @@ def frame_truth(
     )
 
 
-def contact_mask(deformation: Deformation, landing_mm: Array) -> npt.NDArray[np.bool_]:
+def contact_mask(deformation: Deformation, landing_mm: Array) -> Mask:
     """Pixels whose ray, refracted at the flat lens side, lands where the face touches the object.
 
     The gap decides, linear between contact points, not the traction: with pointwise multipliers the tractions of
@@ -99,7 +99,7 @@ def depth_map_mm(
     return depth.reshape(landing_mm.shape[:2]).astype(np.float32)
 
 
-def _in_box(places: Array, around: Array, margin_mm: float) -> npt.NDArray[np.bool_]:
+def _in_box(places: Array, around: Array, margin_mm: float) -> Mask:
     """Which places are in the rectangle around others, widened by a margin."""
     low, high = around.min(0) - margin_mm, around.max(0) + margin_mm
     return np.asarray(((places >= low) & (places <= high)).all(-1))

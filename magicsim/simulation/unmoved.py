@@ -6,9 +6,9 @@ that something touches.
 """
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array
+
 FADE = 8.0
 """Displacement, in units of the bound, from which on it is rendered as it is: strains grow by 22 % at most."""
 

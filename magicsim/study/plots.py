@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
+from magicsim.arrays import Array
 from magicsim.report.drawing import WIDTH_IN, plot_style, to_svg
 from magicsim.report.palette import BLUE, FAINT, INK, LINE, ORANGE, WRONG
 
-Array = npt.NDArray[np.float64]
 COLORS = (LINE, ORANGE, BLUE, WRONG, "#cc79a7", "#009e73", "#999999")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 MOST_TICKS = 8

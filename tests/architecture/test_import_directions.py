@@ -8,7 +8,7 @@ import pytest
 from .source import PACKAGE, imports, modules, top_level_imports
 
 LAYERS = (
-    {"wording", "conventions", "names"},
+    {"wording", "conventions", "names", "arrays"},
     {"errors", "frame_class"},
     {"config", "folder", "notebook"},
     {"sampling", "geometry"},

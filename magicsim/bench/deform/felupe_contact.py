@@ -8,10 +8,9 @@ from typing import Any
 
 import felupe
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array
 
 
 class SphereContact:

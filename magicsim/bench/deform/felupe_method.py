@@ -14,13 +14,12 @@ from typing import Any
 
 import felupe
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.bench.deform.felupe_contact import SphereContact
 from magicsim.bench.deform.problem import Failure, Observation, Outcome, SphereOnBlock, repeats_left
 from magicsim.bench.deform.surface import displacement_at
 
-Array = npt.NDArray[np.float64]
 PENALTY_RATIO = 100.0
 """Contact penalty in units of Young's modulus over the element size."""
 SHORTEST = 1 / 16

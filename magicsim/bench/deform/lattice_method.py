@@ -4,9 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 from itertools import count
 
-import numpy as np
-import numpy.typing as npt
-
+from magicsim.arrays import Array
 from magicsim.bench.deform.problem import Failure, Observation, Outcome, SphereOnBlock, repeats_left
 from magicsim.bench.deform.surface import displacement_at
 from magicsim.config.models import validate
@@ -21,7 +19,6 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.kinds import SphereObject
 
-Array = npt.NDArray[np.float64]
 STEEP = {"growth": 2.0, "margin": 0.0, "fine_depth": 0.5}
 """Lattice options of a grading as steep as the force alone allows."""
 Build = Callable[[SphereOnBlock, ElastomerDesign], Lattice]

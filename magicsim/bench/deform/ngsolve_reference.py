@@ -14,12 +14,11 @@ from typing import Any
 
 import ngsolve as ngs
 import numpy as np
-import numpy.typing as npt
 from ngsolve.meshes import MakeStructured3DMesh
 
+from magicsim.arrays import Array
 from magicsim.bench.deform.problem import Failure, Observation, Outcome, SphereOnBlock, repeats_left
 
-Array = npt.NDArray[np.float64]
 ZONE = 1.35
 """Extent of the fine elements across the contact in units of sqrt(radius depth); half of it along z."""
 PENALTIES = (150.0, 300.0)

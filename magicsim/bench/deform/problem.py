@@ -4,13 +4,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.face_shape import Dome
 
-Array = npt.NDArray[np.float64]
 SAMPLE_SPACING_MM = 0.5
 """Distance between the points at which surface displacements are compared."""
 

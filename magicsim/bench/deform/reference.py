@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.config.documents import read_json
 from magicsim.errors import PresetError
 from magicsim.folder import result_file
 
-Array = npt.NDArray[np.float64]
 FILE = Path(__file__).with_name("reference_sphere_block.json")
 DECIMALS = 6
 """Digits kept of a displacement in millimetres."""

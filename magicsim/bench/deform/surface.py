@@ -1,10 +1,10 @@
 """Displacement anywhere on the contact face from a method's nodes there."""
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import RectBivariateSpline
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array
+
 ROUNDING_MM = 1e-9
 """Slack of a plane's place [mm]."""
 

@@ -8,12 +8,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import stats
 
+from magicsim.arrays import Array
 from magicsim.light.refinement import central
 
-Array = npt.NDArray[np.float64]
 BLOCK_PX = 20
 """Edge of the blocks that two methods are compared on."""
 LEVEL = 0.05

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.energy import Elasticity
@@ -12,7 +12,6 @@ from magicsim.deform.lattice.hexahedron import GAUSS_POINTS
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
 PENETRATION_SLACK = 1.001
 """Penetration that passes, in units of the tolerance: rounding alone."""
 PIERCED_SHARE = 0.01

@@ -5,12 +5,11 @@ A sum of cosines whose frequencies follow the spectrum (a Cauchy distribution of
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.camera.effects.randomness import DRIFT_STREAM, deviates
 from magicsim.camera.settings import LedDrift
 
-Array = npt.NDArray[np.float64]
 WAVES = 64
 """Cosines in the sum."""
 

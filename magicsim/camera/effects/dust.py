@@ -1,12 +1,11 @@
 """Specks of dust on the window, far out of focus: what part of the light they let through."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.camera.effects.randomness import DUST, PATTERN_STREAM, deviates
 from magicsim.camera.settings import Dust
 
-Array = npt.NDArray[np.float64]
 SPREAD = 0.5
 """Standard deviation of the logarithm of the radii; assumed."""
 

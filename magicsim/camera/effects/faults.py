@@ -3,12 +3,10 @@
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.camera.effects.randomness import DARK, DEAD, HOT, PATTERN_STREAM, ROWS, deviates
 from magicsim.camera.settings import PixelFaults
-
-Array = npt.NDArray[np.float64]
 
 
 @lru_cache(maxsize=4)
@@ -22,7 +20,7 @@ def dark_signal_e(faults: PixelFaults, *, rows: int, columns: int, pattern_seed:
 
 
 @lru_cache(maxsize=4)
-def is_alive(faults: PixelFaults, *, rows: int, columns: int, pattern_seed: int) -> npt.NDArray[np.bool_]:
+def is_alive(faults: PixelFaults, *, rows: int, columns: int, pattern_seed: int) -> Mask:
     """Which pixels see light, shape (rows, columns, 3)."""
     return np.asarray(deviates(pattern_seed, PATTERN_STREAM, DEAD).random((rows, columns, 3)) >= faults.dead_share)
 

@@ -5,13 +5,11 @@ Light 1 + m cos(2 pi f t + p) with f twice the mains frequency, averaged over an
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.camera.effects.randomness import PHASE_STREAM, deviates
 from magicsim.camera.settings import Flicker, Shutter
 from magicsim.camera.shutter import exposure_s, row_ends_s
-
-Array = npt.NDArray[np.float64]
 
 
 def flicker_share(

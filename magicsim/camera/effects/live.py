@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, FloatImage
 from magicsim.camera.effects.stability import correction_share
 from magicsim.camera.settings import LiveExposure
 from magicsim.errors import RenderError
 
-Array = npt.NDArray[np.float64]
-FloatImage = npt.NDArray[np.float32]
 FAINTEST = 1e-6
 """Least signal that is metered: a black image asks for a large gain and not for an infinite one."""
 MAX_SETTLING = 2000

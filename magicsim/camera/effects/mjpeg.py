@@ -2,11 +2,10 @@
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Frame
 from magicsim.camera.settings import Mjpeg
 
-Frame = npt.NDArray[np.uint8]
 SAMPLING = {
     "444": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
     "422": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_422,

@@ -7,13 +7,10 @@ Gaussian of deviation s exp(-2 pi^2 s^2 v^2).
 """
 
 import numpy as np
-import numpy.typing as npt
 from scipy.fft import dctn, idctn
 
+from magicsim.arrays import Array, FloatImage
 from magicsim.camera.settings import Diffraction, Glare
-
-Array = npt.NDArray[np.float64]
-FloatImage = npt.NDArray[np.float32]
 
 
 def spread_light(image: FloatImage, diffraction: Diffraction | None, glare: Glare | None) -> FloatImage:

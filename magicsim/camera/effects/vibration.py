@@ -2,14 +2,12 @@
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, FloatImage
 from magicsim.camera.effects.randomness import SHAKE, deviates
 
-FloatImage = npt.NDArray[np.float32]
 
-
-def shift_px(vibration_px: float, *, seed: int, frame: int) -> npt.NDArray[np.float64]:
+def shift_px(vibration_px: float, *, seed: int, frame: int) -> Array:
     """Shift down and right, shape (2,) [px]; frames are independent, as of a motion faster than the frame rate.
 
     Args:
@@ -20,7 +18,7 @@ def shift_px(vibration_px: float, *, seed: int, frame: int) -> npt.NDArray[np.fl
     return np.asarray(vibration_px * deviates(seed, frame, SHAKE).standard_normal(2))
 
 
-def shifted(image: FloatImage, by_px: npt.NDArray[np.float64]) -> FloatImage:
+def shifted(image: FloatImage, by_px: Array) -> FloatImage:
     """The image moved down and right by parts of a pixel; its mirror comes in from beyond the border.
 
     Args:
@@ -31,7 +29,7 @@ def shifted(image: FloatImage, by_px: npt.NDArray[np.float64]) -> FloatImage:
     return np.asarray(cv2.sepFilter2D(image, -1, across, down, borderType=cv2.BORDER_REFLECT_101), np.float32)
 
 
-def _taps(by_px: float) -> npt.NDArray[np.float64]:
+def _taps(by_px: float) -> Array:
     """Weights of the pixels around one, for what lies so far before it.
 
     Cubic convolution with a = -1/2 (Keys, *IEEE Trans. ASSP* 29, 1153, 1981).

@@ -4,12 +4,11 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Frame
 from magicsim.camera.settings import H264, Mjpeg
 from magicsim.errors import ConfigError
 
-Frame = npt.NDArray[np.uint8]
 LOW_DELAY = 0x80000
 """FFmpeg's flag of a decoder that gives each frame at once."""
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from magicsim.arrays import AnyArray
 from magicsim.dataset.export.source import Source
 from magicsim.dataset.features import Column, image, schema_of_columns
 
@@ -26,7 +27,6 @@ STATE_NAMES = (
 COUNTERS = ("frame_index", "episode_index", "index", "task_index")
 FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 FILES_A_CHUNK = 1000
-Array = npt.NDArray[Any]
 
 
 @dataclass(slots=True)
@@ -34,13 +34,13 @@ class Moments:
     """Running statistics of one feature, by channel or component."""
 
     count: int
-    low: Array
-    high: Array
-    total: Array
-    squares: Array
+    low: AnyArray
+    high: AnyArray
+    total: AnyArray
+    squares: AnyArray
 
     @classmethod
-    def of(cls, values: Array) -> "Moments":
+    def of(cls, values: AnyArray) -> "Moments":
         """Statistics of values of shape (samples, components)."""
         wide = values.astype(np.float64)
         return cls(len(wide), wide.min(0), wide.max(0), wide.sum(0), (wide**2).sum(0))

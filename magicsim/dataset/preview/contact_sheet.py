@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Frame
 from magicsim.dataset.preview.preview_files import SHEET, check_preview, write_preview
 from magicsim.dataset.preview.representative import ENLARGE, metering_scene, preview_scene, quality, telling_state
 from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
@@ -23,7 +24,6 @@ from magicsim.workers.options import WorkerOptions, usable_cores
 from magicsim.workers.tasks import run_tasks
 from magicsim.workers.threads import bound_threads
 
-Frame = npt.NDArray[np.uint8]
 COUNTED = 10_000
 """Most episodes that are counted."""
 MARGIN, LINE, LETTER, TEXT_PX = 6, 14, 7, 0.36

@@ -9,8 +9,8 @@ from functools import lru_cache
 from typing import Generic, TypeVar, overload
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.config.models import validate
 from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, TouchPath, draw_path
 from magicsim.dataset.recipes.recipe import Recipe
@@ -20,7 +20,6 @@ from magicsim.sampling.points import UnitPoints
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 
-Array = npt.NDArray[np.float64]
 Values = dict[str, float]
 DrawnT = TypeVar("DrawnT")
 SENSORS, EPISODES = 1, 2

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.deform.contact.face import ContactFace, scatter
 from magicsim.deform.contact.friction import (
     TINY,
@@ -25,8 +25,6 @@ from magicsim.deform.contact.friction import (
 from magicsim.deform.lattice.pattern import BlockPattern
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 Surface = Callable[[Array], tuple[Array, Array]]
 """Signed distance, shape (count,) [mm], and outward normal, shape (count, 3), at points of shape (count, 3) [mm]."""
 CURVATURE_STEP_MM = 1e-4

@@ -17,14 +17,12 @@ from dataclasses import dataclass, replace
 
 import numba as nb
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.arrays import Array, Index
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.shapes.solids import Shape
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 POINT_SPACING_MM = 0.35
 """Largest distance between neighbouring contact points at rest."""
 MIN_POINTS = 3

@@ -11,12 +11,10 @@ with the contact, the potential would jump.
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.deform.contact.face import ContactFace
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 TINY = 1e-300
 LIMIT_SHARE = (0.1, 2.0)
 """Smallest and largest relaxation of the limits."""

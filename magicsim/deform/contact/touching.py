@@ -6,14 +6,12 @@ it, touches. Beside a round object nothing touches beyond the border of the cont
 """
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import ContactFace
 from magicsim.deform.lattice.structure import Lattice
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 WAVE_MM = 0.02
 """Gap up to which a face waves below flat objects [mm]: measured at the middle of a box on cells of 0.1 to 0.9 mm."""
 ONE_SIDED = 0.5

@@ -16,17 +16,15 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.cell_correctors import mean_gradient, rotation_and_strain
 from magicsim.deform.lattice.cell_problem import CellFields, cell_fields
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, resolve_grid
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,16 +1,14 @@
 """Shear of infill that has cells of the lattice for itself, as below the spot of `lattice.resolved`."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.fields.infill import shear_of
 from magicsim.deform.lattice.cell_correctors import rotation_and_strain
 from magicsim.deform.lattice.hexahedron import shape_gradients
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
-
-Array = npt.NDArray[np.float64]
 
 
 def layer_shear(

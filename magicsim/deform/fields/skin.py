@@ -17,15 +17,14 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, gauss_geometry
 from magicsim.deform.lattice.relaxation import FULL, Branches
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.design import ElastomerDesign
 
-Array = npt.NDArray[np.float64]
 ROUNDING_MM = 1e-6
 """Slack of the plane between skin and core [mm]."""
 

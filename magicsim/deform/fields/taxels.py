@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face, point_boxes_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import Lattice
 
-Array = npt.NDArray[np.float64]
 NOTHING_MM = 1e-9
 """Widths that are rounding [mm]."""
 

@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.path_force import PathForce, as_vector
@@ -26,7 +26,6 @@ from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.kinds import ObjectBase, SphereObject
 from magicsim.notebook.figures import curve, figures_table
 
-Array = npt.NDArray[np.float64]
 MAX_TWIST_DEG = 360.0
 MAX_TOLERANCE_MM = 0.1
 MAX_FRICTION = 5.0

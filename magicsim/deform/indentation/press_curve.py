@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.indentation.path_force import PathForce
 from magicsim.deform.indentation.press import (
     MAX_TOLERANCE_MM,
@@ -23,7 +23,6 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import ObjectBase
 
-Array = npt.NDArray[np.float64]
 MAX_POINTS = 1000
 """Most depths of one curve."""
 

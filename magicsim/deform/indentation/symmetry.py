@@ -8,12 +8,11 @@ leaves F_y, F_z and T_x. A solve meets that to its tolerance; what is within it 
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
 PLANE_SHARE = 1e-9
 """Largest distance of mirrored node planes, in units of the block's size."""
 SHAPE_MM = 1e-6

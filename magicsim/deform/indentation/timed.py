@@ -10,7 +10,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from magicsim.deform.lattice.relaxation import Branches, branch_moduli
 from magicsim.deform.lattice.structure import Lattice
@@ -18,7 +17,6 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
 STEP_MM = 0.1
 """Motion of the object in one time step [mm]."""
 HOLD_STEPS = 8

@@ -18,9 +18,9 @@ each cell is enough: infill cells do not share surfaces, so nothing has to match
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.arrays import Array
 from magicsim.deform.lattice.cell_problem import CellFields, cell_fields
 from magicsim.deform.lattice.follow import FollowMap, follow_map
 from magicsim.deform.lattice.hexahedron import CORNERS, shape_gradients, shape_values
@@ -28,7 +28,6 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid
 
-Array = npt.NDArray[np.float64]
 STRAINS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 """Mean strains xx, yy, zz, 2 yz, 2 xz, 2 xy by the axes they couple."""
 

@@ -19,13 +19,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
+from magicsim.arrays import Array, Mask
 from magicsim.deform.lattice.hexahedron import CORNERS, GAUSS_GRADIENTS
 
-Array = npt.NDArray[np.float64]
 SUBCELLS = 8
 """Sub-cells along each half edge of the cell: the shear stiffness is then within 0.5 % of its limit."""
 WALL_SHARE = 0.3
@@ -156,7 +155,7 @@ def _half_edge(share: float, count: int) -> tuple[Array, int]:
     return np.concatenate([wall[:-1], infill]), in_wall
 
 
-def _moving(count: int, antisymmetric: bool) -> npt.NDArray[np.bool_]:
+def _moving(count: int, antisymmetric: bool) -> Mask:
     """Which displacements of the eighth's nodes are free, shape (3 nodes,).
 
     Args:
@@ -173,7 +172,7 @@ def _moving(count: int, antisymmetric: bool) -> npt.NDArray[np.bool_]:
     return moving.ravel()
 
 
-def _fluctuation(stiffness: sp.csr_matrix, load: Array, moving: npt.NDArray[np.bool_]) -> Array:
+def _fluctuation(stiffness: sp.csr_matrix, load: Array, moving: Mask) -> Array:
     solution = np.zeros(len(load))
     solution[moving] = splu(stiffness[moving][:, moving].tocsc(), permc_spec="MMD_AT_PLUS_A").solve(-load[moving])
     return solution

@@ -11,8 +11,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.structure import Lattice, lattice_on
 from magicsim.deform.lattice.zone import Zone, graded_planes
@@ -20,7 +20,6 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import split_count
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
 QUARTERS = 4
 """Quarters of a block; a lattice of one of them stands for all."""
 MIRROR_TOLERANCE_MM = 1e-6

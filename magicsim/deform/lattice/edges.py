@@ -15,13 +15,12 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from magicsim.arrays import Array, Mask
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
 
-Array = npt.NDArray[np.float64]
 SHARP_SHARE = 0.7
 """Radius below which a surface turns sharply, in units of the cell's pitch."""
 CREASE_RAD, FLAT_RAD = 0.5, 1e-3
@@ -187,13 +186,13 @@ class _Ridges:
         return indenter.pose.to_sensor(self.places_mm), self.outward @ indenter.pose.rotation.T
 
 
-def _reaches(places: Array, outward: Array, half_face_mm: tuple[float, float]) -> npt.NDArray[np.bool_]:
+def _reaches(places: Array, outward: Array, half_face_mm: tuple[float, float]) -> Mask:
     """Which samples lie above the undeformed face, inside its sides, and face the block, shape (samples,)."""
     is_within = (np.abs(places[:, :2]) < np.array(half_face_mm)).all(axis=1)
     return np.asarray(is_within & (places[:, 2] > 0) & (outward[:, 2] > FACING) & (outward[:, 2] < UPRIGHT))
 
 
-def _has_room(places: Array, outward: Array, chosen: npt.NDArray[np.bool_], room_mm: float) -> npt.NDArray[np.bool_]:
+def _has_room(places: Array, outward: Array, chosen: Mask, room_mm: float) -> Mask:
     """Which samples have no edge of the opposite side near behind them, nor one beside them that has, (samples,)."""
     found = np.zeros(len(places), bool)
     own = np.flatnonzero(chosen)

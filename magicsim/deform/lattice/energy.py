@@ -14,8 +14,8 @@ states.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.deform.lattice.cell_kernels import add_stiffness, evaluate_cells
 from magicsim.deform.lattice.hexahedron import CORNERS, EDGES, gauss_geometry
 from magicsim.deform.lattice.pattern import BlockPattern
@@ -23,7 +23,6 @@ from magicsim.deform.lattice.springs import network_matrices, spring_matrices
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import Table, TableState
 
-Array = npt.NDArray[np.float64]
 TINY = 1e-300
 BOX_SLACK_MM = 1e-9
 """Largest deviation of a corner in a cell that counts as a box [mm]."""
@@ -177,7 +176,7 @@ def bending_springs(boxes_mm: Array, corners_mm: Array, springs: Array, modulus_
     return np.asarray(rest @ difference @ rest)
 
 
-def _have_spring_weights(corners_mm: Array, sizes_mm: Array) -> npt.NDArray[np.bool_]:
+def _have_spring_weights(corners_mm: Array, sizes_mm: Array) -> Mask:
     """Whether cells are boxes along the axes that are not too long for the weights of `springs`, shape (cells,)."""
     offset = corners_mm - corners_mm[:, :1] - CORNERS * sizes_mm[:, None]
     is_box = (np.abs(offset) < BOX_SLACK_MM).all((1, 2))

@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.arrays import Array
 from magicsim.deform.lattice.hexahedron import CORNERS, shape_values
 from magicsim.deform.lattice.structure import Lattice
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,9 +5,8 @@ the lattice's global node order.
 """
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array
 
 CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 """Corner coordinates on the unit cube, shape (8, 3)."""

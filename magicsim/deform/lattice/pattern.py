@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.deform.lattice.structure import Lattice
 
 Indices = npt.NDArray[np.int32]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +30,7 @@ class BlockPattern:
     held_entries: Indices
     """Entries in their rows and columns."""
 
-    def hold(self, values: npt.NDArray[np.float64]) -> None:
+    def hold(self, values: Array) -> None:
         """Turns the rows and columns of the held unknowns into those of the unit matrix, in place."""
         values[self.held_entries] = 0.0
         values[self.indptr[:-1][self.held]] = 1.0
@@ -41,7 +41,7 @@ class BlockPattern:
         return len(self.indices)
 
 
-def block_pattern(lattice: Lattice, patches: npt.NDArray[np.int64]) -> BlockPattern:
+def block_pattern(lattice: Lattice, patches: Index) -> BlockPattern:
     """Finds where every pair of nodes of a cell, or of a patch of the contact face, goes.
 
     Entry (3 i + r, 3 j + s) of a block at place k of block row i stands at `indptr[3 i + r] + 3 k + s - r`.
@@ -78,15 +78,13 @@ def block_pattern(lattice: Lattice, patches: npt.NDArray[np.int64]) -> BlockPatt
     )
 
 
-def _pair_keys(groups: npt.NDArray[np.int64], free: int) -> npt.NDArray[np.int64]:
+def _pair_keys(groups: Index, free: int) -> Index:
     """One number for each ordered pair of free nodes of a group, -1 for others, shape (groups, nodes, nodes)."""
     rows, columns = groups[:, :, None], groups[:, None, :]
     return np.where((rows <= columns) & (columns < free), rows * free + columns, -1)
 
 
-def _places(
-    keys: npt.NDArray[np.int64], pairs: npt.NDArray[np.int64], first: npt.NDArray[np.int64], free: int
-) -> Indices:
+def _places(keys: Index, pairs: Index, first: Index, free: int) -> Indices:
     """Place of each pair's block within its block row, -1 where there is none."""
     found = np.searchsorted(pairs, np.maximum(keys, 0)) - first[np.maximum(keys, 0) // free]
     return np.where(keys >= 0, found, -1).astype(np.int32)

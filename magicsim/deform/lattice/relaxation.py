@@ -41,8 +41,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.lattice.cell_problem import CellStiffness, effective_stiffness
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
@@ -52,7 +52,6 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
 
-Array = npt.NDArray[np.float64]
 ROWS = np.array([0, 1, 2, 1, 0, 0])
 """Row of each stored component of a symmetric tensor: xx, yy, zz, yz, xz, xy."""
 COLUMNS = np.array([0, 1, 2, 2, 2, 1])

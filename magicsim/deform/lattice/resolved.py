@@ -9,15 +9,13 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.deform.lattice.structure import Lattice, lattice_on
 from magicsim.deform.lattice.zone import Zone, graded_planes
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, lattice_planes, resolve_grid, split_count
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 ROUNDING_MM = 1e-9
 """Slack of a plane's place [mm]."""
 

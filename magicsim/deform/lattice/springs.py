@@ -12,11 +12,9 @@ refinement the topology is a quadrature rule only: all choices have the same lim
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.lattice.hexahedron import CORNERS, GAUSS_GRADIENTS
-
-Array = npt.NDArray[np.float64]
 
 FACE_SHARE = 0.1
 """Stiffness of a face diagonal in units of mu V / max(a, b, c)^2."""

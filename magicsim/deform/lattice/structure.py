@@ -8,8 +8,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.deform.lattice.cell_problem import effective_stiffness
 from magicsim.deform.lattice.hexahedron import CORNERS
 from magicsim.deform.lattice.zone import Zone, graded_planes
@@ -18,8 +18,6 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.face_shape import Dome, HeightMap, flattened
 from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, resolve_grid
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 COARSEST_EDGE, EDGE_STEP = 30.0, 1.15
 """Factor of the spacing at edges at which it is given up to have more planes there, and of one that is tried to the
 next."""
@@ -64,7 +62,7 @@ class Lattice:
     """What the walls add along x, y and z (beta of `walls`), shape (cells,) [MPa]; 0 where a cell is isotropic."""
     lame_mpa: Array
     """First Lame parameter lambda of each cell, shape (cells,) [MPa]."""
-    is_core: npt.NDArray[np.bool_]
+    is_core: Mask
     """Whether a cell's centre lies in the printed core, shape (cells,)."""
     zone: Zone | None = None
     """Where contact is expected and the planes are fine; None is everywhere."""
@@ -95,7 +93,7 @@ class Lattice:
         return len(self.nodes_mm) - (self.layer_nodes if self.table is None else 0)
 
     @property
-    def held(self) -> npt.NDArray[np.bool_]:
+    def held(self) -> Mask:
         """Displacements of the free nodes that symmetry forbids, shape (free nodes, 3)."""
         held = np.zeros((self.free_nodes, 3), bool)
         if self.is_mirrored:
@@ -268,7 +266,7 @@ def _split_at_edges(
     return planes
 
 
-def _inside_core(lattice: Lattice, grid: CellGrid) -> npt.NDArray[np.bool_]:
+def _inside_core(lattice: Lattice, grid: CellGrid) -> Mask:
     centres = lattice.nodes_mm[lattice.cells].mean(1)
     far = grid.origin_mm + grid.pitch_mm * np.array(grid.counts)
     return np.asarray(((centres > grid.origin_mm) & (centres < far)).all(1))

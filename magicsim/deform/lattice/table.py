@@ -15,9 +15,9 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.lattice.structure import Lattice
 
-Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
 PENALTY_RATIO = 300.0
 """Stiffness of table and sticking nodes in units of Young's modulus (nu = 1/2) over the height of the lowest cells: at

@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.deform.lattice.edges import Edges, pressed_edges
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import node_spacing_mm
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
 SAMPLE_MM = 0.1
 """Spacing of the points at which the undeformed face is tested for contact [mm]."""
 BLUNT = 0.5
@@ -119,7 +118,7 @@ def graded_planes(planes_mm: Array, low_mm: float, high_mm: float, growth: float
     return planes_mm[chosen]
 
 
-def _nearest(distances: Array, steps: Array) -> npt.NDArray[np.int64]:
+def _nearest(distances: Array, steps: Array) -> Index:
     """Index of the distance nearest to each step that ends inside; the shorter of two that are as near."""
     inside = steps[steps < distances[-1]]
     return np.asarray(np.argmin(np.round(np.abs(distances[:, None] - inside), 9), axis=0))

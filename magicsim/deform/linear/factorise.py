@@ -11,14 +11,13 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import ThreadpoolController
 
+from magicsim.arrays import Array, Index
 from magicsim.deform.linear.pardiso import PardisoCondenser, PardisoSolver, has_pardiso
 from magicsim.deform.linear.superlu import SuperluCondenser, SuperluSolver
 
 P = ParamSpec("P")
 T = TypeVar("T")
-Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
-Index = npt.NDArray[np.int64]
 
 
 def on_one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:

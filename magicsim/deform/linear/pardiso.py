@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array, Index
+
 Indices = npt.NDArray[np.int32]
-Index = npt.NDArray[np.int64]
 THREADS = 2
 """MKL threads that PARDISO plans for, fixed so that results do not depend on how many run it; never more run it."""
 CBWR_AUTO_STRICT = 2
@@ -126,7 +126,7 @@ class PardisoSolver:
 
 def _pardiso(
     library: Any,  # noqa: ANN401
-    handle: npt.NDArray[np.int64],
+    handle: Index,
     options: Indices,
     phase: int,
     size: int,
@@ -152,7 +152,7 @@ def _pardiso(
     return error.value
 
 
-def _release(library: Any, handle: npt.NDArray[np.int64], options: Indices, size: int) -> None:  # noqa: ANN401
+def _release(library: Any, handle: Index, options: Indices, size: int) -> None:  # noqa: ANN401
     nothing = np.zeros(1)
     none = np.zeros(1, np.int32)
     _pardiso(library, handle, options, RELEASE, size, (nothing, none, none, none), (nothing, nothing))

@@ -7,9 +7,9 @@ import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array, Index
+
 Indices = npt.NDArray[np.int32]
-Index = npt.NDArray[np.int64]
 
 
 class SuperluSolver:

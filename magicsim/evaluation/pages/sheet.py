@@ -6,9 +6,10 @@ from itertools import islice
 
 import numpy as np
 
+from magicsim.arrays import Frame
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.changed_frames import FrameRun
-from magicsim.evaluation.takes.footage import Footage, Frame
+from magicsim.evaluation.takes.footage import Footage
 from magicsim.frame_class import FrameClass
 from magicsim.report.images import data_uri
 from magicsim.report.palette import CLASS_COLORS

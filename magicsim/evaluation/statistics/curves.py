@@ -4,15 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.detectors.profiles.roc import roc_curve
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.intervals import CONFIDENCE, LEAST_EPISODES
 from magicsim.evaluation.statistics.tally import class_scores
 from magicsim.frame_class import FrameClass
 
-Array = npt.NDArray[np.float64]
 GAPS_MM = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0)
 """Edges of the bins of distance [mm]; a bin includes its upper edge."""
 DEPTHS_MM = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.6, 1.0, 2.0)
@@ -108,7 +107,7 @@ def _curve(
     count = len(edges) - 1
     whole = np.array([np.bincount(b[ok], minlength=count)[:count] for b, ok in zip(bins, inside, strict=True)])
 
-    def rates(drawn: npt.NDArray[np.int64]) -> Array:
+    def rates(drawn: Index) -> Array:
         pool = np.concatenate([negatives[each] for each in drawn])
         if not len(pool) or not whole.size:
             return np.full(count, np.nan)

@@ -7,16 +7,16 @@ measures that fall together count as one, where Bonferroni or Holm would ask eac
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array, Mask
+
 EXCHANGES = 8192
 """Exchanges that are tried: all of them up to 13 units, as many random ones beyond."""
 DECIMALS = 10
 """To which statistics are compared: sums in another order must compare as equal."""
 
 
-def exchanges(units: int, *, seed: int) -> npt.NDArray[np.bool_]:
+def exchanges(units: int, *, seed: int) -> Mask:
     """Which units are exchanged, shape (exchanges, units); the first row, what was observed, exchanges none."""
     if 2**units <= EXCHANGES:
         return np.array(list(product([False, True], repeat=units)), bool).reshape(-1, units)

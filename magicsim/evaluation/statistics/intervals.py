@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.stats import binomtest, bootstrap
 
+from magicsim.arrays import Array, Index
 from magicsim.evaluation.statistics.measures import MEASURES, measure
 from magicsim.evaluation.statistics.tally import Tally
 
@@ -15,7 +15,6 @@ LEAST_EPISODES = 3
 """Fewer episodes give no interval: their spread says nothing of other episodes."""
 MOST_UNDEFINED = 0.2
 """Share of resamples in which a measure may be undefined, because a class is missing, before its interval is None."""
-Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +29,7 @@ class Estimate:
     episodes: int
 
 
-def weights_of(indices: Indices, episodes: int) -> npt.NDArray[np.float64]:
+def weights_of(indices: Index, episodes: int) -> Array:
     """How often each episode was drawn: indices of shape (..., draws) to weights of shape (..., episodes)."""
     flat = indices.reshape(-1, indices.shape[-1])
     rows = np.repeat(np.arange(len(flat)), flat.shape[1])
@@ -54,7 +53,7 @@ def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, 
     if value is not None and len(labels) >= LEAST_EPISODES:
         member = np.array([[label == group for group in groups] for label in labels], np.float64)
 
-        def statistic(indices: Indices, axis: int = -1) -> npt.NDArray[np.float64]:
+        def statistic(indices: Index, axis: int = -1) -> Array:
             drawn = weights_of(np.moveaxis(indices, axis, -1).astype(np.int64), len(labels))
             values = MEASURES[name].compute(table, drawn.reshape(-1, len(labels)) @ member)
             return values.reshape(drawn.shape[:-1])

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.evaluation.statistics.tally import Tally
 
-Array = npt.NDArray[np.float64]
 Measure = Callable[[Tally, Array], Array]
 """From a tally and weights, shape (resamples, episodes), to values, shape (resamples,); NaN where undefined."""
 UNTOUCHED = ("Clear", "Near", "Light")

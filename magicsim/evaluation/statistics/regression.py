@@ -17,9 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.stats import rankdata
 
+from magicsim.arrays import Array, Mask
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.changed_frames import FrameRun, changed_runs, score_runs
 from magicsim.evaluation.statistics.exchange import corrected, exchanges, p_values
@@ -46,7 +46,6 @@ detectors under other camera noise stay below it (`benchmarks/injected_regressio
 OTHERS = {"proximity_balanced_accuracy": 0.02, "contact_balanced_accuracy": 0.02}
 """Smallest fall of a balanced accuracy that matters in every other condition of light and noise."""
 Pair = tuple[JudgedEpisode, JudgedEpisode]
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -173,7 +172,7 @@ def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
     ]
 
 
-def _values(table: Tally, name: str, from_now: npt.NDArray[np.bool_]) -> Array:
+def _values(table: Tally, name: str, from_now: Mask) -> Array:
     """A measure of episodes taken from before or from now, shape (exchanges,).
 
     Args:

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import gammaincinv, ndtr
 
+from magicsim.arrays import Array, Mask
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.answers import answered, fitted
 from magicsim.evaluation.detector import MakeDetector
@@ -19,7 +19,6 @@ from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.takes.footage import ExposedTake, Footage
 from magicsim.frame_class import FrameClass
 
-Array = npt.NDArray[np.float64]
 REPEATABILITY_SD = 3.0
 """A verdict on a frame that is nearer to rest than this rests on less than the camera's own repeatability."""
 TAIL = 0.025
@@ -137,7 +136,7 @@ def _score(
     )
 
 
-def _is_right(episode: JudgedEpisode, truth: FrameClass, verdict: str) -> npt.NDArray[np.bool_]:
+def _is_right(episode: JudgedEpisode, truth: FrameClass, verdict: str) -> Mask:
     said = episode.contact if truth is FrameClass.CONTACT else episode.proximity
     return np.array([one is truth and word == verdict for one, word in zip(episode.labels.classes, said, strict=True)])
 

@@ -9,15 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.onset import approach_lead, touch_onset
 from magicsim.frame_class import FrameClass
 
-Array = npt.NDArray[np.float64]
 SCORES = ("approach", "touch")
 """The two scores of a judged frame."""
 
@@ -84,7 +83,7 @@ def class_scores(episode: JudgedEpisode, score: str, classes: set[FrameClass]) -
     return values
 
 
-def _both(held: Sequence[npt.NDArray[np.bool_]], said: Sequence[npt.NDArray[np.bool_]]) -> Array:
+def _both(held: Sequence[Mask], said: Sequence[Mask]) -> Array:
     return np.array([(one & other).sum() for one, other in zip(held, said, strict=True)], np.float64)
 
 

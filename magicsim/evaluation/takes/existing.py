@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Frame
 from magicsim.config.models import validate
 from magicsim.config.toml_paths import read_with_paths
 from magicsim.dataset.export.source import open_dataset
@@ -27,7 +27,6 @@ from magicsim.judge.table import TABLE as RUN
 from magicsim.judge.table import read_table
 from magicsim.scenes.scene import SceneConfig
 
-Frame = npt.NDArray[np.uint8]
 AS_MADE = "as-made"
 """Light, noise and place of frames that exist: those that they were made with."""
 COLUMNS = (

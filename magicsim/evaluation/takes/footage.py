@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Frame, Mask
 from magicsim.camera.exposure import Lit
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.evaluation.cases import Case, list_cases
@@ -19,7 +19,6 @@ from magicsim.frame_class import FrameClass, classify_frame
 from magicsim.judge.recording import Recording, read_recording
 from magicsim.scenes.rig import Camera
 
-Frame = npt.NDArray[np.uint8]
 REST_STREAM = 0x3C5A96
 """Turns the seed of an episode into that of a stream at rest."""
 RECORDED = "recorded"
@@ -50,17 +49,15 @@ class EpisodeTag:
 class Labels:
     """Truth of the frames after the references; all arrays have shape (frames,)."""
 
-    gap_mm: npt.NDArray[np.float64]
+    gap_mm: Array
     """NaN without an object, negative when pressed."""
-    force_n: npt.NDArray[np.float64]
-    flashlight: npt.NDArray[np.bool_]
+    force_n: Array
+    flashlight: Mask
     classes: tuple[FrameClass | None, ...]
     """By the rules of `magicsim.frame_class`; None where a frame is not scored."""
 
     @classmethod
-    def of(
-        cls, gap_mm: npt.NDArray[np.float64], force_n: npt.NDArray[np.float64], flashlight: npt.NDArray[np.bool_]
-    ) -> "Labels":
+    def of(cls, gap_mm: Array, force_n: Array, flashlight: Mask) -> "Labels":
         """Labels with their classes."""
         classes = tuple(
             classify_frame(gap_mm=None if np.isnan(gap) else float(gap), force_n=float(force), light_on=bool(light))
@@ -124,7 +121,7 @@ class ExposedTake:
             image, memory = stream.take(take.radiance[0], memory, at)
             yield image
 
-    def _exposed(self, is_wanted: npt.NDArray[np.bool_]) -> Iterator[Frame]:
+    def _exposed(self, is_wanted: Mask) -> Iterator[Frame]:
         """The wanted frames; where frames depend on those before, the others are exposed on the way."""
         take, rate = self.take, self.frames_per_second
         room = take.room if take.room.size else None

@@ -7,7 +7,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from magicsim.camera.exposure import FloatImage
+from magicsim.arrays import FloatImage
 from magicsim.evaluation.takes.take import Take, read_take, take_key, write_take
 from magicsim.light.records.untouched_states import shared_states
 from magicsim.scenes.scene import SceneConfig

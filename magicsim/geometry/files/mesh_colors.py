@@ -4,12 +4,11 @@ from typing import Any
 
 import igl
 import numpy as np
-import numpy.typing as npt
 import trimesh
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 
-Array = npt.NDArray[np.float64]
 MAX_PIXELS = 50_000_000
 """Largest texture: it is decoded when its colours are looked up."""
 

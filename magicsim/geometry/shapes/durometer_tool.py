@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.shapes.profile import Arc, ConvexProfile
 from magicsim.geometry.shapes.revolved import Revolved, flat_inset_mm
 from magicsim.geometry.shapes.solids import SEGMENTS, around_axis, rounded
 
-Array = npt.NDArray[np.float64]
 TIP_RADIUS_MM = 0.395
 """Radius of the flat end [mm]."""
 HALF_ANGLE_DEG = 17.5

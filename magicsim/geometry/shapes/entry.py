@@ -20,12 +20,11 @@ further inside than that, near the upper end, is lifted instead of being pushed 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.shapes.solids import Shape
 
-Array = npt.NDArray[np.float64]
 WAY_TOLERANCE_MM = 1e-9
 """Accuracy of the way to the surface above [mm]."""
 CLOSE_MM = 0.01

@@ -6,10 +6,10 @@ Each is closed and outward, its edges rounded where skin would touch them. Only 
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from manifold3d import CrossSection, JoinType, Manifold, OpType
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array
+
 CIRCLE = 96
 """Segments of the large circles of a section."""
 BALL = 24

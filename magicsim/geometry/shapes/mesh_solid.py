@@ -10,12 +10,11 @@ from typing import Any, Self
 import igl
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.shapes.solids import TINY, TRIANGLE_MM
 
-Array = npt.NDArray[np.float64]
 FAR_MM = 0.5
 """Points farther from the bounding box than this get the distance to the box, which is never too long [mm]."""
 ON_SURFACE_MM = 1e-7
@@ -30,7 +29,7 @@ class MeshShape:
     """A closed triangle mesh in the frame of its file."""
 
     surface: SurfaceMesh
-    faces: npt.NDArray[np.int64]
+    faces: Index
     """The triangles of the surface as the tree reads them."""
     box_mm: Array
     """Least and largest coordinates, shape (2, 3) [mm]."""
@@ -117,7 +116,7 @@ def _pseudonormals(surface: SurfaceMesh) -> Array:
     return result
 
 
-def _kind_of_foot(triangles: Array, foot: Array) -> npt.NDArray[np.int64]:
+def _kind_of_foot(triangles: Array, foot: Array) -> Index:
     """Where on its triangle a point lies: 0 inside, 1 to 3 on the edge opposite to corner 0 to 2, 4 to 6 there."""
     sides = [triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0], foot - triangles[:, 0]]
     aa, ab, bb = (np.einsum("ti,ti->t", sides[i], sides[k]) for i, k in ((0, 0), (0, 1), (1, 1)))

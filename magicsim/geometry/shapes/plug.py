@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.shapes.solids import TRIANGLE_MM, RoundedCylinder
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

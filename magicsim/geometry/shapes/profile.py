@@ -7,9 +7,9 @@ outward normal turns from -90 to +90 degrees without jumps, so that the sign of 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array
+
 SHORT_MM = 1e-12
 """Segments below this length are left out [mm]."""
 ARC_STEP_DEG = 11.25

@@ -4,13 +4,12 @@ from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.shapes.profile import Arc, ConvexProfile
 from magicsim.geometry.shapes.solids import SEGMENTS, TRIANGLE_MM, around_axis
 
-Array = npt.NDArray[np.float64]
 LEAST_CONE_FEATURE_MM = 0.1
 """A sharper tip of a cone does not ask for finer contact points: its flank carries the load."""
 

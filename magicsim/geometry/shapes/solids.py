@@ -8,11 +8,10 @@ from typing import Protocol
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 
-Array = npt.NDArray[np.float64]
 SEGMENTS = 128
 """Segments of a full circle in meshes: sag of 0.0003 radii."""
 EDGE_SEGMENTS = 32

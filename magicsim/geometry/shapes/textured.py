@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.shapes.solids import EDGE_SEGMENTS, TINY, TRIANGLE_MM, RoundedBox, around_axis, rounded
 
-Array = npt.NDArray[np.float64]
 DOT_TRIANGLES = 45_000
 """Triangles that all dots of a plate share."""
 RIDGE_SEGMENTS = 16

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.world.finish import Finish
 
-Array = npt.NDArray[np.float64]
 QUAD_MM = 2.0
 """Largest edge of the squares of the face, each of which has a brightness of its own [mm]."""
 HOUSING = 0.05

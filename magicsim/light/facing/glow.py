@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
+from magicsim.arrays import Array
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.aligned import columns
 from magicsim.light.backend import dr, mi
@@ -21,7 +22,6 @@ from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
 from magicsim.light.transport.sequence import sequence
 from magicsim.light.transport.streams import SEEDS_PER_RENDER
 
-Array = npt.NDArray[np.float64]
 ASKED = 40_000
 """Particles that measure the reflectance: to 1 % of it where it is a quarter."""
 BELOW_MM = 1e-3

@@ -4,8 +4,8 @@ from dataclasses import replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.light.facing.body import FingerBody, both_placed, with_object
 from magicsim.light.facing.glow import Glow
 from magicsim.light.facing.shine import facing_light
@@ -15,8 +15,6 @@ from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.outside import Outside
 from magicsim.scenes.view import View
-
-Array = npt.NDArray[np.float64]
 
 
 class FacingRenderer(Renderer):

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.light.backend import dr, mi
 from magicsim.light.facing.glow import BELOW_MM, Glow, as_rays
 from magicsim.light.transport.light_field import LightField
@@ -14,7 +14,6 @@ from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import FACING, SEEDS_PER_RENDER
 from magicsim.light.world.outside import Outside
 
-Array = npt.NDArray[np.float64]
 HALF_TURN = np.array([-1.0, 1.0, -1.0])
 """Half a turn about y, which brings one finger's frame to the other's, applied to each coordinate."""
 

@@ -3,14 +3,12 @@
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.placed_inclusions import DrawnInclusions
 from magicsim.light.backend import mi
 from magicsim.light.flaws.scatterers import Scatterers
-
-Array = npt.NDArray[np.float64]
 
 
 class HeldScatterers:

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
+from magicsim.arrays import Array
 from magicsim.light.backend import dr
 from magicsim.light.frame.frame_image import MIRRORED_PER_SAMPLE
 from magicsim.light.passing.passing_light import PassingLight, PassingPart
@@ -18,7 +19,6 @@ from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.outside import Outside
 
-Array = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.uint64]
 Numbers = npt.NDArray[np.uint32]
 SIGNS = (1.0, -1.0)

@@ -9,8 +9,8 @@ smoothly as the thing does.
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.light.frame.anchored_image import anchored_change
 from magicsim.light.frame.frame_image import own_field
 from magicsim.light.frame.shared_noise import REACH_PX
@@ -21,7 +21,6 @@ from magicsim.light.renderer import Renderer
 from magicsim.light.transport.light_field import LightField
 from magicsim.scenes.view import View
 
-Array = npt.NDArray[np.float64]
 PARTICLES_PART = 2
 """What passes gets the strips' particles divided by this."""
 

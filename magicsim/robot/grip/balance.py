@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.errors import ConvergenceError
 
-Array = npt.NDArray[np.float64]
 ITERATIONS = 40
 """Most trials of one search."""
 SHORTENINGS = 4
@@ -117,7 +116,7 @@ def find_balance(
     raise ConvergenceError(msg)
 
 
-def _step(matrix: Array, force: Array, free: npt.NDArray[np.bool_], softest: float) -> Array:
+def _step(matrix: Array, force: Array, free: Mask, softest: float) -> Array:
     """Newton's step where the stiffness is definite; otherwise one along the force, soft directions stiffened."""
     step = np.zeros(len(force))
     part = matrix[np.ix_(free, free)]

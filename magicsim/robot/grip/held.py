@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.grip.balance import Limits, Search, find_balance
@@ -14,7 +14,6 @@ from magicsim.robot.grip.load import Load
 from magicsim.robot.grip.outcome import Hold
 from magicsim.robot.grip.pair import Pair
 
-Array = npt.NDArray[np.float64]
 BALANCE_N, BALANCE_SHARE = 0.01, 0.01
 """Force out of balance at which the object rests [N], and in units of the larger normal force; the larger one counts.
 Torques count by the levers of `Pair.levers_mm`."""

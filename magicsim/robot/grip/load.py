@@ -4,13 +4,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
 from magicsim.geometry.pose import Pose
 
-Array = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 STANDARD_GRAVITY_M_S2 = 9.80665
 MOST_N, MOST_NMM, MOST_MM = 1e4, 1e6, 1e3

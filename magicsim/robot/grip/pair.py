@@ -1,8 +1,8 @@
 """Both fingers at once: the object put between them, what they do to it, and back to where they were."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_motion, finger_pose, half_extents_mm, object_pose
@@ -10,7 +10,6 @@ from magicsim.robot.grip.wrench import contact_stiffness, finger_wrench
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.moment import Moment
 
-Array = npt.NDArray[np.float64]
 Moments = tuple[Moment, Moment]
 LEAST_LEVER_MM = 1.0
 """Least lever of a rotation [mm]."""

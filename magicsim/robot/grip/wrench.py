@@ -1,12 +1,11 @@
 """Force and torque of a finger on the object, and how stiff its contact is, about the object's origin."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
 from magicsim.geometry.pose import Pose
 
-Array = npt.NDArray[np.float64]
 SHEAR_SHARE = 2 / 3
 """Tangential by normal stiffness of a bonded round contact on an incompressible half space: (2 - 2 v) / (2 - v) at v =
 1/2 (Mindlin 1949)."""

@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from magicsim.arrays import Array
 from magicsim.camera.stream import CameraMemory
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
-from magicsim.robot.mujoco.body_object import Array, body_object, object_pose_m, pose_in_sensor
+from magicsim.robot.mujoco.body_object import body_object, object_pose_m, pose_in_sensor
 from magicsim.robot.mujoco.engine import MjData, MjModel, engine
 from magicsim.robot.mujoco.pair import Touch, check_excluded, find_pair
 from magicsim.robot.mujoco.posed import PosedSensor, PosedState, posed_state

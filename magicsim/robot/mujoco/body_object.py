@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.rigid_object import REACH_FEATURES, REACH_MM, SHELL_MM, SHELL_SHARE, ObjectBase
 from magicsim.geometry.pose import Pose
@@ -13,7 +13,6 @@ from magicsim.geometry.shapes.solids import Shape, Sphere
 from magicsim.robot.mujoco.engine import MjData, MjModel
 from magicsim.robot.mujoco.solids import MM, body_solid
 
-Array = npt.NDArray[np.float64]
 LINEAR_KNEE, LINEAR_SLOPE = 0.04045, 12.92
 """Where the curve of sRGB begins, and its slope below (IEC 61966-2-1)."""
 

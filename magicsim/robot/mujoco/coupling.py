@@ -15,8 +15,8 @@ solve.
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
 from magicsim.geometry.pose import Pose
@@ -32,7 +32,6 @@ from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame
 from magicsim.simulation.truth import frame_truth
 
-Array = npt.NDArray[np.float64]
 STABLE = 2.0
 """Squared product of time step and frequency of the contact up to which the integration is stable."""
 DAMPING_S = 0.005

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.zone import Zone
 from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
-from magicsim.robot.mujoco.body_object import Array, BodyObject
+from magicsim.robot.mujoco.body_object import BodyObject
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState

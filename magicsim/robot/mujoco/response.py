@@ -7,13 +7,11 @@ Wrenches are (force [N], torque [N mm]) on the sensor about its origin in its fr
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
 from magicsim.geometry.pose import Pose
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

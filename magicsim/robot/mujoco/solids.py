@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM
@@ -19,7 +20,6 @@ from magicsim.geometry.shapes.revolved import Revolved
 from magicsim.geometry.shapes.solids import RoundedBox, RoundedCylinder, Shape, Sphere
 from magicsim.robot.mujoco.engine import MjModel, engine
 
-Array = npt.NDArray[np.float64]
 MM = 1000.0
 """Millimetres in a metre."""
 EDGE_SHARE = 0.25

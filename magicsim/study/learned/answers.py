@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.learn.fitting import ANSWERS, Fit
 from magicsim.study.stages.learning_stage import LearningStage
-
-Numbers = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,15 +22,15 @@ class Answers:
         """Number of frames."""
         return int(self.table.num_rows)
 
-    def of(self, method: str, label: str) -> Numbers:
+    def of(self, method: str, label: str) -> Array:
         """Answers of a method, or `truth`; shape (n,)."""
         return np.asarray(self.table[f"{method}.{label}"].to_numpy(), np.float64)
 
-    def column(self, name: str) -> npt.NDArray[np.int64]:
+    def column(self, name: str) -> Index:
         """`press`, `unit`, `group` or `train_frames`; shape (n,)."""
         return np.asarray(self.table[name].to_numpy())
 
-    def where(self, chosen: npt.NDArray[np.bool_]) -> "Answers":
+    def where(self, chosen: Mask) -> "Answers":
         """Some of the frames."""
         return Answers(table=self.table.filter(pa.array(chosen)))
 

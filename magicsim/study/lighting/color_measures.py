@@ -2,10 +2,9 @@
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-Frame = npt.NDArray[np.uint8]
-Mask = npt.NDArray[np.bool_]
+from magicsim.arrays import Frame, Mask
+
 CHANNELS = ("red", "green", "blue")
 SIDES = ("-x", "+x", "-y", "+y")
 BORDER = 0.08

@@ -12,10 +12,9 @@ import math
 
 import numba as nb
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
+from magicsim.arrays import Array, Index
+
 EVENTS = 5
 """Counted on a way: external and internal reflections at walls of cells, refractions there, scatterings, reflections at
 outer faces."""

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.camera.film import pixel_slopes
 from magicsim.camera.viewing import focal_px
 from magicsim.errors import ConfigError
@@ -13,7 +13,6 @@ from magicsim.geometry.grid import resolve_grid
 from magicsim.scenes.rig import DARK, INSET_MM, LedStrip, Rig
 from magicsim.study.lighting.path_kernel import follow_paths, fresnel
 
-Array = npt.NDArray[np.float64]
 ROOM = "room"
 """What the light below the contact face is called, beside the strips."""
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from magicsim.arrays import Array
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE
@@ -29,7 +30,6 @@ from magicsim.study.result import Cell, Column, Figure, Row, StudyResult, Table
 from magicsim.study.settings import StudyConfig
 from magicsim.study.stages.pieces import PiecesStage, read_pieces, read_refusals
 
-Array = npt.NDArray[np.float64]
 Fields = Mapping[str, npt.NDArray[Any]]
 Length = Annotated[float, Field(gt=0, le=25)]
 Angle = Annotated[float, Field(ge=-360, le=360)]

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array, Mask
+
 MOVED_SHARE = 0.2
 """Part of the largest displacement from which a place counts as moved."""
 
@@ -43,7 +44,7 @@ def turn_deg(places: Array, moved: Array) -> float:
     return float(np.degrees((x * moved[:, 1] - y * moved[:, 0]).sum() / max((x * x + y * y).sum(), 1e-12)))
 
 
-def moved_places(moved: Array) -> npt.NDArray[np.bool_]:
+def moved_places(moved: Array) -> Mask:
     """Which places moved by at least `MOVED_SHARE` of the largest displacement, shape (places,)."""
     length = np.linalg.norm(moved, axis=1)
     return np.asarray(length >= MOVED_SHARE * length.max())

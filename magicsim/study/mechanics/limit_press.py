@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.fields.infill import InfillCells
@@ -33,7 +33,6 @@ SHEAR_STEPS = 5
 QUARTERS = np.array([0.0, 0.0, 4.0])
 """Forces on the whole block in units of those on a quarter; lateral ones cancel."""
 Row = dict[str, Any]
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.study.mechanics.limit_press import (
@@ -25,7 +25,6 @@ from magicsim.study.result import Cell, Column, Figure, Row, StudyResult, Table
 from magicsim.study.settings import StudyConfig
 from magicsim.study.stages.pieces import PiecesStage, read_pieces, read_refusals
 
-Array = npt.NDArray[np.float64]
 UNITS = {"fx_n": "N", "fy_n": "N", "fz_n": "N", "skin_von_mises_mpa": "MPa"}
 HEADS = {"fx_n": "Fx", "fy_n": "Fy", "fz_n": "Fz", "skin_von_mises_mpa": "von Mises stress of the skin"}
 FORCES, SKIN = ("fx_n", "fy_n", "fz_n"), ("skin_stretch", "skin_von_mises_mpa")

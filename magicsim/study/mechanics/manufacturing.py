@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.indentation.press import follow
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
@@ -22,7 +22,6 @@ from magicsim.study.result import Column, Figure, Row, StudyResult, Table
 from magicsim.study.settings import StudyConfig
 from magicsim.study.stages.pieces import PiecesStage, read_pieces, read_refusals
 
-Array = npt.NDArray[np.float64]
 THICKER_MM = 0.3
 """By how much the block is thicker whose touch says what thickness does [mm]."""
 SHOWN = 41

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array, Mask
+
 NEIGHBOURS = 8
 """Touches that a touch is compared with."""
 OUTLIER = 4.0
@@ -83,7 +83,7 @@ def fitted_surface(places_mm: Array, heights_mm: Array) -> Callable[[Array], Arr
     return lambda places: np.asarray(_powers(places / scale) @ weights)
 
 
-def outliers(places_mm: Array, heights_mm: Array) -> npt.NDArray[np.bool_]:
+def outliers(places_mm: Array, heights_mm: Array) -> Mask:
     """Touches that are far from the median of their neighbours, shape (touches,)."""
     distance = np.linalg.norm(places_mm[:, None] - places_mm[None], axis=-1)
     near = np.argsort(distance, axis=1)[:, 1 : NEIGHBOURS + 1]

@@ -3,12 +3,11 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Index
 from magicsim.sweep.judging.measures import Measured
 
-Indices = npt.NDArray[np.int64]
-Statistic = Callable[[Indices], float]
+Statistic = Callable[[Index], float]
 """Takes numbers of the drawn items, with repetition; NaN where it is not defined."""
 CONFIDENCE = 0.95
 RESAMPLES = 400

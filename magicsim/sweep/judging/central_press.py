@@ -7,8 +7,8 @@ holds a quarter of the block where the object is its own mirror image.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
@@ -24,7 +24,6 @@ from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.sensor import Sensor
 
-Array = npt.NDArray[np.float64]
 FOLLOWED_MM = 0.5
 """Node spacing of the lattice that carries displacements to the meshes: no coarser than their triangles [mm]."""
 

@@ -9,17 +9,15 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.detectors.profiles.roc import roc_curve
 from magicsim.detectors.verdict import Contact
-from magicsim.sweep.judging.bootstrap import Indices, mean_over
+from magicsim.sweep.judging.bootstrap import mean_over
 from magicsim.sweep.judging.detector import TEST, FittedDetector
 from magicsim.sweep.judging.filmed_design import REFERENCES, SPAN, Film, Shown
 from magicsim.sweep.judging.measures import Measured
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 TEST_FIRST = 100
 """First noise stream of the test, beyond those of the training."""
 MOST_CLEAR = SPAN - REFERENCES - TEST_FIRST
@@ -93,13 +91,13 @@ def contact_accuracy(renderings: Sequence[ContactScores], *, seed: int) -> Measu
     return mean_over([partial(_accuracy, scores) for scores in renderings], len(renderings[0].touched), seed=seed)
 
 
-def _area(scores: ContactScores, places: Indices) -> float:
+def _area(scores: ContactScores, places: Index) -> float:
     positive = scores.touched[places].ravel()
     negative = np.concatenate([scores.near[places].ravel(), scores.clear])
     labels = np.arange(len(positive) + len(negative)) < len(positive)
     return roc_curve(-np.concatenate([positive, negative]), labels).area
 
 
-def _accuracy(scores: ContactScores, places: Indices) -> float:
+def _accuracy(scores: ContactScores, places: Index) -> float:
     alarms = [each.mean() for each in (scores.near_alarm[places], scores.light_alarm, scores.clear_alarm)]
     return float(scores.hit[places].mean() + 1 - np.mean(alarms)) / 2

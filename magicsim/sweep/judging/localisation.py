@@ -9,12 +9,12 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.detectors.frame import Frame
-from magicsim.sweep.judging.bootstrap import Indices, mean_over
+from magicsim.sweep.judging.bootstrap import mean_over
 from magicsim.sweep.judging.filmed_design import Film
 from magicsim.sweep.judging.measures import Measured
 
-Array = npt.NDArray[np.float64]
 TINY = 1e-12
 PENALTIES = (1e-4, 1e-3, 1e-2, 1e-1)
 """Penalties of the ridge, in units of the mean square of the features; chosen without the place that is left out."""
@@ -52,7 +52,7 @@ def localisation_error(predicted: Sequence[Array], places: Array, *, seed: int) 
         seed: Of the bootstrap over renderings and places.
     """
 
-    def error(squared: Array, numbers: Indices) -> float:
+    def error(squared: Array, numbers: Index) -> float:
         return float(np.sqrt(squared[numbers].mean()))
 
     errors = [partial(error, ((each - places) ** 2).sum(1)) for each in predicted]

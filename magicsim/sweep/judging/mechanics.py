@@ -1,8 +1,8 @@
 """How hard a design is: force and stiffness of the press that is filmed, and the durometer."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.indentation.durometer import DurometerResult, durometer
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
@@ -11,7 +11,6 @@ from magicsim.sweep.judging.central_press import press_centrally
 from magicsim.sweep.judging.measures import Measured
 from magicsim.sweep.judging.quality import Quality
 
-Array = npt.NDArray[np.float64]
 FORCE_DEPTH_MM = 1.0
 COARSER = (0.5, 0.75)
 """Cells across the contact of the lattices that a force is compared with, in units of its own."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from magicsim.camera.exposure import FloatImage, expose
+from magicsim.arrays import Array, FloatImage
+from magicsim.camera.exposure import expose
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.detectors.frame import Frame
 from magicsim.errors import ConfigError
@@ -23,7 +23,6 @@ from magicsim.sweep.judging.central_press import followed_finely, moved, press_c
 from magicsim.sweep.judging.quality import Quality
 from magicsim.sweep.sensors import SweptSensor, camera_of, render_of
 
-Array = npt.NDArray[np.float64]
 Pattern = Literal["dots", "lines"]
 PLATE_PERIODS = 5
 """Side of the plates in units of the spacing."""
@@ -99,7 +98,7 @@ def press_plate(
     image = simulated.radiance(state, moved(simulated, state, pressed))
     camera, exposure = rig.camera, sensor_exposure(simulated, rest)
 
-    def frames(radiance: FloatImage, first: int) -> npt.NDArray[np.float64]:
+    def frames(radiance: FloatImage, first: int) -> Array:
         return np.stack(
             [expose(radiance, exposure, camera, seed=seed, frame=first + draw) for draw in range(quality.draws)]
         ).astype(float)

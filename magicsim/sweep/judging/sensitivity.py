@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
-from magicsim.sweep.judging.bootstrap import Indices, interval, mean_over
+from magicsim.arrays import Array, Index
+from magicsim.sweep.judging.bootstrap import interval, mean_over
 from magicsim.sweep.judging.detector import FittedDetector
 from magicsim.sweep.judging.filmed_design import Film, Shown
 from magicsim.sweep.judging.measures import Measured
 
-Array = npt.NDArray[np.float64]
 FALSE_ALARMS = 0.05
 """Share of untouched frames that are called Approaching."""
 CLEAR_FRAMES = 120
@@ -35,7 +34,7 @@ class ApproachCurve:
     """Entropy of untouched frames, shape (frames,)."""
     tau_c: float
 
-    def rates(self, draws: Indices, clear: Indices) -> Array:
+    def rates(self, draws: Index, clear: Index) -> Array:
         """Share of some frames called Approaching at each gap, the threshold set on some clear frames."""
         tau_e = np.quantile(self.clear_entropy[clear], 1 - FALSE_ALARMS)
         seen = (self.entropy > tau_e) & (self.correlation < self.tau_c)
@@ -68,7 +67,7 @@ def contact_sensitivity(light: Array, firm: Array, *, step: float, seed: int) ->
     """
     slopes = (light - firm) / step
 
-    def mean(values: Array, places: Indices) -> float:
+    def mean(values: Array, places: Index) -> float:
         return float(values[places].mean())
 
     return mean_over([partial(mean, each) for each in slopes], slopes.shape[1], seed=seed)
@@ -97,7 +96,7 @@ def proximity_range(renderings: Sequence[ApproachCurve], *, seed: int) -> Measur
     draws, clear = renderings[0].entropy.shape[1], len(renderings[0].clear_entropy)
     random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, clear])))
 
-    def drawn(curve: ApproachCurve, numbers: Indices) -> float:
+    def drawn(curve: ApproachCurve, numbers: Index) -> float:
         return noticed_from(curve.gaps_mm, curve.rates(numbers, random.integers(0, clear, clear)))
 
     ranges = [curve.range_mm() for curve in renderings]

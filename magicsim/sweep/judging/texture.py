@@ -16,13 +16,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.sweep.judging.bootstrap import interval
 from magicsim.sweep.judging.measures import Measured
 from magicsim.sweep.judging.plates import LOOKED_AT_PERIODS, Pattern, PlateFrames
 
-Array = npt.NDArray[np.float64]
 TOLD_APART = 2.0
 """Least d'."""
 ALONG_DEG: dict[Pattern, tuple[float, ...]] = {"lines": (0.0,), "dots": (0.0, 90.0)}
@@ -74,7 +73,7 @@ class Observation:
     around: Array
     """In directions without the pattern, shape (directions,)."""
 
-    def d_prime(self, directions: npt.NDArray[np.int64] | None = None) -> float:
+    def d_prime(self, directions: Index | None = None) -> float:
         """See the module; with the clutter of some directions alone."""
         clutter = float((self.around if directions is None else self.around[directions]).mean())
         return float(np.sqrt(2 * max(0.0, self.pattern - clutter) / clutter))
@@ -98,7 +97,7 @@ def smallest_spacing(spacings_mm: Array, observed: Sequence[Observation], *, see
         seed: Of the bootstrap over the clutter's directions.
     """
 
-    def crossing(directions: npt.NDArray[np.int64]) -> float:
+    def crossing(directions: Index) -> float:
         return told_apart_to(spacings_mm, np.array([each.d_prime(directions) for each in observed]))
 
     count = len(observed[0].around)

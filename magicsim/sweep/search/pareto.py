@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import Objective
-
-Array = npt.NDArray[np.float64]
 
 
 def costs_of(results: Sequence[DesignResult], objectives: Sequence[Objective]) -> Array:
@@ -24,7 +22,7 @@ def costs_of(results: Sequence[DesignResult], objectives: Sequence[Objective]) -
     return np.array(rows, float).reshape(len(results), len(objectives))
 
 
-def pareto_front(costs: Array) -> npt.NDArray[np.bool_]:
+def pareto_front(costs: Array) -> Mask:
     """Which designs no other one equals or beats in every objective and beats in one, shape (designs,).
 
     Args:
