@@ -55,6 +55,7 @@ Settings = Annotated[
     Parameter(name="--set", negative="", help="Override a setting: dotted.key=value; repeatable."),
 ]
 Seed = Annotated[int | None, Parameter(name="--seed", help="Seed of everything random.")]
+"""Every command takes it, also those in which nothing is random."""
 Threads = Annotated[
     int | None, Parameter(name="--threads", help="Rendering threads; the result does not depend on it.")
 ]

@@ -20,7 +20,6 @@ def calibrate(
     from magicsim.evaluation.takes.existing import labelled_episodes
     from magicsim.judge.profile_fit import calibrate as fit
 
-    del seed  # nothing here is random; the option exists on every command
     if not episodes:
         msg = "episodes are missing; give at least one folder of a labelled episode"
         raise ConfigError(msg)

@@ -16,7 +16,6 @@ def list_presets(
     *, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """List what comes with the program, a line each: designs, objects, scenes, rigs, recipes, sweeps, studies, ..."""
-    del settings, seed  # the options exist on every command
     if kind is not None and kind not in PLURALS:
         raise ConfigError(unknown_choice("kind of preset", kind, PLURALS))
     kinds = [kind] if kind is not None else list(PLURALS)
@@ -37,7 +36,6 @@ def completion(
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Print the script that lets a shell complete commands and options; --install puts it in its place."""
-    del settings, seed
     if install:
         place = str(app.install_completion(shell=shell))
         sys.stdout.write(f"{place}\n") if not json else print_object({"shell": shell, "file": place}, on_one_line=True)

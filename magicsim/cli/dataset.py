@@ -66,7 +66,6 @@ def verify(folder: Folder, *, settings: Settings = None, seed: Seed = None, json
     from magicsim.dataset.verify import verify_dataset
 
     _refuse(settings, "verify")
-    del seed  # nothing here is random; the option exists on every command
     found = verify_dataset(folder)
     print_result(fields_of(found), as_json=json)
     if found.problems:
@@ -82,7 +81,6 @@ def export(
     from magicsim.dataset.export.formats import export_dataset
 
     _refuse(settings, "export")
-    del seed
     print_result(fields_of(export_dataset(folder, out, format)), as_json=json)
 
 

@@ -14,7 +14,6 @@ def export(design: str, *, out: Out, settings: Settings = None, seed: Seed = Non
     from magicsim.geometry.design import ElastomerDesign
     from magicsim.geometry.files.export import export_design
 
-    del seed  # nothing here is random; the option exists on every command
     print_result(
         fields_of(export_design(load_preset(ElastomerDesign, "design", design, settings or []), out)),
         as_json=json,

@@ -26,7 +26,6 @@ def detect(
     from magicsim.detectors.report import write_verdicts
     from magicsim.detectors.sources.video import quiet_opencv
 
-    del seed  # nothing here is random; the option exists on every command
     if settings:
         msg = f"--set {settings[0]} is not allowed with detect; write a profile file and name it with --profile"
         raise ConfigError(msg)

@@ -26,7 +26,6 @@ def estimate(
     from magicsim.cli.output.lines import lines_of
     from magicsim.learn.packages import need_torch
 
-    del seed  # nothing here is random; the option exists on every command
     if settings:
         msg = f"--set {settings[0]} is not allowed with estimate"
         raise ConfigError(msg)

@@ -22,7 +22,6 @@ def bench(
     """Report error against run time of deformation and light, validity at extremes, and cost against size."""
     from magicsim.bench.kinds import run_bench
 
-    del seed  # the cases' random numbers are fixed; the option exists on every command
     if settings:
         msg = f"--set {settings[0]} is not allowed with bench: its cases are fixed"
         raise ConfigError(msg)
@@ -39,7 +38,6 @@ def doctor(
     """Say what this machine can do, how to get the rest, and what is kept on disk."""
     from magicsim.cli.answers.doctor import examine
 
-    del settings, seed
     print_result(fields_of(examine(clear_cache=clear_cache)), as_json=json)
 
 
@@ -53,5 +51,4 @@ def schema(
     """Print the JSON Schema of a kind of configuration file."""
     from magicsim.cli.answers.schema import schema_of
 
-    del settings, seed
     print_object(schema_of(kind), on_one_line=json)

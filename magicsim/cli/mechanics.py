@@ -66,7 +66,6 @@ def durometer(
     from magicsim.config.models import load_preset
     from magicsim.geometry.design import ElastomerDesign
 
-    del seed  # nothing here is random; the option exists on every command
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     from magicsim.cli.output.progress import show_progress
     from magicsim.deform.indentation.durometer import durometer as test

@@ -26,7 +26,6 @@ def real(
     from magicsim.real.inspection import inspect_real
     from magicsim.real.writing import write_real
 
-    del seed  # nothing here is random; the option exists on every command
     source = load_real(description, settings or [])
     with quiet_opencv():
         if out is None:

@@ -111,7 +111,6 @@ class PictureMarkers(Config):
 
     def problem(self, footprint_mm: tuple[float, float], height_mm: float) -> str | None:
         """Why a block cannot have this picture, or None where it can."""
-        del height_mm
         if not Path(self.file).is_file():
             return f"markers.file = '{self.file}' is not allowed: must be a PNG file"
         rows, columns = self.pixels().shape[:2]
@@ -159,7 +158,6 @@ class PictureMarkers(Config):
         Args:
             footprint_mm: Size of the face along x and y [mm]; the picture is centred on it.
         """
-        del footprint_mm
         from scipy.ndimage import center_of_mass, label
 
         opaque = self.pixels()[..., 3] >= HALF

@@ -100,6 +100,15 @@ class EpisodeRows:
     masks: list[Mask]
     """Contact masks in full size, where they were asked for."""
 
+    @property
+    def untouched(self) -> Images:
+        """Mean of the reference frames, shape (rows, columns, 3)."""
+        return np.asarray(self.images[np.array(self.columns["is_reference"], bool)].mean(0))
+
+    def vectors(self, name: str, length: int) -> Array:
+        """A column of vectors, NaN where there is none, shape (n, length)."""
+        return np.array([each or (np.nan,) * length for each in self.columns[name]], float)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chosen:

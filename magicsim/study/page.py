@@ -2,52 +2,19 @@
 
 import math
 import re
-from dataclasses import dataclass
 
+import numpy as np
 from markupsafe import Markup
 
 from magicsim.report.templates import page_template
 from magicsim.report.text import MISSING, number
 from magicsim.study.protocol import Study
-from magicsim.study.result import Cell, Column, Matrix, StudyResult, Table
+from magicsim.study.result import Cell, Column, StudyResult
 
 UNIT_ENDS = {"mm": "mm", "n": "N", "deg": "deg"}
 """Ends of headline keys that are units, as a page writes them."""
 MANY = 13
 """Columns of a matrix from which its cells are small."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ShownTable:
-    """A table as the page shows it."""
-
-    title: str
-    note: str
-    heads: list[str]
-    rows: list[list[str]]
-    left_out: int
-    """Rows that only the files have."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ShownCell:
-    """A cell of a matrix."""
-
-    count: int
-    share: float
-    """Of its row, 0 to 1."""
-    right: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ShownMatrix:
-    """A matrix as the page shows it."""
-
-    title: str
-    note: str
-    answers: tuple[str, ...]
-    rows: list[tuple[str, list[ShownCell]]]
-    is_small: bool
 
 
 def render_page(study: Study, found: StudyResult) -> str:
@@ -57,36 +24,13 @@ def render_page(study: Study, found: StudyResult) -> str:
         title=f"Study: {config.kind.replace('-', ' ')}",
         facts={**found.facts, "Seed": str(config.seed)},
         headline={headed(name): shown(value) for name, value in found.headline.items()},
-        tables=[shown_table(each) for each in found.tables],
-        matrices=[shown_matrix(each) for each in found.matrices],
+        tables=found.tables,
+        matrices=[(each, each.counts / np.maximum(each.counts.sum(1, keepdims=True), 1)) for each in found.matrices],
+        many=MANY,
+        head=head,
+        shown=shown,
         figures=[(each.title, each.note, Markup(each.svg)) for each in found.figures],
         notes=found.notes,
-    )
-
-
-def shown_table(table: Table) -> ShownTable:
-    """A table's cells as text."""
-    rows = [[shown(row.get(each.name), each.digits) for each in table.columns] for row in table.rows[: table.shown]]
-    heads = [_head(each) for each in table.columns]
-    left_out = max(0, len(table.rows) - table.shown)
-    return ShownTable(title=table.title, note=table.note, heads=heads, rows=rows, left_out=left_out)
-
-
-def shown_matrix(matrix: Matrix) -> ShownMatrix:
-    """A matrix with shares of each row."""
-    totals = matrix.counts.sum(1)
-    rows = [
-        (
-            truth,
-            [
-                ShownCell(count=int(count), share=float(count / total) if total else 0.0, right=bool(right))
-                for count, right in zip(counts, rights, strict=True)
-            ],
-        )
-        for truth, counts, rights, total in zip(matrix.truths, matrix.counts, matrix.right, totals, strict=True)
-    ]
-    return ShownMatrix(
-        title=matrix.title, note=matrix.note, answers=matrix.answers, rows=rows, is_small=len(matrix.answers) >= MANY
     )
 
 
@@ -114,6 +58,7 @@ def headed(name: str) -> str:
     return f"{in_words(head)} [{UNIT_ENDS[end]}]" if is_unit else in_words(name)
 
 
-def _head(column: Column) -> str:
+def head(column: Column) -> str:
+    """Head of a column, its unit in brackets."""
     title = column.title or in_words(column.name.removesuffix(f"_{column.unit}") if column.unit else column.name)
     return f"{title} [{column.unit}]" if column.unit else title

@@ -37,7 +37,7 @@ class Series:
 
 def plot_series(
     series: Sequence[Series], *, x_title: str, y_title: str, name: str, label: str, log_x: bool = False,
-    from_zero: bool = True, marked: bool = True,
+    from_zero: bool = True,
 ) -> str:  # fmt: skip
     """Curves with intervals, and levels to compare them with.
 
@@ -49,7 +49,6 @@ def plot_series(
         label: What the drawing shows, for a reader who cannot see it.
         log_x: Whether the horizontal axis is logarithmic.
         from_zero: Whether the vertical axis begins at 0.
-        marked: Whether points are marked.
     """
     with plot_style():
         canvas, panel = _panel(x_title, y_title)
@@ -58,8 +57,7 @@ def plot_series(
             if each.is_level:
                 panel.axhline(each.y[0], color=color, linestyle=(0, (5, 2 + place)), linewidth=1.1, label=each.name)
                 continue
-            marker = MARKERS[place % len(MARKERS)] if marked else ""
-            panel.plot(each.x, each.y, color=color, marker=marker, ms=4, label=each.name)
+            panel.plot(each.x, each.y, color=color, marker=MARKERS[place % len(MARKERS)], ms=4, label=each.name)
             if each.low is not None and each.high is not None:
                 panel.fill_between(each.x, each.low, each.high, color=color, alpha=0.18, linewidth=0)
         if log_x:

@@ -1,6 +1,7 @@
 """What a study gives: tables, matrices of answers, figures, and a few numbers that sum it up."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +9,11 @@ import numpy.typing as npt
 
 Cell = float | int | str | bool | None
 Row = Mapping[str, Cell]
+
+
+def column_of(rows: Sequence[Row], name: str) -> list[float]:
+    """A column of numbers, NaN where a row has none."""
+    return [float(each) if isinstance(each := row.get(name), int | float) else math.nan for row in rows]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -42,7 +42,6 @@ class StudyConfig(Config):
             folder: Where the file stands.
             quick: Whether the small form was asked for.
         """
-        del folder, quick
         return data
 
     def config_hash(self) -> str:

@@ -41,7 +41,7 @@ def load_study(
         ConfigError: The content is not acceptable, or the design cannot do this study.
     """
     path = find_preset("study", name)
-    data = read_study(path, quick=quick)
+    data = without_small_form(read_with_paths(path), source=path.name, quick=quick)
     kind = str(data.get("kind", ""))
     kinds = KINDS if kinds is None else kinds
     if "kind" not in data:
@@ -69,15 +69,6 @@ def load_study(
 
 def _is_set(key: str, overrides: Sequence[str]) -> bool:
     return any(each.partition("=")[0].strip() == key for each in overrides)
-
-
-def read_study(path: Path, *, quick: bool) -> dict[str, Any]:
-    """Content of a study's file, in its small form or without it.
-
-    Raises:
-        ConfigError: The file cannot be read.
-    """
-    return without_small_form(read_with_paths(path), source=path.name, quick=quick)
 
 
 def without_small_form(data: Mapping[str, Any], *, source: str, quick: bool) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """What is gripped: an object with its weight, friction and the force that damages it."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -24,15 +23,14 @@ class Item(Config):
     """Normal force of a finger from which it counts as crushed [N]."""
 
 
-def load_item(name: str | Path, overrides: Sequence[str] = ()) -> Item:
+def load_item(name: str | Path) -> Item:
     """Reads an item.
 
     Args:
         name: Item preset, such as `orange`, or TOML file.
-        overrides: `dotted.key=value` settings.
 
     Raises:
         PresetError: It does not exist.
         ConfigError: The content is not acceptable.
     """
-    return load_preset(Item, "item", name, overrides)
+    return load_preset(Item, "item", name)

@@ -124,7 +124,6 @@ class ClearPath(PathBase):
 
     def keyframes(self, drawn: dict[str, float]) -> list[Table]:
         """Keyframes of the path."""
-        del drawn
         return _timed([(0, {}), (self.clear_frames - 1, {})])
 
 

@@ -10,12 +10,8 @@ from PIL import Image
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import OutputError
 from magicsim.folder import result_file
-from magicsim.report.animation.gif_palette import shared_palette
 from magicsim.report.animation.preview_strip import with_strip
 from magicsim.simulation.episode import SimulatedFrame
-
-FORMATS = {".webp": "WEBP", ".gif": "GIF"}
-"""Format by the file name's ending."""
 
 PREVIEW_BYTES = 3_000_000
 """Size above which a preview is made with smaller pictures [bytes]."""
@@ -35,7 +31,7 @@ def animate(
 
     Args:
         frames: What to show, at least one frame.
-        path: File to write; `.webp` or `.gif`.
+        path: File to write, WebP.
         frames_per_second: Frame rate [1/s].
         verdicts: One for each frame; left out or empty, the strip states the truth alone.
         max_bytes: Size to stay below [bytes].
@@ -44,13 +40,9 @@ def animate(
         The path.
 
     Raises:
-        OutputError: An ending that is not known, no frames, a frame rate of 0 or less, or another number of
-            verdicts than of frames; or the file cannot be written.
+        OutputError: No frames, a frame rate of 0 or less, or another number of verdicts than of frames; or the file
+            cannot be written.
     """
-    kind = FORMATS.get(path.suffix.lower())
-    if kind is None:
-        msg = f"preview '{path.name}' has no known ending; must be one of: {', '.join(FORMATS)}"
-        raise OutputError(msg)
     if not frames or frames_per_second <= 0.0:
         msg = f"{len(frames)} frames at {frames_per_second:g}/s make no preview; both must be above 0"
         raise OutputError(msg)
@@ -61,7 +53,7 @@ def animate(
     data = b""
     for scale in _SCALES:
         pictures = [with_strip(frame, one, scale=scale) for frame, one in zip(frames, told, strict=True)]
-        data = _encode(pictures, kind, frames_per_second)
+        data = _encode(pictures, frames_per_second)
         if len(data) <= max_bytes:
             break
     with result_file(path) as partial:
@@ -69,20 +61,17 @@ def animate(
     return path
 
 
-def _encode(pictures: Sequence[Image.Image], kind: str, frames_per_second: float) -> bytes:
-    options: dict[str, int] = {"quality": 80, "method": 2} if kind == "WEBP" else {"optimize": 0}
-    if kind == "GIF":
-        palette = shared_palette(pictures)
-        pictures = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
+def _encode(pictures: Sequence[Image.Image], frames_per_second: float) -> bytes:
     buffer = io.BytesIO()
     pictures[0].save(
         buffer,
-        format=kind,
+        format="WEBP",
         save_all=True,
         append_images=pictures[1:],
         duration=_durations_ms(len(pictures), frames_per_second),
         loop=0,
-        **options,
+        quality=80,
+        method=2,
     )
     return buffer.getvalue()
 

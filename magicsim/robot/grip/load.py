@@ -72,5 +72,4 @@ class Load:
         Args:
             pose: The object's, in the gripper's frame.
         """
-        del pose
         return np.zeros((6, 6))

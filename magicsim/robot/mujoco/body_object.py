@@ -68,7 +68,6 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
 
 def object_pose_m(model: MjModel, data: MjData, body: int, frame: int | None) -> tuple[Array, Array]:
     """Where the object's frame is in the world: position, shape (3,) [m], and rotation, shape (3, 3)."""
-    del model
     if frame is None:
         return np.array(data.xpos[body]), np.array(data.xmat[body]).reshape(3, 3)
     return np.array(data.geom_xpos[frame]), np.array(data.geom_xmat[frame]).reshape(3, 3)

@@ -10,16 +10,16 @@ from pydantic import Field
 
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.learn.baselines import change_features, lean_features
-from magicsim.learn.fitting import Fit, Read
+from magicsim.learn.fitting import Fit
 from magicsim.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim.learn.settings import LearningSettings
-from magicsim.study.learned.answers import Answers, read_answers
-from magicsim.study.learned.error_tables import absolute_error, answer_figures, compared_table
+from magicsim.study.learned.answers import read_answers
+from magicsim.study.learned.error_tables import answer_figures, compared_table, curve_figures
 from magicsim.study.learned.learned_study import LearnedStudy
 from magicsim.study.learned.localisation import touched_frames
 from magicsim.study.learned.settings import LearnedConfig
 from magicsim.study.protocol import Stage
-from magicsim.study.result import Cell, StudyResult
+from magicsim.study.result import StudyResult
 from magicsim.study.settings import StudyConfig
 from magicsim.study.stages.dataset_stage import DatasetStage
 
@@ -57,10 +57,20 @@ class AlignmentConfig(LearnedConfig):
     """How the model is trained on the further units."""
 
 
+def read_cylinders(folder: Path, settings: LearningSettings) -> Samples:
+    """Touched frames of a dataset."""
+    return read_samples(
+        folder, LABELS, _touched, columns=("contact", "object_position_mm", "object_rotation", "depth_mm", "force_n"),
+        long_side_px=settings.long_side_px,
+    )  # fmt: skip
+
+
 class Alignment(LearnedStudy):
     """The study `alignment`."""
 
     settings: ClassVar[type[StudyConfig]] = AlignmentConfig
+    read = read_cylinders
+    counted = touched_frames
     knows_objects: ClassVar[bool] = True
     config: AlignmentConfig
 
@@ -79,16 +89,6 @@ class Alignment(LearnedStudy):
             fits=(Fit(name="press-0", network=config.learning.networks[0], fold=0, folds=2),),
         )  # fmt: skip
 
-    @classmethod
-    def reader(cls) -> Read:
-        """Touched frames."""
-        return read_cylinders
-
-    @staticmethod
-    def frames_per_episode(recipe: Recipe) -> int:
-        """Touched frames."""
-        return touched_frames(recipe.paths)
-
     def stages(self) -> Sequence[Stage]:
         """All data, the models, and the fine-tuned one."""
         return [*self.data, self._units, *self._pen, self.learning, self._tuning]
@@ -98,31 +98,22 @@ class Alignment(LearnedStudy):
         seen, seed = self.seen(folder), self.config.seed
         errors, _, curve, checks = self.number_tables(folder, LABELS)
         tuned = read_answers(folder, self._tuning, "press")
-        plain = self._first_model(folder, UNITS)
+        plain = self.first_model(folder, self.learning, UNITS)
         if plain is not None and tuned is not None:
             plain = plain.where(np.isin(plain.column("press"), tuned.column("press")))
         parts = {
             "the unit that it was trained on": seen, "unknown cylinders": read_answers(folder, self.learning, "object"),
             "other units": plain, "other units, fine-tuned": tuned,
-            "an unseen, thinner cylinder": self._first_model(folder, PEN),
+            "an unseen, thinner cylinder": self.first_model(folder, self.learning, PEN),
         }  # fmt: skip
         units = compared_table(parts, LABELS, name="units", title="Other units, an unseen object", seed=seed)
-        headline: dict[str, Cell] = {
-            f"{label.name}_{label.unit.lower()}": absolute_error(seen, "model", label, seed=seed).value
-            for label in LABELS
-        }
         return StudyResult(
-            headline=headline | {"frames": len(seen)},
+            headline=self.headline(seen, LABELS),
             tables=(errors, units, curve, checks),
-            figures=(*self.curves(errors, curve, LABELS), *answer_figures(seen, LABELS)),
+            figures=(*curve_figures(curve, errors, LABELS), *answer_figures(seen, LABELS)),
             facts=self.facts(seen, "touched frames"),
             notes=NOTES,
         )
-
-    def _first_model(self, folder: Path, name: str) -> Answers | None:
-        """Answers of the model of the first fold on a further dataset: the one that is fine-tuned."""
-        first = replace(self.learning, fits=self.learning.fits[:1])
-        return read_answers(folder, first, "press", f"answers-{name}.parquet")
 
     def _other_units(self, first: Recipe) -> Recipe:
         each, seed = self.config.unit_episodes, (first.seed + UNIT_SEED) % 2**31
@@ -132,14 +123,6 @@ class Alignment(LearnedStudy):
     def _pens(self, first: Recipe) -> Recipe:
         thinner = first.objects[0].model_copy(update={"radius_mm": self.config.pen_radius_mm})
         return first.model_copy(update={"objects": (thinner,), "episodes": self.config.pen_episodes})
-
-
-def read_cylinders(folder: Path, settings: LearningSettings) -> Samples:
-    """Touched frames of a dataset."""
-    return read_samples(
-        folder, LABELS, _touched, columns=("contact", "object_position_mm", "object_rotation", "depth_mm", "force_n"),
-        long_side_px=settings.long_side_px,
-    )  # fmt: skip
 
 
 def axis_angle_deg(rotation: np.ndarray) -> np.ndarray:
@@ -155,11 +138,9 @@ def axis_angle_deg(rotation: np.ndarray) -> np.ndarray:
 
 def _touched(episode: EpisodeRows) -> Chosen:
     rows = np.array(episode.columns["contact"], bool)
-    places = np.array([each or (np.nan,) * 3 for each in episode.columns["object_position_mm"]], float)[:, :2]
-    rotation = np.array([each or (np.nan,) * 9 for each in episode.columns["object_rotation"]], float)
+    places, rotation = episode.vectors("object_position_mm", 3)[:, :2], episode.vectors("object_rotation", 9)
     depth, forces = (np.array(episode.columns[name], float) for name in ("depth_mm", "force_n"))
-    untouched = episode.images[np.array(episode.columns["is_reference"], bool)].mean(0)
-    features = [each(episode.images, untouched) for each in (change_features, lean_features)]
+    features = [each(episode.images, episode.untouched) for each in (change_features, lean_features)]
     return Chosen(
         rows=rows,
         targets=np.column_stack([places, depth, axis_angle_deg(rotation), forces]),

@@ -8,6 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.arrays import Array, Index, Mask
+from magicsim.errors import OutputError
 from magicsim.learn.fitting import ANSWERS, Fit
 from magicsim.study.stages.learning_stage import LearningStage
 
@@ -47,6 +48,19 @@ def read_answers(folder: Path, stage: LearningStage, prefix: str, name: str = AN
     paths = [stage.folder(folder, fit) / name for fit in fits_of(stage, prefix)]
     tables = [pq.read_table(path) for path in paths if path.is_file()]
     return Answers(table=pa.concat_tables(tables)) if tables else None
+
+
+def answers_on_presses(folder: Path, stage: LearningStage) -> Answers:
+    """Answers of all folds on presses that they have not learned from.
+
+    Raises:
+        OutputError: There are none in the folder.
+    """
+    found = read_answers(folder, stage, "press")
+    if found is None:
+        msg = f"'{folder}' holds no answers of the study's models"
+        raise OutputError(msg)
+    return found
 
 
 def fits_of(stage: LearningStage, prefix: str) -> list[Fit]:

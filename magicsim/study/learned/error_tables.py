@@ -11,7 +11,7 @@ from magicsim.learn.scores import Score, mean_score
 from magicsim.study.learned.answers import Answers, read_answers
 from magicsim.study.learned.data import share_name
 from magicsim.study.plots import Series, plot_answers, plot_series
-from magicsim.study.result import Cell, Column, Figure, Row, Table
+from magicsim.study.result import Cell, Column, Figure, Row, Table, column_of
 from magicsim.study.stages.learning_stage import LearningStage
 
 ERROR_COLUMNS = (
@@ -39,7 +39,7 @@ def error_row(first: Mapping[str, Cell], label: Label, score: Score) -> Row:
     }  # fmt: skip
 
 
-def methods_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int, note: str = "") -> Table:
+def methods_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int) -> Table:
     """Errors of the networks on unseen presses, beside the baselines."""
     first, *others = stage.settings.networks
     rows: list[Row] = []
@@ -55,7 +55,7 @@ def methods_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *
                 if more is not None:
                     rows.append(error_row({"answer": other}, label, absolute_error(more, "model", label, seed=seed)))
     columns = (Column(name="label"), Column(name="answer"), Column(name="unit"), *ERROR_COLUMNS)
-    return Table(name="errors", title="Errors on unseen presses", columns=columns, rows=tuple(rows), note=note)
+    return Table(name="errors", title="Errors on unseen presses", columns=columns, rows=tuple(rows))
 
 
 def compared_table(
@@ -108,12 +108,10 @@ def curve_figures(curve: Table, errors: Table, labels: Sequence[Label]) -> list[
         rows = [row for row in curve.rows if row["label"] == label.name]
         if not rows:
             continue
-        levels = {str(row["answer"]): _number(row["error"]) for row in errors.rows if row["label"] == label.name}
+        own = [row for row in errors.rows if row["label"] == label.name]
+        levels = dict(zip((str(row["answer"]) for row in own), column_of(own, "error"), strict=True))
         series = [
-            Series(
-                name="model", x=_column(rows, "train_frames"), y=_column(rows, "error"), low=_column(rows, "low"),
-                high=_column(rows, "high"),
-            ),
+            error_series("model", rows, "train_frames"),
             *(Series(name=name, x=[], y=[levels[name]], is_level=True) for name in SAID.values() if name in levels),
         ]  # fmt: skip
         svg = plot_series(
@@ -140,9 +138,7 @@ def answer_figures(found: Answers, labels: Sequence[Label]) -> list[Figure]:
     return figures
 
 
-def _number(value: Cell) -> float:
-    return float(value) if isinstance(value, int | float) else float("nan")
-
-
-def _column(rows: Sequence[Row], name: str) -> list[float]:
-    return [_number(row[name]) for row in rows]
+def error_series(name: str, rows: Sequence[Row], x: str, y: str = "error") -> Series:
+    """A curve of errors with their intervals, from rows of a table."""
+    values = {key: column_of(rows, key) for key in (x, y, "low", "high")}
+    return Series(name=name, x=values[x], y=values[y], low=values["low"], high=values["high"])

@@ -1,23 +1,29 @@
 """What studies have in common that learn numbers from one dataset."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
-from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.errors import OutputError
-from magicsim.learn.fitting import Read
+from magicsim.dataset.recipes.path_recipe import PathRecipe
+from magicsim.learn.fitting import ANSWERS, Read
 from magicsim.learn.packages import PACKAGES
 from magicsim.learn.samples import Label
-from magicsim.study.learned.answers import Answers, checked_parts, read_answers
+from magicsim.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
 from magicsim.study.learned.data import count_objects, data_stages, learning_stage, refuse_few
-from magicsim.study.learned.error_tables import compared_table, curve_figures, curve_table, methods_table
+from magicsim.study.learned.error_tables import (
+    absolute_error,
+    compared_table,
+    curve_table,
+    methods_table,
+)
 from magicsim.study.learned.settings import LearnedConfig
 from magicsim.study.protocol import Stage
-from magicsim.study.result import Figure, Table
+from magicsim.study.result import Cell, Table
 from magicsim.study.settings import StudyConfig
+from magicsim.study.stages.learning_stage import LearningStage
 
 
 class LearnedStudy:
@@ -25,6 +31,10 @@ class LearnedStudy:
 
     settings: ClassVar[type[StudyConfig]] = LearnedConfig
     packages: ClassVar[tuple[str, ...]] = PACKAGES
+    read: ClassVar[Read]
+    """Makes samples of a dataset; importable by name."""
+    counted: ClassVar[Callable[[Sequence[PathRecipe]], int]]
+    """Most frames of an episode on such paths that count."""
     large: ClassVar[dict[str, bool]] = {}
     """Large labels of the data that are needed."""
     knows_objects: ClassVar[bool] = False
@@ -34,21 +44,10 @@ class LearnedStudy:
         """Takes the settings, and lays out data and models."""
         self.config = config
         self.data = data_stages(config, self.large)
-        frames = self.frames_per_episode(self.data[0].recipe)
-        self.learning = learning_stage(
-            config, self.data, self.reader(), frames_per_episode=frames,
-            objects=count_objects(self.data[0].recipe) if self.knows_objects else 0,
-        )  # fmt: skip
-
-    @classmethod
-    def reader(cls) -> Read:
-        """What makes samples of a dataset; importable by name."""
-        raise NotImplementedError
-
-    @staticmethod
-    def frames_per_episode(recipe: Recipe) -> int:
-        """Most frames of an episode that count."""
-        raise NotImplementedError
+        recipe, kind = self.data[0].recipe, type(self)
+        objects = count_objects(recipe) if self.knows_objects else 0
+        frames = kind.counted(recipe.paths)
+        self.learning = learning_stage(config, self.data, kind.read, frames_per_episode=frames, objects=objects)
 
     def refuse(self) -> None:
         """Refuses data that cannot be learned from.
@@ -68,11 +67,19 @@ class LearnedStudy:
         Raises:
             OutputError: There are none in the folder.
         """
-        found = read_answers(folder, self.learning, "press")
-        if found is None:
-            msg = f"'{folder}' holds no answers of the study's models"
-            raise OutputError(msg)
-        return found
+        return answers_on_presses(folder, self.learning)
+
+    def first_model(self, folder: Path, stage: LearningStage, name: str) -> Answers | None:
+        """Answers of a stage's first model: on unseen presses of what it learned from, or on a further dataset."""
+        file = ANSWERS if name == stage.dataset else f"answers-{name}.parquet"
+        return read_answers(folder, replace(stage, fits=stage.fits[:1]), "press", file)
+
+    def headline(self, seen: Answers, labels: Sequence[Label]) -> dict[str, Cell]:
+        """Mean absolute error of the model by label and unit, and the number of frames."""
+        errors: dict[Label, Cell] = {
+            label: absolute_error(seen, "model", label, seed=self.config.seed).value for label in labels
+        }
+        return {f"{label.name}_{label.unit.lower()}": error for label, error in errors.items()} | {"frames": len(seen)}
 
     def number_tables(self, folder: Path, labels: Sequence[Label]) -> tuple[Table, Table, Table, Table]:
         """Errors of methods and on unseen units, the learning curve, what it rests on; of labels that are numbers."""
@@ -93,10 +100,6 @@ class LearnedStudy:
                 note="The same presses without noise of the camera, and with four times the samples and particles.",
             ),
         )  # fmt: skip
-
-    def curves(self, errors: Table, curve: Table, labels: Sequence[Label]) -> list[Figure]:
-        """Figures of the learning curve."""
-        return curve_figures(curve, errors, labels)
 
     def facts(self, seen: Answers, what: str) -> dict[str, str]:
         """What the result was made of, in words."""

@@ -8,13 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.dataset.recipes.path_recipe import PathRecipe, TouchPath
-from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError
 from magicsim.learn.baselines import change_features
-from magicsim.learn.fitting import Read
 from magicsim.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim.learn.settings import LearningSettings
-from magicsim.study.learned.error_tables import absolute_error, answer_figures, compared_table
+from magicsim.study.learned.error_tables import answer_figures, compared_table, curve_figures
 from magicsim.study.learned.learned_study import LearnedStudy
 from magicsim.study.learned.settings import LearnedConfig
 from magicsim.study.result import StudyResult
@@ -47,21 +45,29 @@ class LocalisationConfig(LearnedConfig):
     kind: Literal["localisation"]
 
 
+def touched_frames(paths: Sequence[PathRecipe]) -> int:
+    """Most frames of an episode that touch."""
+    touches = [path for path in paths if isinstance(path, TouchPath)]
+    return max(
+        (path.press_frames + path.shear_frames + path.twist_frames + path.hold_frames for path in touches), default=0
+    )
+
+
+def read_touches(folder: Path, settings: LearningSettings) -> Samples:
+    """Touched frames of a dataset."""
+    return read_samples(
+        folder, LABELS, _touched, columns=("contact", "object_position_mm", "depth_mm", "force_n"),
+        long_side_px=settings.long_side_px, masks=True,
+    )  # fmt: skip
+
+
 class Localisation(LearnedStudy):
     """The study `localisation`."""
 
     settings: ClassVar[type[StudyConfig]] = LocalisationConfig
+    read = read_touches
+    counted = touched_frames
     large: ClassVar[dict[str, bool]] = {"contact_mask": True}
-
-    @classmethod
-    def reader(cls) -> Read:
-        """Touched frames."""
-        return read_touches
-
-    @staticmethod
-    def frames_per_episode(recipe: Recipe) -> int:
-        """Touched frames."""
-        return touched_frames(recipe.paths)
 
     def refuse(self) -> None:
         """Refuses a recipe without presses or with too few.
@@ -82,51 +88,25 @@ class Localisation(LearnedStudy):
             {name: seen.where(seen.column("group") == group) for name, group in GROUPS.items()}, LABELS,
             name="shear", title="With and without shear", seed=seed,
         )  # fmt: skip
-        headline = {
-            f"{label.name}_{label.unit.lower()}": absolute_error(seen, "model", label, seed=seed).value
-            for label in LABELS
-        }
         return StudyResult(
-            headline=headline | {"frames": len(seen), "presses": len(np.unique(seen.column("press")))},
+            headline=self.headline(seen, LABELS) | {"presses": len(np.unique(seen.column("press")))},
             tables=(errors, shear, units, curve, checks),
-            figures=(*self.curves(errors, curve, LABELS), *answer_figures(seen, LABELS)),
+            figures=(*curve_figures(curve, errors, LABELS), *answer_figures(seen, LABELS)),
             facts=self.facts(seen, "touched frames"),
             notes=NOTES,
         )
 
 
-def touched_frames(paths: Sequence[PathRecipe]) -> int:
-    """Most frames of an episode that touch."""
-    touches = [path for path in paths if isinstance(path, TouchPath)]
-    return max(
-        (path.press_frames + path.shear_frames + path.twist_frames + path.hold_frames for path in touches), default=0
-    )
-
-
-def read_touches(folder: Path, settings: LearningSettings) -> Samples:
-    """Touched frames of a dataset."""
-    return read_samples(
-        folder, LABELS, _touched, columns=("contact", "object_position_mm", "depth_mm", "force_n"),
-        long_side_px=settings.long_side_px, masks=True,
-    )  # fmt: skip
-
-
 def _touched(episode: EpisodeRows) -> Chosen:
-    count = len(episode.images)
     rows = np.array(episode.columns["contact"], bool)
-    places = np.array([each or (np.nan,) * 3 for each in episode.columns["object_position_mm"]], float)[:, :2]
-    depth = np.array(episode.columns["depth_mm"], float)
-    forces = np.array(episode.columns["force_n"], float)
-    slid = np.zeros(count)
-    if rows.any():
-        slid = np.linalg.norm(places - places[rows][0], axis=1)
-    references = np.array(episode.columns["is_reference"], bool)
-    changes = change_features(episode.images, episode.images[references].mean(0))
+    places = episode.vectors("object_position_mm", 3)[:, :2]
+    depth, forces = (np.array(episode.columns[name], float) for name in ("depth_mm", "force_n"))
+    slid = np.linalg.norm(places - places[rows][0], axis=1) if rows.any() else np.zeros(len(rows))
     masks = np.stack([mask_features(mask) for mask in episode.masks])
     return Chosen(
         rows=rows,
         targets=np.column_stack([places, depth, forces]),
-        features=np.column_stack([changes, masks]),
+        features=np.column_stack([change_features(episode.images, episode.untouched), masks]),
         group=np.where(slid > SHEAR_MM, SHEARED, NORMAL),
     )
 

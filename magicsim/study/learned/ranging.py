@@ -1,5 +1,6 @@
 """Before contact: is something there, where, and how far; from one frame, at gaps of 0 to 25 mm."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -8,20 +9,26 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from magicsim.dataset.recipes.path_recipe import ClearPath, HoverPath
-from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.dataset.recipes.path_recipe import ClearPath, HoverPath, PathRecipe
 from magicsim.errors import ConfigError
 from magicsim.learn.baselines import change_features
-from magicsim.learn.fitting import Read
 from magicsim.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim.learn.scores import mean_score
 from magicsim.learn.settings import LearningSettings
 from magicsim.study.learned.answers import Answers
-from magicsim.study.learned.error_tables import ERROR_COLUMNS, SAID, absolute_error, answer_figures, error_row
+from magicsim.study.learned.error_tables import (
+    ERROR_COLUMNS,
+    SAID,
+    absolute_error,
+    answer_figures,
+    curve_figures,
+    error_row,
+    error_series,
+)
 from magicsim.study.learned.learned_study import LearnedStudy
 from magicsim.study.learned.settings import LearnedConfig
-from magicsim.study.plots import Series, plot_series
-from magicsim.study.result import Cell, Column, Figure, Matrix, Row, StudyResult, Table
+from magicsim.study.plots import plot_series
+from magicsim.study.result import Column, Figure, Matrix, Row, StudyResult, Table
 from magicsim.study.settings import StudyConfig
 
 THERE = Label(name="there", kind="flag")
@@ -49,21 +56,26 @@ class RangingConfig(LearnedConfig):
     """Frames with a larger gap are left out [mm]."""
 
 
+def near_frames(paths: Sequence[PathRecipe]) -> int:
+    """Most frames of an episode near an object, or of nothing."""
+    hover = [1 + path.approach_frames + path.retreat_frames for path in paths if isinstance(path, HoverPath)]
+    return max([*hover, *(path.clear_frames for path in paths if isinstance(path, ClearPath))], default=0)
+
+
+def read_approaches(folder: Path, settings: LearningSettings) -> Samples:
+    """Frames of a dataset in which nothing touches."""
+    return read_samples(
+        folder, LABELS, _untouched, columns=("contact", "gap_mm", "object_position_mm", "object_kind"),
+        long_side_px=settings.long_side_px,
+    )  # fmt: skip
+
+
 class Ranging(LearnedStudy):
     """The study `ranging`."""
 
     settings: ClassVar[type[StudyConfig]] = RangingConfig
-
-    @classmethod
-    def reader(cls) -> Read:
-        """Frames without contact."""
-        return read_approaches
-
-    @staticmethod
-    def frames_per_episode(recipe: Recipe) -> int:
-        """Frames near an object, or of nothing."""
-        hover = [1 + path.approach_frames + path.retreat_frames for path in recipe.paths if isinstance(path, HoverPath)]
-        return max([*hover, *(path.clear_frames for path in recipe.paths if isinstance(path, ClearPath))], default=0)
+    read = read_approaches
+    counted = near_frames
 
     def refuse(self) -> None:
         """Refuses a coat, through which nothing is seen, and a recipe without near objects or without empty frames.
@@ -89,42 +101,29 @@ class Ranging(LearnedStudy):
         errors, units, curve, checks = self.number_tables(folder, NUMBERS)
         found = detection_table(seen, seed=self.config.seed)
         by_gap = gap_table(seen, seed=self.config.seed)
-        headline: dict[str, Cell] = {
-            f"{label.name}_{label.unit}": absolute_error(seen, "model", label, seed=self.config.seed).value
-            for label in NUMBERS
-        }
-        headline |= {
+        said = {
             f"said_there_{row['gap']}".replace(" ", "_"): row["share"] for row in found.rows if row["answer"] == "model"
         }
+        headline = self.headline(seen, NUMBERS)
         return StudyResult(
-            headline=headline | {"frames": len(seen)},
+            headline={**headline, **said, "frames": len(seen)},
             tables=(found, errors, by_gap, units, curve, checks),
             matrices=(presence_matrix(seen),),
-            figures=(gap_figure(by_gap), *self.curves(errors, curve, NUMBERS), *answer_figures(seen, NUMBERS)),
+            figures=(gap_figure(by_gap), *curve_figures(curve, errors, NUMBERS), *answer_figures(seen, NUMBERS)),
             facts=self.facts(seen, "frames without contact"),
             notes=NOTES,
         )
-
-
-def read_approaches(folder: Path, settings: LearningSettings) -> Samples:
-    """Frames of a dataset in which nothing touches."""
-    return read_samples(
-        folder, LABELS, _untouched, columns=("contact", "gap_mm", "object_position_mm", "object_kind"),
-        long_side_px=settings.long_side_px,
-    )  # fmt: skip
 
 
 def _untouched(episode: EpisodeRows) -> Chosen:
     there = np.array([bool(kind) for kind in episode.columns["object_kind"]])
     gap = np.array([np.nan if each is None else each for each in episode.columns["gap_mm"]], float)
     gap = np.where(there, gap, np.nan)
-    places = np.array([each or (np.nan,) * 3 for each in episode.columns["object_position_mm"]], float)[:, :2]
-    places = np.where(there[:, None], places, np.nan)
-    references = np.array(episode.columns["is_reference"], bool)
+    places = np.where(there[:, None], episode.vectors("object_position_mm", 3)[:, :2], np.nan)
     return Chosen(
         rows=~np.array(episode.columns["contact"], bool) & ~(gap > EDGES_MM[-1]) & ~(gap < 0),
         targets=np.column_stack([there.astype(float), places, gap]),
-        features=change_features(episode.images, episode.images[references].mean(0)),
+        features=change_features(episode.images, episode.untouched),
         group=np.where(there, gap_bin(np.nan_to_num(gap)), ABSENT),
     )
 
@@ -178,11 +177,7 @@ def gap_figure(table: Table) -> Figure:
     series = []
     for label in NUMBERS:
         rows = [row for row in table.rows if row["label"] == label.name]
-        names = ("middle_mm", "error", "low", "high")
-        values = {name: [float(value) for row in rows if isinstance(value := row[name], float)] for name in names}
-        series.append(
-            Series(name=label.name, x=values["middle_mm"], y=values["error"], low=values["low"], high=values["high"])
-        )
+        series.append(error_series(label.name, rows, "middle_mm"))
     svg = plot_series(
         series, x_title="gap [mm]", y_title="mean absolute error [mm]", name="by-gap", label="Errors against the gap"
     )

@@ -2,25 +2,26 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from magicsim.errors import ConfigError, OutputError
+from magicsim.errors import ConfigError
 from magicsim.learn.baselines import change_features
 from magicsim.learn.packages import PACKAGES
 from magicsim.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim.learn.scores import mean_score
 from magicsim.learn.settings import LearningSettings
-from magicsim.study.learned.answers import Answers, checked_parts, read_answers
+from magicsim.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
 from magicsim.study.learned.data import data_stages, learning_stage, refuse_few, share_name
-from magicsim.study.learned.error_tables import SAID
+from magicsim.study.learned.error_tables import SAID, error_series
 from magicsim.study.learned.settings import LearnedConfig
-from magicsim.study.plots import Series, plot_series
+from magicsim.study.plots import plot_series
 from magicsim.study.protocol import Stage
-from magicsim.study.result import Cell, Column, Figure, Matrix, Row, StudyResult, Table
+from magicsim.study.result import Column, Figure, Matrix, Row, StudyResult, Table
 from magicsim.study.settings import StudyConfig
 from magicsim.study.stages.dataset_stage import DatasetStage
 from magicsim.study.stages.learning_stage import LearningStage
@@ -98,10 +99,7 @@ class Resolution:
         figures, matrices, headline = [], [], {}
         frames: dict[str, str] = {}
         for texture, (_, learning) in self._parts.items():
-            seen = read_answers(folder, learning, "press")
-            if seen is None:
-                msg = f"'{folder}' holds no answers of the study's models"
-                raise OutputError(msg)
+            seen = answers_on_presses(folder, learning)
             own = share_rows(texture, seen, seed=seed)
             rows += own
             unknown = read_answers(folder, learning, "unit")
@@ -152,7 +150,7 @@ def read_textures(folder: Path, settings: LearningSettings) -> Samples:
     )  # fmt: skip
     sizes = tuple(float(each) for each in np.unique(found.targets))
     label = Label(name="size", unit="mm", kind="choice", choices=sizes)
-    return type(found)(**{name: getattr(found, name) for name in found.__slots__} | {"labels": (label,)})
+    return replace(found, labels=(label,))
 
 
 def missed(found: Answers, method: str) -> Any:  # noqa: ANN401 - an array
@@ -197,14 +195,8 @@ def tolerance_figure(texture: str, rows: Sequence[Row]) -> Figure:
     series = []
     for answer in dict.fromkeys(str(row["answer"]) for row in rows):
         own = [row for row in rows if row["answer"] == answer]
-        values = {name: [_number(row[name]) for row in own] for name in ("within_mm", "share", "low", "high")}
-        is_model = answer == "model"
-        series.append(
-            Series(
-                name=answer, x=values["within_mm"], y=values["share"], low=values["low"] if is_model else None,
-                high=values["high"] if is_model else None,
-            )
-        )  # fmt: skip
+        drawn = error_series(answer, own, "within_mm", "share")
+        series.append(drawn if answer == "model" else replace(drawn, low=None, high=None))
     svg = plot_series(
         series, x_title="tolerance [mm]", y_title="share of right answers", name=f"within-{texture}",
         label=f"Right answers of {texture} against the tolerance",
@@ -237,18 +229,13 @@ def _part(config: ResolutionConfig, texture: Texture) -> tuple[list[DatasetStage
 def _pressed(episode: EpisodeRows) -> Chosen:
     rows = np.array(episode.columns["contact"], bool)
     sizes = [_size(json.loads(each)) if each else np.nan for each in episode.columns["object_config"]]
-    references = np.array(episode.columns["is_reference"], bool)
     return Chosen(
         rows=rows,
         targets=np.array(sizes, float)[:, None],
-        features=change_features(episode.images, episode.images[references].mean(0)),
+        features=change_features(episode.images, episode.untouched),
         group=np.zeros(len(rows), np.int64),
     )
 
 
 def _size(thing: dict[str, Any]) -> float:
     return round(float(thing["width_mm"] if thing["kind"] == "lines" else 2 * thing["radius_mm"]), 6)
-
-
-def _number(value: Cell) -> float:
-    return float(value) if isinstance(value, int | float) else float("nan")

@@ -37,7 +37,6 @@ class LearnedConfig(StudyConfig):
         """The file's content with the recipe in place."""
         from magicsim.study.study_file import named_table
 
-        del quick
         changes = data.pop("recipe_changes", {})
         recipe = named_table(data.get("recipe"), "recipe", folder) | changes
         return data | {"recipe": {key: value for key, value in recipe.items() if key not in OF_STUDY}}

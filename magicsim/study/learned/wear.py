@@ -7,13 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError
-from magicsim.learn.fitting import Fit, Read
+from magicsim.learn.fitting import Fit
 from magicsim.learn.samples import Label
-from magicsim.study.learned.answers import Answers, read_answers
+from magicsim.study.learned.answers import read_answers
 from magicsim.study.learned.data import share_name
-from magicsim.study.learned.error_tables import ERROR_COLUMNS, absolute_error, answer_figures, error_row
+from magicsim.study.learned.error_tables import ERROR_COLUMNS, absolute_error, answer_figures, error_row, error_series
 from magicsim.study.learned.learned_study import LearnedStudy
 from magicsim.study.learned.localisation import LABELS, read_touches, touched_frames
 from magicsim.study.learned.wear_settings import WearConfig
@@ -22,7 +21,6 @@ from magicsim.study.protocol import Stage
 from magicsim.study.result import Cell, Column, Figure, Row, StudyResult, Table
 from magicsim.study.settings import StudyConfig
 from magicsim.study.stages.dataset_stage import DatasetStage
-from magicsim.study.stages.learning_stage import LearningStage
 
 OTHER = "other-unit"
 """Name of the data of the second unit."""
@@ -46,6 +44,8 @@ class Wear(LearnedStudy):
     """The study `wear`."""
 
     settings: ClassVar[type[StudyConfig]] = WearConfig
+    read = read_touches
+    counted = touched_frames
     large: ClassVar[dict[str, bool]] = {"contact_mask": True}
     config: WearConfig
 
@@ -91,16 +91,6 @@ class Wear(LearnedStudy):
             ),
         )  # fmt: skip
 
-    @classmethod
-    def reader(cls) -> Read:
-        """Touched frames."""
-        return read_touches
-
-    @staticmethod
-    def frames_per_episode(recipe: Recipe) -> int:
-        """Touched frames."""
-        return touched_frames(recipe.paths)
-
     def refuse(self) -> None:
         """Refuses drifts of one name, and data that cannot be learned from.
 
@@ -116,15 +106,8 @@ class Wear(LearnedStudy):
     def stages(self) -> Sequence[Stage]:
         """All data, the models of the new sensor, and those of the second unit."""
         tuning = [self._tuning] if self._tuning.fits else []
-        return [
-            *self.data,
-            *self._life.values(),
-            *self._alone.values(),
-            self._other,
-            self.learning,
-            self._plain,
-            *tuning,
-        ]
+        data = [*self.data, *self._life.values(), *self._alone.values(), self._other]
+        return [*data, self.learning, self._plain, *tuning]
 
     def conclude(self, folder: Path) -> StudyResult:
         """Errors along the life, with each drift alone, and on the second unit."""
@@ -180,7 +163,7 @@ class Wear(LearnedStudy):
         for label in LABELS:
             for stage in (self.learning, self._plain):
                 for key, data in parts.items():
-                    found = self._answers(folder, stage, data)
+                    found = self.first_model(folder, stage, data.name)
                     if found is None or not len(found):
                         continue
                     others = {
@@ -193,9 +176,10 @@ class Wear(LearnedStudy):
     def _cross_rows(self, folder: Path) -> Iterator[Row]:
         """A row a label and share of the second unit's first half, on the other half."""
         seed = self.config.seed
-        tuned = {share: self._tuned(folder, share) for share in sorted(self.config.tuned_shares)}
+        shares = sorted(self.config.tuned_shares)
+        tuned = {share: read_answers(folder, self._tuning, share_name(share)) for share in shares}
         kept = next((each.column("press") for each in tuned.values() if each is not None), None)
-        plain = self._answers(folder, self.learning, self._other)
+        plain = self.first_model(folder, self.learning, self._other.name)
         if plain is not None and kept is not None:
             plain = plain.where(np.isin(plain.column("press"), kept))
         for label in LABELS:
@@ -206,22 +190,12 @@ class Wear(LearnedStudy):
                 first: dict[str, Cell] = {"share": share, "tuned_frames": frames}
                 yield error_row(first, label, absolute_error(found, "model", label, seed=seed))
 
-    def _tuned(self, folder: Path, share: float) -> Answers | None:
-        return read_answers(folder, self._tuning, share_name(share))
-
-    def _answers(self, folder: Path, stage: LearningStage, data: DatasetStage) -> Answers | None:
-        """Answers of a stage's first model: on the test of what it learned from, or on further data."""
-        first = replace(stage, fits=stage.fits[:1])
-        if data.name == stage.dataset:
-            return read_answers(folder, first, "press")
-        return read_answers(folder, first, "press", f"answers-{data.name}.parquet")
-
 
 def _life_figures(rows: Sequence[Row]) -> Iterator[Figure]:
     for label in _plotted(rows):
         own = [row for row in rows if row["label"] == label.name]
         series = [
-            _series(f"read {read}", [row for row in own if row["read"] == read], "wear")
+            error_series(f"read {read}", [row for row in own if row["read"] == read], "wear")
             for read in dict.fromkeys(str(row["read"]) for row in own)
         ]
         series.append(
@@ -240,7 +214,7 @@ def _cross_figures(rows: Sequence[Row]) -> Iterator[Figure]:
         own = [row for row in rows if row["label"] == label.name]
         title = f"error of {label.name} [{label.unit}]"
         svg = plot_series(
-            [_series("second unit", own, "tuned_frames")], x_title="frames of it learned from", y_title=title,
+            [error_series("second unit", own, "tuned_frames")], x_title="frames of it learned from", y_title=title,
             name=f"cross-{label.name.replace('_', '-')}", label=f"{title} against frames of the second unit",
         )  # fmt: skip
         yield Figure(name=f"cross-{label.name}", title=f"Cross-test: {title}", svg=svg)
@@ -249,8 +223,3 @@ def _cross_figures(rows: Sequence[Row]) -> Iterator[Figure]:
 def _plotted(rows: Sequence[Row]) -> list[Label]:
     there = {row["label"] for row in rows}
     return [label for label in LABELS if label.name in PLOTTED and label.name in there]
-
-
-def _series(name: str, rows: Sequence[Row], x: str) -> Series:
-    values = {key: [float(str(row[key])) for row in rows] for key in (x, "error", "low", "high")}
-    return Series(name=name, x=values[x], y=values["error"], low=values["low"], high=values["high"])

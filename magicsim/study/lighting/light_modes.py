@@ -67,7 +67,6 @@ class LightModesConfig(StudyConfig):
         """The file's content with the rigs in place."""
         from magicsim.study.study_file import named_table
 
-        del quick
         rigs = data.get("rigs", [])
         if isinstance(rigs, list):
             data = data | {"rigs": {Path(str(each)).stem: named_table(each, "rig", folder) for each in rigs}}
@@ -250,8 +249,7 @@ def mode_rows(ior: float, draws: Sequence[dict[str, Any]]) -> Iterator[Row]:
         draws: What `followed` gave.
     """
     radiance = np.array([np.array(each["radiance"])[:-1].sum(0) for each in draws])  # the room is the last light
-    for place, (part, title) in enumerate(LEGS.items()):
-        del part
+    for place, title in enumerate(LEGS.values()):
         kinds = radiance.sum(2 - place)  # draws, kinds, channels
         of_all = kinds.sum(2) / kinds.sum((1, 2))[:, None]
         channels = kinds.sum(0) / np.maximum(kinds.sum((0, 1)), 1e-300)

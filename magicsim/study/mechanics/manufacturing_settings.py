@@ -68,7 +68,6 @@ class ManufacturingConfig(StudyConfig):
     @classmethod
     def completed(cls, data: dict[str, Any], *, folder: Path, quick: bool) -> dict[str, Any]:
         """The moulded design put in place."""
-        del quick
         return data | {"moulded_design": named_table(data.get("moulded_design", "gelsight-type"), "design", folder)}
 
     @model_validator(mode="after")

@@ -50,7 +50,6 @@ class LearningStage:
 
     def core_seconds(self, processes: int) -> float:
         """Rough time on one core [s], if every model takes two thirds of its passes."""
-        del processes
         pixels = REDUCED if self.settings.long_side_px == 0 else 0.75 * self.settings.long_side_px**2
         passes = 2 / 3 * self.settings.epochs * self.frames * pixels
         return sum(START_S + passes * PIXEL_S[fit.network] * fit.share for fit in self.fits)
@@ -61,7 +60,6 @@ class LearningStage:
 
     def owns(self, name: str) -> bool:
         """None of the files: the study's own list has them."""
-        del name
         return False
 
     def folder(self, study: Path, fit: Fit) -> Path:

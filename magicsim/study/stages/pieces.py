@@ -35,7 +35,6 @@ class PiecesStage:
 
     def core_seconds(self, processes: int) -> float:
         """Rough time on one core [s]."""
-        del processes
         return self.seconds * len(self.tasks)
 
     def is_done(self, folder: Path) -> bool:
@@ -44,7 +43,6 @@ class PiecesStage:
 
     def owns(self, name: str) -> bool:
         """None of the files: the study's own list has them."""
-        del name
         return False
 
     def run(self, workshop: Workshop) -> None:

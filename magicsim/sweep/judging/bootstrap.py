@@ -13,9 +13,7 @@ CONFIDENCE = 0.95
 RESAMPLES = 400
 
 
-def interval(
-    renderings: Sequence[Statistic], count: int, *, seed: int, resamples: int = RESAMPLES
-) -> tuple[float, float]:
+def interval(renderings: Sequence[Statistic], count: int, *, seed: int) -> tuple[float, float]:
     """Ends of the 95 % interval of a statistic's mean over independent renderings.
 
     Renderings are drawn, and in each drawn one its items. Of what n renderings differ by, drawing among them sees
@@ -25,7 +23,6 @@ def interval(
         renderings: What is estimated from the items of each.
         count: How many items each has.
         seed: Of the draws.
-        resamples: How often they are drawn.
 
     Returns:
         NaN twice where the statistic is never defined.
@@ -37,7 +34,7 @@ def interval(
         chosen = random.integers(0, len(renderings), len(renderings)) if len(renderings) > 1 else [0]
         return float(np.mean([renderings[number](random.integers(0, count, count)) for number in chosen]))
 
-    values = np.array([drawn() for _ in range(resamples)])
+    values = np.array([drawn() for _ in range(RESAMPLES)])
     values = values[np.isfinite(values)]
     if not len(values):
         return float("nan"), float("nan")

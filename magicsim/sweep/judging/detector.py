@@ -43,17 +43,15 @@ class FittedDetector:
         return np.array([[each.entropy, each.correlation, each.similarity] for each in self.verdicts(frames)])
 
 
-def fit_detector(film: Film, base: DetectorProfile | None = None) -> FittedDetector:
+def fit_detector(film: Film) -> FittedDetector:
     """Fits thresholds and options to the training part of a film.
 
-    Args:
-        film: Of the design.
-        base: Gives what is not fitted; `published` by default, its kernel as large on the face as in a whole image.
+    `published` gives what is not fitted, its kernel as large on the face as in a whole image.
 
     Raises:
         ConfigError: No option leaves a grid to be seen.
     """
-    start = base or load_profile("published")
+    start = load_profile("published")
     size = kernel_px(start.grid_blur_px, film.camera.rows)
     kernels = sorted({0, kernel_px(5, film.camera.rows), kernel_px(9, film.camera.rows)})
     candidates = Candidates(grid_blur_px=(size,), difference_blur_px=kernels)
