@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.config.presets import expanded, is_file, is_folder
-from magicsim.config.toml_paths import MESH_KEYS, ROOM_SUFFIXES, read_with_paths
+from magicsim.config.toml_paths import MESH_KEYS, is_picture, read_with_paths
 from magicsim.errors import ConfigError
 from magicsim.folder.hashing import sha256_of
 
@@ -74,10 +74,9 @@ def _names(value: object) -> Iterator[str]:
             yield value
     elif isinstance(value, Mapping):
         keys = OF_KIND.get(str(value.get("kind")), ())
-        room = value.get("room")
+        rooms = value.get("rooms")
         yield from (value[key] for key in keys if isinstance(value.get(key), str))
-        if isinstance(room, str) and room.lower().endswith(ROOM_SUFFIXES):
-            yield room
+        yield from filter(is_picture, [value.get("room"), *(rooms if isinstance(rooms, list | tuple) else ())])
         for each in value.values():
             yield from _names(each)
     elif isinstance(value, list | tuple):

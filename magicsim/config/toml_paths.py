@@ -34,9 +34,16 @@ def _placed(value: object, folder: Path) -> Any:  # noqa: ANN401 - whatever the 
         return value
     table = {key: _placed(each, folder) for key, each in value.items()}
     keys = list(MESH_KEYS) if table.get("kind") == "mesh" else []
-    if isinstance(table.get("room"), str) and table["room"].lower().endswith(ROOM_SUFFIXES):
+    if is_picture(table.get("room")):
         keys.append("room")
+    if isinstance(table.get("rooms"), list):
+        table["rooms"] = [_beside(each, folder) if is_picture(each) else each for each in table["rooms"]]
     return table | {key: _beside(table[key], folder) for key in keys if isinstance(table.get(key), str)}
+
+
+def is_picture(room: object) -> bool:
+    """Whether a room is a file of the user's, no name."""
+    return isinstance(room, str) and room.lower().endswith(ROOM_SUFFIXES)
 
 
 def _beside(name: str, folder: Path) -> str:

@@ -19,7 +19,7 @@ from magicsim.camera.settings import (
     Shutter,
 )
 from magicsim.camera.window import Window
-from magicsim.config.models import Config, load_preset
+from magicsim.config.models import Config, load_preset, validate
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 from magicsim.scenes.lamps import BRIGHTEST, FAINTEST, FARTHEST_MM, Led, LedRing, PlaceMm, Rgb
 from magicsim.scenes.passing import Passing
@@ -33,6 +33,8 @@ Pixel = Annotated[int, Field(ge=0, le=2047)]
 PixelCount = Annotated[int, Field(ge=8, le=2048)]
 Offset = Annotated[float, Field(ge=-1024, le=1024)]
 DARK = "dark"
+DIM = (0.1, 0.1, 0.1)
+"""Radiance of a room whose light nobody gives, relative to the strips': assumed."""
 """The room without light."""
 Side = Literal["-x", "+x", "-y", "+y"]
 INSET_MM = 0.2
@@ -308,3 +310,19 @@ def load_rig(name: str | Path, overrides: Sequence[str] = ()) -> Rig:
         ConfigError: The content is not acceptable.
     """
     return load_preset(Rig, "rig", name, overrides)
+
+
+def in_room(rig: Rig, room: str) -> Rig:
+    """The rig in a room; its own light is scaled by nothing.
+
+    Args:
+        rig: The rig.
+        room: Name, image or `dark`.
+
+    Raises:
+        ConfigError: There is no such room.
+    """
+    values = rig.model_dump() | {"room": room}
+    if room != DARK and not any(rig.ambient):
+        values["ambient"] = DIM
+    return validate(Rig, values, source="room")

@@ -13,7 +13,7 @@ from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.sampling.distribution import Distribution, Value, choose
-from magicsim.scenes.rig import Rig
+from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings, Seed
 from magicsim.sweep.judging.measures import MEASURES, Better
 from magicsim.sweep.judging.quality import Quality
@@ -105,6 +105,9 @@ class SweepConfig(Config):
     """The base block; a file may give the name of a design preset instead."""
     rig: Rig
     """What surrounds it; a file may give the name of a rig preset instead."""
+    rooms: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=1000)], ...], Field(max_length=20)] = ()
+    """Rooms that the renderings of every design stand in by turns, each with a camera of its own; see `Rig.room`.
+    Without any all stand in the rig's."""
     render: RenderSettings = RenderSettings()
     """Rendering, of which the quality sets samples and particles."""
     object: ObjectConfig
@@ -136,6 +139,7 @@ class SweepConfig(Config):
         for each in self.objectives:
             if each.measure not in self.measures:
                 raise ValueError(unknown_choice("objective", each.measure, self.measures))
+        self._check_rooms()
         self._check_count()
         self._check_search()
         names = [each.field for each in self.swept]
@@ -143,6 +147,21 @@ class SweepConfig(Config):
             msg = f"swept.field = {names} is not allowed: names a field twice"
             raise ValueError(msg)
         return self
+
+    def _check_rooms(self) -> None:
+        if self.rooms and any(each.field == ROOM for each in self.swept) | any(ROOM in each for each in self.also):
+            msg = f"rooms is not allowed where '{ROOM}' is swept: must be one of the two"
+            raise ValueError(msg)
+        if len(self.rooms) > self.quality.renderings:
+            msg = (
+                f"rooms = {list(self.rooms)} is not allowed: holds {len(self.rooms)}, and each rendering stands in "
+                f"one; must be at most quality.renderings = {self.quality.renderings}"
+            )
+            raise ValueError(msg)
+        for each in self.rooms:
+            if in_room(self.rig, each).moving is not None:
+                msg = f"rooms = '{each}' is not allowed: something passes there; sweep '{ROOM}' instead"
+                raise ValueError(msg)
 
     def _check_count(self) -> None:
         if len(self.also) > MAX_DESIGNS:

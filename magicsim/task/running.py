@@ -13,6 +13,7 @@ from magicsim.errors import ConfigError
 from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
+from magicsim.scenes.rig import in_room
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.task.episode import FrameRow, Image, Recorded, play
 from magicsim.task.film import contact_sheet, film
@@ -21,7 +22,7 @@ from magicsim.task.growing import Played, Progress, Run, as_json, as_parquet, gr
 from magicsim.task.item import Item, load_item
 from magicsim.task.outcome import Outcome, judge_episode
 from magicsim.task.resolved import resolved
-from magicsim.task.settings import GraspConfig, in_room
+from magicsim.task.settings import GraspConfig
 from magicsim.task.story import Story, draw_story
 from magicsim.task.summary import TaskSummary, summarise
 from magicsim.task.world import World, build_gripper, check_room_for

@@ -6,7 +6,6 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from magicsim.config.models import Config
-from magicsim.scenes.rig import DARK, Rig
 
 PositiveMm = Annotated[float, Field(gt=0, le=1000)]
 Speed = Annotated[float, Field(gt=0, le=1000)]
@@ -113,21 +112,3 @@ class GraspConfig(Config):
             )
             raise ValueError(msg)
         return self
-
-
-def in_room(rig: Rig, room: str) -> Rig:
-    """The rig in a room; its own light is scaled by nothing.
-
-    Args:
-        rig: The rig.
-        room: Name, image or `dark`.
-
-    Raises:
-        ConfigError: There is no such room.
-    """
-    from magicsim.config.models import validate
-
-    values = rig.model_dump() | {"room": room}
-    if room != DARK and not any(rig.ambient):
-        values["ambient"] = (0.1, 0.1, 0.1)
-    return validate(Rig, values, source="room")

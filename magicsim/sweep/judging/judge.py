@@ -59,7 +59,7 @@ def judge_design(task: DesignTask) -> bytes:
         curves=gathered.curves,
         pictures=gathered.pictures,
         profile=gathered.profile,
-        room=design.sensor.rig.room,
+        room=", ".join(sweep.rooms) or design.sensor.rig.room,
         passes=design.sensor.rig.moving is not None,
         seconds=time.perf_counter() - start,
     ).to_json()

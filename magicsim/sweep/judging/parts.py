@@ -84,7 +84,7 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
     Raises:
         MagicsimError: The film has no valid frames.
     """
-    films = film_design(sensor, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
+    films = film_design(sensor, sweep.object, sweep.quality, rooms=sweep.rooms, seed=sweep.seed, untouched=untouched)
     first = films[0]
     parts = Parts(pictures=_pictures(first))
     wanted, by_similarity = set(sweep.measures), ("sensitivity_per_mm", "sensitivity_per_n")

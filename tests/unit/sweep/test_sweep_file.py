@@ -34,6 +34,9 @@ from .fakes import small_sweep
         ("quality.light_depth_mm=0.3", "light_depth_mm = 0.3 is not allowed: must be below 0.3"),
         ("quality.line_spacings_mm=[0.5]", "must be greater than or equal to 1"),
         ("quality.columms=10", "did you mean 'columns'"),
+        ("rooms=['offise']", "unknown room (or a PNG or JPEG file) 'offise' (did you mean 'office'?)"),
+        ("rooms=['office','corridor']", "rooms = 'corridor' is not allowed: something passes there"),
+        ("rooms=['office','window','bench']", "must be at most quality.renderings = 2"),
     ],
 )
 def test_what_is_wrong_is_named_in_one_line(setting: str, named: str):
@@ -64,6 +67,33 @@ def test_hash_follows_the_pictures_of_swept_rooms(tmp_path: Path):
         Image.new("RGB", (64, 32), (grey, 100, 100)).save(picture)
         hashes.append(small_sweep("rig=digit-office", swept).config_hash())
     assert hashes[0] != hashes[1]
+
+
+def test_rooms_are_either_swept_or_drawn_on_in_every_design():
+    with pytest.raises(ConfigError, match=r"rooms is not allowed where 'rig\.room' is swept"):
+        small_sweep("rig=digit-office", "rooms=['office']", "also=[{'rig.room'='window'}]")
+
+
+def test_shipped_sweeps_see_every_design_in_several_rooms():
+    for name in ("cell-skin", "print-sobol", "print-search"):
+        sweep = load_sweep(name)
+        assert len(set(sweep.rooms)) == sweep.quality.renderings > 1
+
+
+def test_hash_follows_the_pictures_of_rooms_beside_the_file(tmp_path: Path):
+    (tmp_path / "mine.toml").write_text(Path(__file__).with_name("small.toml").read_text().replace(
+        "seed = 1\n", "seed = 1\nrooms = ['room.png']\n"
+    ).replace("digit-rgb", "digit-office"))  # fmt: skip
+    hashes = []
+    for grey in (50, 200):
+        Image.new("RGB", (64, 32), (grey, 100, 100)).save(tmp_path / "room.png")
+        hashes.append(load_sweep(tmp_path / "mine.toml").config_hash())
+    assert hashes[0] != hashes[1]
+
+
+def test_hash_knows_the_rooms():
+    office, window = (small_sweep(f"rooms=['{room}']").config_hash() for room in ("office", "window"))
+    assert len({office, window, small_sweep().config_hash()}) == 3
 
 
 def test_a_seed_of_the_command_line_takes_the_place_of_the_files():

@@ -11,14 +11,15 @@ from sweep.fakes import small_sweep
 pytestmark = pytest.mark.slow
 SETTINGS = (
     "rig=digit-office", "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "quality.columns=24", "quality.rows=32",
-    "quality.touches=6", "quality.renderings=1", "quality.gaps_mm=[20.0,5.0,1.0]", "quality.depths_mm=[0.3,1.0]",
-    "object.radius_mm=3", "swept=[{field='rig.room',values=['office','corridor']}]",
+    "quality.touches=6", "quality.gaps_mm=[20.0,5.0,1.0]", "quality.depths_mm=[0.3,1.0]",
+    "object.radius_mm=3",
 )  # fmt: skip
+SWEPT = ("quality.renderings=1", "swept=[{field='rig.room',values=['office','corridor']}]")
 
 
 @pytest.fixture(scope="module")
 def films() -> list[Film]:
-    sweep = small_sweep(*SETTINGS)
+    sweep = small_sweep(*SETTINGS, *SWEPT)
     return [
         film_design(each.sensor, sweep.object, sweep.quality, seed=1, untouched=UntouchedStates())[0]
         for each in list_designs(sweep)
@@ -46,3 +47,18 @@ def test_states_of_the_film_see_it_move(films: list[Film]):
         corridor.approach, office.approach, strict=True
     )]  # fmt: skip
     assert min(changes) > 0
+
+
+def test_renderings_stand_in_rooms_of_their_own_and_have_cameras_of_their_own():
+    sweep = small_sweep(*SETTINGS, "quality.renderings=3", "rooms=['window','dark']")
+    sensor = list_designs(sweep)[0].sensor
+    films = film_design(
+        sensor, sweep.object, sweep.quality, rooms=sweep.rooms, seed=1, untouched=UntouchedStates()
+    )  # fmt: skip
+    window, dark, again = (film.untouched.radiance.mean((0, 1)) for film in films)
+    np.testing.assert_allclose(window, again, rtol=0.05)
+    assert (dark < 0.99 * window).all()
+    assert len({film.camera.pattern_seed for film in films}) == 3
+    assert (films[1].exposure.gain > films[0].exposure.gain).all()
+    touched = [film.touches[0].radiance for film in films]
+    assert all(np.abs(one - film.untouched.radiance).max() > 0 for one, film in zip(touched, films, strict=True))
