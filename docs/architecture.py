@@ -24,7 +24,7 @@ MAKES = {
 """What each part makes."""
 ASIDE, LINES = "detectors", ("NumPy and", "OpenCV alone:", "runs on a robot")
 """The part that imports the leaf and nothing else."""
-UNSEEN = {"names", ASIDE}
+UNSEEN = {"names", "arrays", ASIDE}
 """Parts without a place among the layers."""
 WIDTH, ROW, GAP, LEFT, COLUMN, ASIDE_WIDTH = 760, 50, 14, 10, 620, 110
 
