@@ -8,8 +8,8 @@ untouched sensor; `magicsim.camera.stream` has what depends on time and on the f
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, FloatImage, Frame
 from magicsim.camera.effects.faults import dark_signal_e, is_alive, row_offsets_e
 from magicsim.camera.effects.mjpeg import through_mjpeg
 from magicsim.camera.effects.randomness import PATTERN_STREAM, deviates
@@ -18,8 +18,6 @@ from magicsim.camera.settings import Mjpeg, PixelFaults
 from magicsim.errors import RenderError
 from magicsim.scenes.rig import Camera
 
-FloatImage = npt.NDArray[np.float32]
-Frame = npt.NDArray[np.uint8]
 Lit = tuple[bool, bool, bool]
 NO_FAULTS = PixelFaults()
 
@@ -28,7 +26,7 @@ NO_FAULTS = PixelFaults()
 class Exposure:
     """Locked gains: signal = gain * radiance, 1 at grey level 255."""
 
-    gain: npt.NDArray[np.float64]
+    gain: Array
     """Gain of each channel, shape (3,)."""
 
 
@@ -115,7 +113,7 @@ def expose(
     return through_mjpeg(image, camera.compression) if isinstance(camera.compression, Mjpeg) else image
 
 
-def _noise(shape: tuple[int, ...], camera: Camera, random: np.random.Generator) -> npt.NDArray[np.float64]:
+def _noise(shape: tuple[int, ...], camera: Camera, random: np.random.Generator) -> Array:
     """Normal deviates of the pixels that are read out, each its own in the whole image."""
     if camera.region_px is None:
         return random.standard_normal(shape)

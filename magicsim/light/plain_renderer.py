@@ -3,8 +3,8 @@
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, FloatImage
 from magicsim.camera.film import Film, film
 from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
@@ -20,9 +20,6 @@ from magicsim.light.world.scene_dict import lights_off
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.view import View
-
-Array = npt.NDArray[np.float64]
-FloatImage = npt.NDArray[np.float32]
 
 
 class PlainRenderer:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.arrays import Array, FloatImage, Mask
 from magicsim.camera.film import film
 from magicsim.camera.window import Window
 from magicsim.geometry.elastomer import Elastomer
@@ -19,7 +20,7 @@ from magicsim.light.frame.anchored_image import anchored_image
 from magicsim.light.frame.frame_image import Look, own_field
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.frame.shared_noise import REACH_PX
-from magicsim.light.plain_renderer import FloatImage, PlainRenderer, checked
+from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
 from magicsim.light.records.untouched_states import UntouchedStates
@@ -35,7 +36,6 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.view import View
 
-Array = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.uint32]
 CLEAR_MM = 1e-3
 """An object that is not farther than this from the contact face may touch it [mm]."""
@@ -284,7 +284,7 @@ class Renderer(PlainRenderer):
         """Puts it there when it is called; it does not hold this renderer, whose memory is large."""
         return partial(self._outsides.of, None if self.object_finish.is_ghost else placed, light_x_mm)
 
-    def _changed(self, view: View, placed: Array | None, pixels: Numbers) -> npt.NDArray[np.bool_]:
+    def _changed(self, view: View, placed: Array | None, pixels: Numbers) -> Mask:
         """Which pixels have a path of the cheap record that met something that has moved, shape (pixels,)."""
         if not self.leaves_out_unmoved:
             return np.ones(len(pixels), bool)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import face_weights
 from magicsim.deform.lattice.cell_correctors import CellCorrectors, cell_correctors
 from magicsim.deform.lattice.follow import FollowMap, follow_map
@@ -17,7 +18,6 @@ from magicsim.light.world.marker_disks import marker_disks
 from magicsim.scenes.scene import ContactSettings
 from magicsim.simulation.unmoved import still
 
-Array = npt.NDArray[np.float64]
 WET_OVERLAP_MM = 0.008
 """How far the object's surface stands out of the skin where they are in optical contact [mm]: more than the
 3 micrometres that `volpath` needs to see them as one."""
@@ -31,7 +31,7 @@ class Meshes:
     face: FollowMap
     """The body's vertices on the contact face, which follow it as the contact points do."""
     infill: CellCorrectors | None
-    is_face: npt.NDArray[np.bool_]
+    is_face: Mask
     """Body vertices on the contact face, shape (body vertices,)."""
     markers: FollowMap | None
     """Markers below the face."""

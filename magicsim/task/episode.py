@@ -3,9 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
@@ -15,7 +13,6 @@ from magicsim.errors import MagicsimError
 from magicsim.task.policy import RELEASE_FRAMES, command
 from magicsim.task.world import Happened, World
 
-Image = npt.NDArray[np.uint8]
 AFTER_FRAMES = 3
 """Frames after the machine waits again."""
 
@@ -71,7 +68,7 @@ class Recorded:
 
 def play(
     world: World, profile: DetectorProfile, *, episode: int, seed: int,
-    seen: Callable[[Image, FrameRow], None] | None = None,
+    seen: Callable[[Frame, FrameRow], None] | None = None,
 ) -> Recorded:  # fmt: skip
     """Plays an episode; the machine reads the upper finger's frames.
 

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image as Pillow
 
-from magicsim.task.episode import FrameRow, Image
+from magicsim.arrays import Frame
+from magicsim.task.episode import FrameRow
 
 BAR_PX = 46
 """Height of the text below each image."""
@@ -18,7 +19,7 @@ COLUMNS, MOST = 8, 24
 SCALE = 0.35
 
 
-def told(image: Image, row: FrameRow) -> Image:
+def told(image: Frame, row: FrameRow) -> Frame:
     """An image with its line of text."""
     lines = (
         f"{row.time_s:5.2f} s  {row.stage}" + (f"  {row.event}" if row.event else ""),
@@ -30,7 +31,7 @@ def told(image: Image, row: FrameRow) -> Image:
     return np.concatenate([image, bar])
 
 
-def contact_sheet(frames: Sequence[tuple[Image, FrameRow]]) -> bytes:
+def contact_sheet(frames: Sequence[tuple[Frame, FrameRow]]) -> bytes:
     """A JPEG with the frames in which something changes, and others evenly between them, in order.
 
     Args:
@@ -45,7 +46,7 @@ def contact_sheet(frames: Sequence[tuple[Image, FrameRow]]) -> bytes:
     return bytes(encoded.tobytes())
 
 
-def film(frames: Sequence[tuple[Image, FrameRow]], *, frames_per_second: float) -> bytes:
+def film(frames: Sequence[tuple[Frame, FrameRow]], *, frames_per_second: float) -> bytes:
     """An animated WebP of an episode, at the rate of its frames.
 
     Args:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from magicsim.arrays import Frame
 from magicsim.config.models import validate
 from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.errors import ConfigError
@@ -15,7 +16,7 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim.scenes.rig import in_room
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.task.episode import FrameRow, Image, Recorded, play
+from magicsim.task.episode import FrameRow, Recorded, play
 from magicsim.task.film import contact_sheet, film
 from magicsim.task.folder import EPISODES_TABLE, FRAMES_TABLE, RESULTS
 from magicsim.task.growing import Played, Progress, Run, as_json, as_parquet, grow
@@ -29,7 +30,7 @@ from magicsim.task.world import World, build_gripper, check_room_for
 
 NOISE = 31
 """Keeps the seeds of the frames' noise apart from others."""
-Frames = list[tuple[Image, FrameRow]]
+Frames = list[tuple[Frame, FrameRow]]
 
 
 def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
@@ -71,7 +72,7 @@ class Stage:
         """What episodes depend on, with the content of every file."""
         return resolved(self.config, items=self.items, scenes=self._scenes, profile=asdict(self.profile))
 
-    def play(self, episode: int, *, seen: Callable[[Image, FrameRow], None] | None = None) -> tuple[Recorded, Outcome]:
+    def play(self, episode: int, *, seen: Callable[[Frame, FrameRow], None] | None = None) -> tuple[Recorded, Outcome]:
         """One episode, and what became of it.
 
         Args:
@@ -140,8 +141,8 @@ def run_grasps(
     return grow(out, stage.settings(), run, played, concluded)
 
 
-def _keeping(frames: Frames) -> Callable[[Image, FrameRow], None]:
-    def keep(image: Image, row: FrameRow) -> None:
+def _keeping(frames: Frames) -> Callable[[Frame, FrameRow], None]:
+    def keep(image: Frame, row: FrameRow) -> None:
         frames.append((image, row))
 
     return keep

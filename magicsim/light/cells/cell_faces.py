@@ -4,15 +4,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import mi
 from magicsim.light.cells.cell_planes import dented_cells, largest_dents_mm, outward_normals
 from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 PACKET = 4
 """Floats that are fetched together."""
 NONE = 2**32 - 1

@@ -8,11 +8,10 @@ from itertools import product
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Index
 from magicsim.geometry.elastomer import Elastomer
 
-Indices = npt.NDArray[np.int64]
 FACES = 6
 """Faces of a cell; face 2 * axis + side, where side is 1 towards +axis."""
 
@@ -25,9 +24,9 @@ class CellTopology:
     """Cells along x, y and z."""
     parts: int
     """Quads along an edge of a face."""
-    corners: Indices
+    corners: Index
     """Vertex of the cell for each vertex of a face, row after row, shape (6, (parts + 1)^2)."""
-    triangles: Indices
+    triangles: Index
     """Triangle of the cell for each canonical triangle of a face, shape (6, 2 * parts^2)."""
 
     @classmethod
@@ -51,13 +50,13 @@ class CellTopology:
         return cls(counts=grid.counts, parts=parts, corners=corners, triangles=triangles)
 
     @property
-    def face_of(self) -> Indices:
+    def face_of(self) -> Index:
         """Face of each triangle of a cell, shape (triangles of a cell,)."""
         result = np.empty(self.triangles.size, np.int64)
         result[self.triangles] = np.arange(FACES)[:, None]
         return result
 
-    def neighbours(self) -> Indices:
+    def neighbours(self) -> Index:
         """Cell across each face of each cell, -1 where there is none, shape (cells, 6)."""
         nx, ny, nz = self.counts
         index = np.full((nz + 2, ny + 2, nx + 2), -1)
@@ -66,7 +65,7 @@ class CellTopology:
         return np.stack([array[1:-1, 1:-1, 1:-1].ravel() for array in across], 1)
 
 
-def canonical_triangles(parts: int) -> Indices:
+def canonical_triangles(parts: int) -> Index:
     """Corners of the triangles of a face, counter-clockwise from outside, shape (2 * parts^2, 3)."""
     row = parts + 1
     found = []
@@ -76,7 +75,7 @@ def canonical_triangles(parts: int) -> Indices:
     return np.array(found)
 
 
-def _canonical(places: Indices, faces: Indices, parts: int, axis: int, side: int) -> tuple[Indices, Indices] | None:
+def _canonical(places: Index, faces: Index, parts: int, axis: int, side: int) -> tuple[Index, Index] | None:
     """Corners and triangles of one face, or None if no turn of the square fits its triangles."""
     on_face = places[:, axis] == side * parts
     mine = np.flatnonzero(on_face[faces].all(1))

@@ -1,17 +1,13 @@
 """Image of a frame, anchored to the untouched sensor: its careful image and what the frame changes."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import FloatImage, Mask
 from magicsim.camera.window import Window
 from magicsim.light.frame.shared_noise import REACH_PX, change_without_shared_noise
 
-FloatImage = npt.NDArray[np.float32]
 
-
-def anchored_image(
-    now: FloatImage, cheap: FloatImage, careful: FloatImage, changed: npt.NDArray[np.bool_]
-) -> FloatImage:
+def anchored_image(now: FloatImage, cheap: FloatImage, careful: FloatImage, changed: Mask) -> FloatImage:
     """The careful image and the change that a frame shows, less shared noise.
 
     Nothing smooths it: detail keeps its contrast (`benchmarks/detail.py`), and noise that is the frame's own stays.
@@ -26,9 +22,7 @@ def anchored_image(
     return np.where(changed[..., None], np.maximum(change, 0), change)
 
 
-def anchored_change(
-    now: FloatImage, cheap: FloatImage, careful: FloatImage, changed: npt.NDArray[np.bool_]
-) -> FloatImage:
+def anchored_change(now: FloatImage, cheap: FloatImage, careful: FloatImage, changed: Mask) -> FloatImage:
     """`anchored_image` of values that may be negative, as those are that one light changes.
 
     Args:

@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
+from magicsim.arrays import Array
 from magicsim.light.transport.light_field import LightField
 
-Array = npt.NDArray[np.float64]
 Counts = tuple[int, int, int]
 SMOOTHING_CELLS = (2.0, 4.0, 8.0)
 """Standard deviations of local means [cells]: the first below a scattering free path of 3 mm."""

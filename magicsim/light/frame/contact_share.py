@@ -10,7 +10,8 @@ import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array
+
 PATCHES = 200
 """Patches that a contact is taken as, about."""
 

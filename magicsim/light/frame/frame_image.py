@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.outside import Outside
 
-FloatImage = npt.NDArray[np.float32]
 Numbers = npt.NDArray[np.uint32]
 MIRRORED_PER_SAMPLE = 3
 """Paths that a glossy object sends on, for each camera sample: its highlights are small and bright."""
@@ -37,7 +37,7 @@ class Look:
     seed: int
     """Seed of the frame."""
 
-    def through(self, rest: Untouched, light: LightField, pixels: Numbers) -> npt.NDArray[np.float64]:
+    def through(self, rest: Untouched, light: LightField, pixels: Numbers) -> Array:
         """Radiance of some pixels by the paths of one record, shape (pixels, 3).
 
         Args:

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.frame.anchored_light import Expected, anchored_light
 from magicsim.light.frame.contact_share import contact_share
@@ -24,7 +24,6 @@ from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.light.world.outside import Outside
 
-Array = npt.NDArray[np.float64]
 LIFTED_MM = 2e-3
 """Gap of the last state before contact [mm]."""
 LIFTED_DIGITS = 7

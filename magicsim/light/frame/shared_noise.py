@@ -5,11 +5,10 @@ sensor's cheap image; where the grid is deformed its camera paths are others, an
 """
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-FloatImage = npt.NDArray[np.float32]
-Array = npt.NDArray[np.float64]
+from magicsim.arrays import Array, FloatImage
+
 SPREAD_PX = 6.0
 """Standard deviation of the weights of neighbouring pixels [px]: half as much is noisier, more blurs what is local."""
 REACH_PX = 12

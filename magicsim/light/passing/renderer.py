@@ -10,13 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, FloatImage
 from magicsim.light.frame.anchored_image import anchored_change
 from magicsim.light.frame.frame_image import own_field
 from magicsim.light.frame.shared_noise import REACH_PX
 from magicsim.light.passing.brought import PassingLook, brought
 from magicsim.light.passing.passing_light import PassingLight
-from magicsim.light.plain_renderer import FloatImage
 from magicsim.light.renderer import Renderer
 from magicsim.light.transport.light_field import LightField
 from magicsim.scenes.view import View

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.cached_light import Elements
@@ -24,7 +25,6 @@ from magicsim.light.transport.regions import Regions
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.outside import Outside
 
-Array = npt.NDArray[np.float64]
 Follow = Callable[[ObjectStarts], Array]
 """Radiance that mirrored paths meet, shape (paths, 3)."""
 Numbers = npt.NDArray[np.uint32]
@@ -107,7 +107,7 @@ class RecordedPaths:
     def _all(self) -> Numbers:
         return np.arange(self.response.shape[0], dtype=np.uint32)
 
-    def meet(self, boxes: npt.NDArray[np.uint32], pixels: Numbers) -> npt.NDArray[np.bool_]:
+    def meet(self, boxes: npt.NDArray[np.uint32], pixels: Numbers) -> Mask:
         """Which pixels have a path that met a surface in one of some boxes, shape (pixels,)."""
         found = np.zeros(self.met.shape[1], bool)
         for word in np.flatnonzero(boxes):
@@ -302,7 +302,7 @@ def record_paths(
     )
 
 
-def _summed(codes: npt.NDArray[np.int64], values: npt.NDArray[np.float32]) -> tuple[Any, Any]:
+def _summed(codes: Index, values: npt.NDArray[np.float32]) -> tuple[Any, Any]:
     """Codes in order, each once, and the sums of the values that had it."""
     order = np.argsort(codes, kind="stable")
     codes = codes[order]

@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.light.backend import dr
 from magicsim.light.records.recorded_paths import RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
@@ -18,8 +18,6 @@ from magicsim.light.transport.regions import Regions
 from magicsim.light.transport.streams import LIGHT_BACK, MIRRORED, SEEDS_PER_RENDER
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside
-
-Array = npt.NDArray[np.float64]
 
 
 def untouched(

@@ -4,13 +4,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.voxels import BodyPart, Voxels
 
-Array = npt.NDArray[np.float64]
 AXES = 3
 
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.coat import HalfMirror, OpaqueCoat
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import face_paint
@@ -26,7 +26,6 @@ from magicsim.light.world.scene_dict import lights_inside
 from magicsim.light.world.shapes import mesh_of
 from magicsim.scenes.rig import Rig
 
-Array = npt.NDArray[np.float64]
 ASKED, MIRRORED = 1, 2
 """What was asked for the lights: straight away before, and before one reflection at the lens face."""
 NOT_ON_FACE = -1e9

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.errors import RenderError
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import crossing
@@ -28,7 +29,6 @@ from magicsim.light.world.outside import nearer_hit
 from magicsim.light.world.shapes import Shapes
 
 Counts = npt.NDArray[np.uint64]
-FloatArray = npt.NDArray[np.float64]
 FIXED_POINT = 2.0**24
 """Integer steps per unit of (relative weight x mm)."""
 LARGEST_SUM = 2.0**63
@@ -42,13 +42,13 @@ SEQUENCE = 2**32
 class Balance:
     """Flux of each channel, shape (3,), summed over a chunk's particles."""
 
-    emitted: FloatArray
-    clear_body: FloatArray
+    emitted: Array
+    clear_body: Array
     """Absorbed in body and lens plate where they are clear; what scatters absorbs sigma_a times its track lengths."""
-    surfaces: FloatArray
+    surfaces: Array
     """Absorbed by object and LED strips."""
-    escaped: FloatArray
-    ended: FloatArray
+    escaped: Array
+    ended: Array
     """Lost with paths that were ended, less what roulette gave to others: zero in the mean."""
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.camera.window import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
@@ -38,7 +39,6 @@ from magicsim.light.world.outside import Outside
 from magicsim.light.world.scene_dict import WorldContent, lights_inside, lights_off
 from magicsim.scenes.rig import INSET_MM, Rig
 
-FloatArray = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.uint32]
 LIGHT_DEPTH = 2000
 """Longest light path [interactions], and as many more as light needs to diffuse through the block. Roulette ends those
@@ -163,9 +163,7 @@ class LitWorld(World):
             for place, name in enumerate(lit)
         }
 
-    def deposited(
-        self, cells: FloatArray, body: FloatArray, landed: FloatArray, outside: Outside | None = None
-    ) -> LightField:
+    def deposited(self, cells: Array, body: Array, landed: Array, outside: Outside | None = None) -> LightField:
         """The light field of what particles left behind.
 
         Args:
@@ -221,7 +219,7 @@ class LitWorld(World):
         gathered = self.inventory.gathered_irradiance(shapes, flux, areas, field.irradiance)
         return replace(field, irradiance=gathered)
 
-    def held_mm3(self) -> FloatArray:
+    def held_mm3(self) -> Array:
         """Volume of the body in each voxel, shape (voxels, 1), 0 where it is next to nothing; 1 where it is clear."""
         part = self.body_part()
         return part.held_mm3[:, None] if part is not None else np.ones((1, 1))
@@ -230,7 +228,7 @@ class LitWorld(World):
         """What the voxels hold of the body, or None where it is clear."""
         return self.voxels.body_part(self.scene, self.inventory.shapes()) if self.voxels is not None else None
 
-    def growth(self, held_mm3: FloatArray) -> FloatArray:
+    def growth(self, held_mm3: Array) -> Array:
         """What each voxel holds of the body over what it held, shape (voxels, 1); 0 where it held nothing."""
         return np.divide(self.held_mm3(), held_mm3, out=np.zeros_like(held_mm3), where=held_mm3 > 0)
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.light.aligned import columns
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.path_starts import ObjectStarts
@@ -19,7 +19,6 @@ from magicsim.light.transport.ray_start import CLEARANCE
 from magicsim.light.transport.sequence import sequence
 from magicsim.light.world.shapes import Shapes, in_body, mesh_of
 
-Array = npt.NDArray[np.float64]
 NEAR_MM = 2.0
 """Distance from the block over which an object's surface gets half as many rays: light there varies less and less."""
 LEAST_FACING = 0.1
@@ -35,7 +34,7 @@ class ObjectRays:
     """Rays from the object's surface, their directions with the cosine's density."""
 
     starts: ObjectStarts
-    triangle: npt.NDArray[np.int64]
+    triangle: Index
     """The triangle of each."""
     area_mm2: Array
     """Area that each stands for [mm2]."""

@@ -12,10 +12,9 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.light.backend import dr, mi
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 Bits = npt.NDArray[np.uint32]
 WORD = 32
 """Boxes that one integer tells of."""
@@ -82,13 +81,13 @@ class Regions:
         padded[: len(chosen)] = chosen
         return np.packbits(padded, bitorder="little").view(np.uint32)
 
-    def _places(self, points: Array) -> npt.NDArray[np.int64]:
+    def _places(self, points: Array) -> Index:
         steps = np.floor((points - self.origin_mm) / self.edge_mm).astype(np.int64)
         return np.asarray(np.clip(steps, 0, np.array(self.counts) - 1))
 
-    def _number(self, places: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    def _number(self, places: Index) -> Index:
         return np.asarray(places @ np.array([1, self.counts[0], self.counts[0] * self.counts[1]]))
 
 
-def _counts(size_mm: Array, edge_mm: float) -> npt.NDArray[np.int64]:
+def _counts(size_mm: Array, edge_mm: float) -> Index:
     return np.maximum(1, np.ceil(size_mm / edge_mm)).astype(np.int64)

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.light.backend import dr, mi
 from magicsim.light.world.medium import classify
 from magicsim.light.world.shapes import Shapes
 
-Array = npt.NDArray[np.float64]
 PLAIN_MM = 1.0
 """Edge of a voxel where there is no grid, whose pitch is taken otherwise [mm]."""
 LAYERS = 6

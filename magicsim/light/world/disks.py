@@ -1,11 +1,10 @@
 """Flat disks as one mesh."""
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
 
-Array = npt.NDArray[np.float64]
 SIDES = 24
 """Corners of a disk; its area is kept."""
 

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology
 from magicsim.light.world.shapes import mesh_of
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,8 +5,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
@@ -21,7 +21,6 @@ from magicsim.light.world.room_light import Beam, room_beams
 from magicsim.light.world.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.rig import Rig
 
-FloatArray = npt.NDArray[np.float64]
 NOTHING = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
 """Stands for an absent object, so that arrays have a size."""
 
@@ -75,7 +74,7 @@ class Inventory:
         strangers = [shape for shape in self._scene.shapes() if shape.id() not in known]
         return self._grids.of(self._infill, strangers) if self._infill is not None else None
 
-    def volumes_mm3(self) -> FloatArray:
+    def volumes_mm3(self) -> Array:
         """Volumes of the infill in the cells, shape (cells, 1) [mm3]; 1 without a grid."""
         grid = self.grid()
         if grid is None:
@@ -83,24 +82,22 @@ class Inventory:
         air = self._scatterers.air_mm3(self._infill) if self._scatterers is not None else 0.0
         return np.asarray(grid.volumes_mm3[:, None] - air)
 
-    def centres_mm(self) -> FloatArray:
+    def centres_mm(self) -> Array:
         """Centres of the cells, shape (cells, 3) [mm]; none without a grid."""
         grid = self.grid()
         return grid.centres_mm if grid is not None else np.zeros((0, 3))
 
-    def irradiance(self, shapes: Shapes, landed: FloatArray) -> FloatArray:
+    def irradiance(self, shapes: Shapes, landed: Array) -> Array:
         """Irradiance of the object's triangles from the flux on each, both of shape (triangles, channels)."""
         return self._kernel(shapes).irradiance(landed, wetted(self._scene, shapes))
 
-    def gathered_irradiance(
-        self, shapes: Shapes, flux: FloatArray, areas_mm2: FloatArray, otherwise: FloatArray
-    ) -> FloatArray:
+    def gathered_irradiance(self, shapes: Shapes, flux: Array, areas_mm2: Array, otherwise: Array) -> Array:
         """Irradiance of the object's triangles from samples, see `IrradianceKernel.gathered` and `widened`."""
         mesh, wet = mesh_of(shapes.object), wetted(self._scene, shapes)
         away_mm = -mesh.vertices[mesh.faces, 2].mean(1)
 
         @cache
-        def gathered(doublings: int) -> FloatArray:
+        def gathered(doublings: int) -> Array:
             return self._kernel(shapes, doublings).gathered(flux, areas_mm2, wet, otherwise)
 
         return widened(gathered, away_mm)

@@ -8,13 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from magicsim.arrays import Array, Mask
 from magicsim.geometry.mesh import SurfaceMesh
 
-Array = npt.NDArray[np.float64]
 SMOOTHING_MM = 0.7
 """Standard deviation of the kernel that spreads deposits over neighbouring triangles [mm]: irradiance under a
 scattering block varies over the height of the block, and a narrower kernel is noisier."""
@@ -43,7 +42,7 @@ class IrradianceKernel:
     areas_mm2: Array
     """Areas of the triangles, shape (triangles,) [mm2]."""
 
-    def irradiance(self, deposits: Array, wetted: npt.NDArray[np.bool_]) -> Array:
+    def irradiance(self, deposits: Array, wetted: Mask) -> Array:
         """Irradiance from flux deposits, both of shape (triangles, channels).
 
         Args:
@@ -53,7 +52,7 @@ class IrradianceKernel:
         """
         return self.gathered(deposits, self.areas_mm2, wetted, np.zeros_like(deposits))
 
-    def gathered(self, flux: Array, areas_mm2: Array, wetted: npt.NDArray[np.bool_], otherwise: Array) -> Array:
+    def gathered(self, flux: Array, areas_mm2: Array, wetted: Mask, otherwise: Array) -> Array:
         """Irradiance from samples of the flux, shape (triangles, channels).
 
         Args:

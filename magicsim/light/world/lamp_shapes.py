@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
@@ -12,7 +11,6 @@ from magicsim.light.world.names import RING
 from magicsim.scenes.lamps import LedRing
 from magicsim.scenes.rig import Rig
 
-Array = npt.NDArray[np.float64]
 RING_SIDES = 96
 
 

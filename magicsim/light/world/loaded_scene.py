@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.light.backend import mi
 from magicsim.light.flaws.scatterer_shapes import scatterer_name, transforms
@@ -20,7 +20,6 @@ from magicsim.light.world.scene_dict import (
 from magicsim.light.world.shapes import lights
 from magicsim.scenes.rig import Rig
 
-Array = npt.NDArray[np.float64]
 RADIANCE = ".radiance.value"
 """What the renderer calls the radiance of a light, after its name."""
 

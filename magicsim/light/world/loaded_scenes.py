@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.world.finish import Finish
@@ -14,7 +14,6 @@ from magicsim.light.world.marker_disks import marker_disks
 from magicsim.light.world.scene_dict import WorldContent
 from magicsim.scenes.view import View
 
-Array = npt.NDArray[np.float64]
 NOWHERE = np.zeros((0, 3))
 
 

@@ -6,8 +6,8 @@ The block never shares a place with it, so a ray that runs outside meets whichev
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
 from magicsim.light.world.finish import Finish
@@ -16,8 +16,6 @@ from magicsim.light.world.next_hit import flat
 from magicsim.light.world.scene_dict import flashlight_entry, flashlight_place, mesh_shape
 from magicsim.light.world.shapes import shape_named
 from magicsim.scenes.rig import Rig
-
-Array = npt.NDArray[np.float64]
 
 
 class Outside:

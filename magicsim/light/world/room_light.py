@@ -13,12 +13,11 @@ as from an even room, so that nothing between two cells gets too much weight. Th
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
 
-Array = npt.NDArray[np.float64]
 RINGS, SECTORS = 64, 128
 """Cells of equal solid angle: heights of a unit sphere, and turns around the sensor's axis."""
 BEYOND = 2.0

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.camera.film import film
 from magicsim.geometry.design import Optics
 from magicsim.geometry.elastomer import Elastomer
@@ -32,7 +32,6 @@ from magicsim.light.world.names import (
 from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
 from magicsim.scenes.room import room_radiance
 
-Array = npt.NDArray[np.float64]
 HOUSING_RADIUS = 1.2
 """Radius of the housing that keeps the light of the room from camera and lens, in half diagonals of the footprint."""
 SIDE_STEPS = 401

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profiles.profile import DetectorProfile
@@ -17,7 +17,6 @@ from magicsim.errors import ConfigError
 from magicsim.robot.assembly.stages import Stage
 from magicsim.robot.assembly.trial import Moment
 
-Frame = npt.NDArray[np.uint8]
 Similarity = Callable[[Frame, Frame], float]
 PROFILE = "calibrated"
 GREY_LEVELS = 255

@@ -8,12 +8,11 @@ from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
 from magicsim.geometry.pose import Pose
 
-Array = npt.NDArray[np.float64]
 LIMITS = {"radius_mm": (0.05, 100.0), "chamfer_mm": (0.0, 50.0), "depth_mm": (0.1, 200.0)}
 FAR_MM = 1e4
 """How far the base reaches [mm]."""

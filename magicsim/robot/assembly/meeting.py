@@ -11,15 +11,14 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from magicsim.arrays import Array
 from magicsim.geometry.pose import Pose
 from magicsim.robot.assembly.jack import Jack
 from magicsim.robot.assembly.surface import Elements
 from magicsim.robot.grip.load import Load
 
-Array = npt.NDArray[np.float64]
 FORWARD = 1.0
 AXES = 3
 STEP_MM, STEP_RAD = 0.02, 0.002

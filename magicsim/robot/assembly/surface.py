@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.objects.plug import PlugObject
 
-Array = npt.NDArray[np.float64]
 AROUND, ACROSS, ALONG, RIM = 32, 8, 24, 4
 """Elements around the axis, from the axis outwards on a flat end, along the pin, and across its rounded rim."""
 

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Frame
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.plug import PlugObject
 from magicsim.geometry.pose import Pose
@@ -20,7 +20,6 @@ from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 
-Frame = npt.NDArray[np.uint8]
 Vector = tuple[float, ...]
 SQUEEZE_MM, OPEN_MM = 1.0, 12.0
 """How much closer than touching the faces grip, and how far they open [mm]; assumed."""
@@ -211,7 +210,7 @@ def _base(axis: Pose, tip_mm: float, depth_mm: float, misalignment: Misalignment
     return jack_pose(mouth_mm=mouth, tilt_x_deg=off.tilt_x_deg, tilt_z_deg=off.tilt_z_deg)
 
 
-def _moment(gripper: Gripper, step: Step, met: npt.NDArray[np.float64], slid_mm: float) -> Moment:
+def _moment(gripper: Gripper, step: Step, met: Array, slid_mm: float) -> Moment:
     pair = gripper.frames()
     truth = pair.truth
     force = [float(each) for each in met]

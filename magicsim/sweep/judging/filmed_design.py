@@ -15,7 +15,8 @@ from itertools import cycle, pairwise
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.camera.exposure import Exposure, FloatImage, Frame, expose
+from magicsim.arrays import FloatImage, Frame
+from magicsim.camera.exposure import Exposure, expose
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.points import unit_points

@@ -4,15 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from magicsim.arrays import Frame
 from magicsim.errors import ConfigError
 from magicsim.learn.frame_reader import FrameReader
 from magicsim.learn.samples import Images
 from magicsim.task.alignment.settings import HOW
 
-Frame = npt.NDArray[np.uint8]
 LABEL = "r_z"
 """Angle of an object's axis to the sensor's y, in (-90, 90] [degrees], see `magicsim.study.learned.alignment`."""
 

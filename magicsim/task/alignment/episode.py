@@ -3,9 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from magicsim.arrays import Frame
 from magicsim.errors import ConvergenceError, MagicsimError
 from magicsim.robot.grip.load import Load
 from magicsim.robot.grip.outcome import Hold
@@ -17,7 +15,6 @@ from magicsim.task.alignment.settings import AlignmentConfig
 from magicsim.task.alignment.wrist import down_at, line_angle_deg, turned_deg
 from magicsim.task.item import Item
 
-Frame = npt.NDArray[np.uint8]
 Seen = Callable[[Frame, Frame, "FrameRow"], None]
 ROOM_MM, STEP_MM = 0.2, 0.2
 """Room on both sides together before the fingers close, and by how much they close at once [mm]."""

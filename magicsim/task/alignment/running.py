@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from magicsim.arrays import Frame
 from magicsim.folder.hashing import sha256_of
 from magicsim.learn.packages import PACKAGES, need_torch
 from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim.task.alignment.angle_reader import AngleReader
-from magicsim.task.alignment.episode import Frame, FrameRow, Recorded, play
+from magicsim.task.alignment.episode import FrameRow, Recorded, play
 from magicsim.task.alignment.error_plot import draw_errors
 from magicsim.task.alignment.grip import build_gripper, draw_grip, grip_scene
 from magicsim.task.alignment.outcome import AlignmentSummary, Outcome, judge_episode, summarise
