@@ -1,6 +1,5 @@
 """The unit of work of learning: one model, trained for a while in whatever process, with its baselines when it ends."""
 
-import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -9,9 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from magicsim.arrays import Array
+from magicsim.folder.parquet import parquet_bytes
 from magicsim.learn.baselines import constant_answers, linear_answers, neighbour_answers
 from magicsim.learn.model_file import parse_config
 from magicsim.learn.outputs import model_config
@@ -104,7 +103,7 @@ def fit_stretch(task: FitTask) -> FitOutcome:
     known, test = samples.at(split.train), samples.at(split.test)
     files = {
         MODEL: done.model,
-        LOG: _parquet([dict(row) for row in done.log]),
+        LOG: parquet_bytes(pa.Table.from_pylist([dict(row) for row in done.log])),
         ANSWERS: answers_table(test, done.answers, known, task.settings.input),
     }
     for each in task.also:
@@ -146,7 +145,7 @@ def answers_table(test: Samples, answers: Array, train: Samples, kind: str) -> b
     columns["train_frames"] = np.full(len(test), len(train))
     for method, values in methods.items():
         columns |= {f"{method}.{label.name}": values[:, place] for place, label in enumerate(test.labels)}
-    return _as_bytes(pa.table(columns))
+    return parquet_bytes(pa.table(columns))
 
 
 def prepare_learning(threads: int) -> None:
@@ -159,13 +158,3 @@ def prepare_learning(threads: int) -> None:
 @lru_cache(maxsize=4)
 def _samples(read: Read, folder: Path, settings: LearningSettings) -> Samples:
     return read(folder, settings)
-
-
-def _parquet(rows: list[dict[str, Any]]) -> bytes:
-    return _as_bytes(pa.Table.from_pylist(rows))
-
-
-def _as_bytes(table: pa.Table) -> bytes:
-    sink = io.BytesIO()
-    pq.write_table(table, sink, compression="zstd")
-    return sink.getvalue()

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import matplotlib as mpl
 from matplotlib import style
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from magicsim.report.palette import FAINT, INK, THEME
@@ -49,6 +50,20 @@ def plot_style() -> Iterator[None]:
     """The report's look, whatever the user's own settings are; those are back afterwards."""
     with style.context(["default", _STYLE]):
         yield
+
+
+def drawn_panel(height_in: float, place: tuple[float, float, float, float]) -> tuple[Figure, Axes]:
+    """A figure of the page's width with one panel on a faint grid. To be called within `plot_style`.
+
+    Args:
+        height_in: Of the figure [in].
+        place: Left, bottom, width and height of the panel, in shares of the figure.
+    """
+    figure = Figure(figsize=(WIDTH_IN, height_in))
+    panel = figure.add_axes(place)
+    panel.grid(visible=True, color=FAINT, linewidth=0.6)
+    panel.tick_params(length=0.0, colors=INK)
+    return figure, panel
 
 
 def to_svg(figure: Figure, *, name: str, label: str) -> str:

@@ -87,8 +87,21 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         judging = time.perf_counter() - before
         facts = describe(scene, sensor.renderer.estimator) | ({"Not judged": refused} if refused else {})
         write_episode(folder, episode, judgements, sensor.printed, facts)
-    seconds = episode.seconds + judging
-    return _summary(scene, out, episode, judgements, refused, sensor, seconds, time.perf_counter() - start)
+    first = next((each for each in judgements if each.profile == PROFILES[0]), None)
+    score = first.score if first else None
+    return RunSummary(
+        frames=len(episode.frames),
+        seconds=round(episode.seconds + judging, 3),
+        seconds_total=round(time.perf_counter() - start, 3),
+        variant=activate_variant(),
+        estimator=sensor.renderer.estimator,
+        contact_accuracy=score.contact.accuracy if score else None,
+        proximity_accuracy=score.proximity.accuracy if score and not scene.design.is_opaque else None,
+        at_rest={name: asdict(each) for name, each in first.at_rest.items()} if first else {},
+        not_judged=refused,
+        report=str(out / REPORT) if scene.output.report else None,
+        out=str(out),
+    )
 
 
 def write_mcap(path: Path, episode: Episode) -> None:
@@ -165,7 +178,9 @@ def write_episode(
         (folder / REPORT).write_text(render_report(episode, judgements, dict(facts)), encoding="utf-8")
     if scene.output.mcap:
         write_mcap(folder / MCAP, episode)
-    (folder / MARKER).write_text(f"{SIGNATURE}\n{tomli_w.dumps(_resolved(scene))}", encoding="utf-8")
+    (folder / MARKER).write_text(
+        f"{SIGNATURE}\n{tomli_w.dumps(scene.model_dump(mode='json', exclude_none=True))}", encoding="utf-8"
+    )
 
 
 def write_frames(folder: Path, episode: Episode) -> None:
@@ -185,34 +200,3 @@ def describe(scene: SceneConfig, estimator: str) -> dict[str, str]:
         "Design": f"{width:g} x {length:g} x {design.height_mm:g} mm, skin {design.skin_mm:g} mm, {grid}",
         "Light": f"{estimator} ({activate_variant()}), {render.samples} samples a pixel, {render.particles} particles",
     }
-
-
-def _resolved(scene: SceneConfig) -> dict[str, object]:
-    return scene.model_dump(mode="json", exclude_none=True)
-
-
-def _summary(
-    scene: SceneConfig,
-    out: Path,
-    episode: Episode,
-    judgements: Sequence[Judgement],
-    refused: str | None,
-    sensor: Sensor,
-    seconds: float,
-    seconds_total: float,
-) -> RunSummary:
-    first = next((each for each in judgements if each.profile == PROFILES[0]), None)
-    score = first.score if first else None
-    return RunSummary(
-        frames=len(episode.frames),
-        seconds=round(seconds, 3),
-        seconds_total=round(seconds_total, 3),
-        variant=activate_variant(),
-        estimator=sensor.renderer.estimator,
-        contact_accuracy=score.contact.accuracy if score else None,
-        proximity_accuracy=score.proximity.accuracy if score and not episode.scene.design.is_opaque else None,
-        at_rest={name: asdict(each) for name, each in first.at_rest.items()} if first else {},
-        not_judged=refused,
-        report=str(out / REPORT) if scene.output.report else None,
-        out=str(out),
-    )

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
 from magicsim.arrays import Array
-from magicsim.report.drawing import WIDTH_IN, plot_style, to_svg
-from magicsim.report.palette import BLUE, FAINT, INK, LINE, ORANGE, WRONG
+from magicsim.report.drawing import drawn_panel, plot_style, to_svg
+from magicsim.report.palette import BLUE, INK, LINE, ORANGE, WRONG
 
 COLORS = (LINE, ORANGE, BLUE, WRONG, "#cc79a7", "#009e73", "#999999")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -96,10 +96,7 @@ def _tick_points(panel: Axes, values: Sequence[float]) -> None:
 
 
 def _panel(x_title: str, y_title: str) -> tuple[Canvas, Axes]:
-    canvas = Canvas(figsize=(WIDTH_IN, _HEIGHT_IN))
-    panel = canvas.add_axes(_PLACE)
-    panel.grid(visible=True, color=FAINT, linewidth=0.6)
-    panel.tick_params(length=0.0, colors=INK)
+    canvas, panel = drawn_panel(_HEIGHT_IN, _PLACE)
     panel.set_xlabel(x_title)
     panel.set_title(y_title, pad=4.0)
     return canvas, panel

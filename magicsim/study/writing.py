@@ -1,15 +1,14 @@
 """The result of a study as files: Parquet a table, one JSON of all, and the page."""
 
-import io
 import json
-import math
 from collections.abc import Iterable
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
+from magicsim.config.plain import without_nan
 from magicsim.folder.ledger import Ledger
+from magicsim.folder.parquet import parquet_bytes
 from magicsim.study.folder import REPORT, RESULTS, TABLES
 from magicsim.study.page import render_page
 from magicsim.study.protocol import Study
@@ -39,9 +38,9 @@ def result_dict(study: Study, found: StudyResult) -> dict[str, Any]:
     return {
         "study": study.config.kind,
         "seed": study.config.seed,
-        "headline": _finite(found.headline),
+        "headline": without_nan(found.headline),
         "facts": dict(found.facts),
-        "tables": {table.name: [_finite(row) for row in table.rows] for table in all_tables(found)},
+        "tables": {table.name: without_nan(list(table.rows)) for table in all_tables(found)},
         "notes": list(found.notes),
     }
 
@@ -53,9 +52,7 @@ def table_parquet(table: Table) -> bytes:
         for each in table.columns
     ]
     rows = [{each.name: row.get(each.name) for each in table.columns} for row in table.rows]
-    sink = io.BytesIO()
-    pq.write_table(pa.Table.from_pylist(rows, schema=pa.schema(fields)), sink, compression="zstd")
-    return sink.getvalue()
+    return parquet_bytes(pa.Table.from_pylist(rows, schema=pa.schema(fields)))
 
 
 def _kind(values: Iterable[object]) -> pa.DataType:
@@ -68,9 +65,3 @@ def _kind(values: Iterable[object]) -> pa.DataType:
 def _about(title: str, unit: str) -> dict[str, str] | None:
     about = {name: value for name, value in (("title", title), ("unit", unit)) if value}
     return about or None
-
-
-def _finite(values: Any) -> dict[str, Any]:  # noqa: ANN401 - any mapping of plain values
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in values.items()
-    }

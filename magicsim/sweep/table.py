@@ -5,8 +5,8 @@ import io
 from collections.abc import Sequence
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
+from magicsim.folder.parquet import parquet_bytes
 from magicsim.sweep.judging.measures import described
 from magicsim.sweep.judging.quality import Quality
 from magicsim.sweep.result import DesignResult
@@ -65,10 +65,7 @@ def table_parquet(rows: Sequence[Row], quality: Quality) -> bytes:
         known = kinds.get(name)
         about = {"unit": known.unit, "meaning": known.meaning} if known is not None else None
         fields.append(pa.field(name, kind, metadata=about))
-    schema = pa.schema(fields)
-    sink = io.BytesIO()
-    pq.write_table(pa.Table.from_pylist([dict(row) for row in rows], schema=schema), sink, compression="zstd")
-    return sink.getvalue()
+    return parquet_bytes(pa.Table.from_pylist([dict(row) for row in rows], schema=pa.schema(fields)))
 
 
 def _columns(rows: Sequence[Row]) -> list[str]:

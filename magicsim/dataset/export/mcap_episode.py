@@ -26,6 +26,7 @@ from foxglove.messages import (
 from scipy.spatial.transform import Rotation
 
 from magicsim import __version__
+from magicsim.config.plain import without_nan
 
 Row = Mapping[str, Any]
 IMAGE, MASK, TRUTH, CALIBRATION = "/tactile/image", "/tactile/contact_mask", "/tactile/truth", "/tactile/calibration"
@@ -103,8 +104,8 @@ def _write(channels: Channels, row: Row, size: tuple[int, int], *, with_still: b
     channels.image.log(_png(row["image"], stamp), log_time=at)
     if row.get("contact_mask") is not None:
         channels.mask.log(_png(row["contact_mask"], stamp), log_time=at)
-    truth = {name: row[name] for name in TRUTH_FIELDS}
-    channels.truth.log(json.dumps({name: _known(value) for name, value in truth.items()}).encode(), log_time=at)
+    truth = without_nan({name: row[name] for name in TRUTH_FIELDS})
+    channels.truth.log(json.dumps(truth).encode(), log_time=at)
 
 
 def _png(value: Mapping[str, Any], stamp: Timestamp) -> CompressedImage:
@@ -137,8 +138,3 @@ def _transform(name: str, position_mm: Any, rotation: Any, stamp: Timestamp) -> 
         translation=Vector3(x=x, y=y, z=z),
         rotation=Quaternion(x=turn[0], y=turn[1], z=turn[2], w=turn[3]),
     )
-
-
-def _known(value: Any) -> Any:  # noqa: ANN401 - what a row holds
-    """The value; null for a number that is none, for which JSON has no word."""
-    return None if isinstance(value, float) and not np.isfinite(value) else value

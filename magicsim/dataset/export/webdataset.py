@@ -2,7 +2,6 @@
 
 import io
 import json
-import math
 import tarfile
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from magicsim.config.plain import without_nan
 from magicsim.dataset.export.source import BYTES, MATRIX, Source, numbers
 
 ENDINGS = {"image": "png", "contact_mask": "mask.png"}
@@ -35,16 +35,7 @@ def _episode(archive: tarfile.TarFile, source: Source, table: pa.Table) -> None:
             _add(archive, f"{key}.{ENDINGS[name]}", values[place]["bytes"])
         for name, arrays in matrices.items():
             _add(archive, f"{key}.{name}.npy", _npy(arrays[place]))
-        _add(archive, f"{key}.json", json.dumps(_finite(row), allow_nan=False).encode())
-
-
-def _finite(value: Any) -> Any:  # noqa: ANN401 - what a row holds
-    """The value with null where a number is none, for which JSON has no word."""
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        _add(archive, f"{key}.json", json.dumps(without_nan(row), allow_nan=False).encode())
 
 
 def _npy(array: np.ndarray[Any, Any]) -> bytes:

@@ -3,12 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from magicsim.evaluation.statistics.curves import CurvePoint, Roc
-from magicsim.report.drawing import WIDTH_IN, plot_style, to_svg
-from magicsim.report.palette import BLUE, FAINT, INK, LINE, ORANGE
+from magicsim.report.drawing import drawn_panel, plot_style, to_svg
+from magicsim.report.palette import BLUE, FAINT, LINE, ORANGE
 
 _HEIGHT_IN = 3.2
 _PLACE = (0.12, 0.15, 0.86, 0.76)
@@ -33,7 +31,7 @@ def plot_detection(
     highs = np.array([each.rate if each.high is None else each.high for each in points])
     errors = np.clip(np.stack([rates - lows, highs - rates]), 0, None)
     with plot_style():
-        figure, panel = _panel()
+        figure, panel = drawn_panel(_HEIGHT_IN, _PLACE)
         panel.axvspan(*scored_mm, color=FAINT, alpha=0.45, linewidth=0, gid="scored")
         panel.errorbar(
             middles, rates, yerr=errors, xerr=halves, linestyle="none", marker="o", ms=4, color=LINE, elinewidth=1.1,
@@ -48,7 +46,7 @@ def plot_detection(
 def plot_roc(curves: Mapping[str, Roc | None], *, name: str) -> str:
     """ROC curves of approach and touch."""
     with plot_style():
-        figure, panel = _panel()
+        figure, panel = drawn_panel(_HEIGHT_IN, _PLACE)
         panel.plot([0, 1], [0, 1], color=FAINT, linewidth=0.8)
         for (title, roc), color, style in zip(curves.items(), (BLUE, ORANGE), ("-", "--"), strict=False):
             if roc is not None:
@@ -60,11 +58,3 @@ def plot_roc(curves: Mapping[str, Roc | None], *, name: str) -> str:
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc="lower right")
         return to_svg(figure, name=name, label="Trade-off between detections and false alarms")
-
-
-def _panel() -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(WIDTH_IN, _HEIGHT_IN))
-    panel = figure.add_axes(_PLACE)
-    panel.grid(visible=True, color=FAINT, linewidth=0.6)
-    panel.tick_params(length=0.0, colors=INK)
-    return figure, panel
