@@ -10,24 +10,12 @@ from magicsim.deform.contact.face import ContactFace, contact_face
 from magicsim.deform.lattice.relaxation import RelaxationState
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
-from magicsim.deform.solve.factor import Carried
+from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.geometry.pose import Pose
 from magicsim.notebook.figures import figures_table
 
 TOUCHING_GAP_MM = 0.01
 """Up to this distance from the object a point of the face is labelled and rendered as touching [mm]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Before:
-    """Where a path stood one state earlier."""
-
-    displacements_mm: Array
-    """Displacements of the nodes, shape (nodes, 3) [mm]."""
-    pressure_mpa: Array
-    """Pressure of the cells, shape (cells,) [MPa]."""
-    pose: Pose
-    """Pose of the object."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,10 +53,8 @@ class Deformation:
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
     relaxation: RelaxationState | None
     """What a rate-dependent body remembers; None in the long term."""
-    before: "Before | None"
-    """The state of the path before this one."""
-    carried: Carried | None
-    """What saves the next step of the path a factorisation."""
+    linearisation: Linearisation | None
+    """Where the body's stiffness was taken last: what saves the next step of the path a factorisation."""
     pose: Pose | None
     """The object's pose; None when it cannot touch."""
     force_n: Array
@@ -145,8 +131,7 @@ class Deformation:
             is_slipping=np.zeros(len(points), bool),
             contact_gap_mm=np.full(len(points), np.inf),
             relaxation=None,
-            before=None,
-            carried=None,
+            linearisation=None,
             pose=None,
             force_n=np.zeros(3),
             torque_nmm=np.zeros(3),

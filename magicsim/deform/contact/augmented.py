@@ -83,10 +83,29 @@ def evaluate_contact(
     """
     points = face.positions(nodes)
     gap, normal = surface(points)
+    return _pressed(face, points, gap, normal, memory, law, np.zeros_like(nodes))
+
+
+def remembered(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> ContactState:
+    """A state with another memory: nothing has moved.
+
+    Args:
+        face: The quadrature points.
+        state: With any memory.
+        memory: Multipliers, anchors and friction limits.
+        law: Penalties and friction.
+    """
+    force = np.zeros_like(state.node_force_n)
+    return _pressed(face, state.points_mm, state.gap_mm, state.normal, memory, law, force)
+
+
+def _pressed(
+    face: ContactFace, points: Array, gap: Array, normal: Array, memory: ContactMemory, law: ContactLaw, force: Array
+) -> ContactState:
+    """What points feel; their forces are added to those of the nodes, shape (nodes, 3) [N]."""
     pressure = np.maximum(0.0, memory.multipliers_mpa - memory.penalty * gap)
     shear, slip_energy = friction_traction(face, points, memory, law)
     acting = np.flatnonzero((pressure > 0) | (memory.limit_mpa > 0))
-    force = np.zeros_like(nodes)
     vectors = face.area_mm2[acting, None] * (pressure[acting, None] * normal[acting] + shear[acting])
     scatter(face.shape, face.facet, face.patches, acting, vectors, force)
     return ContactState(

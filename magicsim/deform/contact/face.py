@@ -63,10 +63,10 @@ class ContactFace:
         """Points from node positions, shape (points, 3) [mm]."""
         return np.asarray(gather(self.shape, self.facet, self.patches, nodes))
 
-    def current_area_mm2(self, nodes: Array) -> Array:
-        """Deformed area of each point, shape (points,) [mm2]."""
-        tangents = np.einsum("qad,qai->dqi", self.slopes, nodes[self.patches[self.facet]])
-        return np.asarray(self.area_mm2 * np.linalg.norm(np.cross(tangents[0], tangents[1]), axis=1))
+    def current_area_mm2(self, nodes: Array, points: Index | slice = slice(None)) -> Array:
+        """Deformed area of some points, of all by default, shape (points,) [mm2]."""
+        tangents = np.einsum("qad,qai->dqi", self.slopes[points], nodes[self.patches[self.facet[points]]])
+        return np.asarray(self.area_mm2[points] * np.linalg.norm(np.cross(tangents[0], tangents[1]), axis=1))
 
 
 def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM) -> ContactFace:

@@ -72,7 +72,7 @@ def _cofactor(a, b, c, cof):  # type: ignore[no-untyped-def]
     return a[0] * cof[0, 0] + a[1] * cof[0, 1] + a[2] * cof[0, 2]
 
 
-@nb.njit(cache=True, error_model="numpy")
+@nb.njit(cache=True, error_model="numpy", nogil=True)
 def evaluate_cells(  # type: ignore[no-untyped-def]
     x, cells, weights, mu, lame, springs, walls, rho, lengths, energy, jacobian, volume_gradient, gradient
 ):
@@ -141,7 +141,7 @@ def evaluate_cells(  # type: ignore[no-untyped-def]
     return smallest
 
 
-@nb.njit(cache=True, error_model="numpy")
+@nb.njit(cache=True, error_model="numpy", nogil=True)
 def add_stiffness(  # type: ignore[no-untyped-def]
     x, cells, weights, mu, stiffness, pressure, springs, walls, rho, lengths, volume_gradient, indptr, blocks, values
 ):

@@ -17,6 +17,7 @@ import numpy as np
 
 from magicsim.arrays import Array, Mask
 from magicsim.deform.lattice.cell_kernels import add_stiffness, evaluate_cells
+from magicsim.deform.lattice.halves import in_halves
 from magicsim.deform.lattice.hexahedron import CORNERS, EDGES, gauss_geometry
 from magicsim.deform.lattice.pattern import BlockPattern
 from magicsim.deform.lattice.springs import network_matrices, spring_matrices
@@ -111,11 +112,18 @@ class Elasticity:
         lattice = self.lattice
         count = len(lattice.cells)
         energy, jacobian, volume_gradient = np.empty(count), np.empty(count), np.empty((count, 24))
-        gradient = np.zeros_like(positions)
-        smallest = evaluate_cells(
-            positions, lattice.cells, self.weights, self.log_modulus_mpa, lattice.lame_mpa, self.springs, self.walls,
-            self.wall_ratio, self.edges_mm, energy, jacobian, volume_gradient, gradient,
-        )  # fmt: skip
+        gradients, smallest = np.zeros((2, *positions.shape)), np.empty(2)
+
+        def evaluate(half: slice) -> None:
+            number = int(half.start > 0)
+            smallest[number] = evaluate_cells(
+                positions, lattice.cells[half], self.weights[half], self.log_modulus_mpa[half], lattice.lame_mpa[half],
+                self.springs[half], self.walls[half], self.wall_ratio[half], self.edges_mm[half], energy[half],
+                jacobian[half], volume_gradient[half], gradients[number],
+            )  # fmt: skip
+
+        in_halves(evaluate, count)
+        gradient = gradients.sum(0)
         below = None
         if self.table is not None:
             below = self.table.evaluate(positions)
@@ -125,7 +133,7 @@ class Elasticity:
             gradient=gradient,
             jacobian=jacobian,
             volume_gradient=volume_gradient,
-            min_jacobian=float(smallest),
+            min_jacobian=float(smallest.min()),
             table=below,
         )
 
@@ -145,12 +153,19 @@ class Elasticity:
             Entries in the pattern's order, shape (pattern.entries,) [N/mm].
         """
         lattice = self.lattice
-        values = np.zeros(pattern.entries)
-        add_stiffness(
-            positions, lattice.cells, self.weights, self.log_modulus_mpa, lattice.lame_mpa / self.volumes, pressure,
-            self.springs * (1 + shift), self.walls, self.wall_ratio, self.edges_mm, volume_gradient, pattern.indptr,
-            pattern.blocks, values,
-        )  # fmt: skip
+        halves = np.zeros((2, pattern.entries))
+        bulk, springs = lattice.lame_mpa / self.volumes, self.springs * (1 + shift)
+
+        def add(half: slice) -> None:
+            add_stiffness(
+                positions, lattice.cells[half], self.weights[half], self.log_modulus_mpa[half], bulk[half],
+                pressure[half], springs[half], self.walls[half], self.wall_ratio[half], self.edges_mm[half],
+                volume_gradient[half], pattern.indptr, pattern.blocks[half], halves[int(half.start > 0)],
+            )  # fmt: skip
+
+        in_halves(add, len(lattice.cells))
+        values: Array = halves[0]
+        values += halves[1]
         if self.table is not None:
             self.table.add_stiffness(positions, pattern.indptr, values)
         return values

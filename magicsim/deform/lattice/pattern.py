@@ -9,6 +9,7 @@ from magicsim.arrays import Array, Index, Mask
 from magicsim.deform.lattice.structure import Lattice
 
 Indices = npt.NDArray[np.int32]
+NO_PATCHES = np.empty((0, 1), np.int64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,14 +42,15 @@ class BlockPattern:
         return len(self.indices)
 
 
-def block_pattern(lattice: Lattice, patches: Index) -> BlockPattern:
+def block_pattern(lattice: Lattice, patches: Index = NO_PATCHES) -> BlockPattern:
     """Finds where every pair of nodes of a cell, or of a patch of the contact face, goes.
 
     Entry (3 i + r, 3 j + s) of a block at place k of block row i stands at `indptr[3 i + r] + 3 k + s - r`.
 
     Args:
         lattice: The block.
-        patches: Nodes that contact couples, ascending in a patch, shape (patches, nodes a patch).
+        patches: Nodes that contact couples, ascending in a patch, shape (patches, nodes a patch); none where the matrix
+            is that of the body alone.
     """
     free = lattice.free_nodes
     keys = [_pair_keys(lattice.cells, free), _pair_keys(patches, free)]

@@ -69,7 +69,12 @@ class SymmetricCondenser(Protocol):
         """Reduced form of forces on the kept unknowns alone, shape (kept,)."""
 
     def inner(self, first: Array, second: Array) -> Array:
-        """f^T A^-1 g of the eliminated parts f, g of reduced forces, A their block; columns of either are forces."""
+        """f^T A^-1 g of the eliminated parts f, g of reduced forces, A their block.
+
+        Args:
+            first: f, shape (size,), or some of them as columns.
+            second: g, shape (size,).
+        """
 
     def expand(self, reduced: Array, motion: Array) -> Array:
         """Motion of all unknowns under reduced forces where the kept ones move as given, shape (size,)."""

@@ -32,6 +32,8 @@ POSITIVE_DEFINITE = 2
 HOLDING = 10.0
 """Stiffness that holds the kept unknowns in units of their largest one."""
 LIBRARY_VARIABLE = "PYPARDISO_MKL_RT"
+WAITING_VARIABLE = "KMP_BLOCKTIME"
+"""Milliseconds for which MKL's idle threads spin after a call, 200 unless it is set: on cores that others need."""
 LOGGER = logging.getLogger(__name__)
 
 
@@ -42,6 +44,7 @@ def has_pardiso() -> bool:
     Remembers where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers
     would search the whole environment's folders for it.
     """
+    os.environ.setdefault(WAITING_VARIABLE, "0")
     try:
         solver = importlib.import_module("pypardiso").PyPardisoSolver()
     except (ImportError, OSError):
@@ -171,7 +174,6 @@ class PardisoCondenser:
         self.kept = kept
         self._diagonal = indptr[kept]
         self._plain = PardisoSolver(indptr, indices, kept=kept, is_single=is_single)
-        self._interior = np.setdiff1d(np.arange(self._plain.size), kept)
 
     def factorise(self, values: Array) -> Array | None:
         """See `linear.SymmetricCondenser.factorise`."""
@@ -204,7 +206,9 @@ class PardisoCondenser:
 
     def inner(self, first: Array, second: Array) -> Array:
         """See `linear.SymmetricCondenser.inner`."""
-        return np.asarray(first[self._interior].T @ second[self._interior])
+        interior = second.copy()
+        interior[self.kept] = 0.0
+        return np.asarray(first.T @ interior)
 
     def expand(self, reduced: Array, motion: Array) -> Array:
         """See `linear.SymmetricCondenser.expand`."""

@@ -19,18 +19,17 @@ R being the condensed E and h = E_i^T K_ii^-1 r_i for forces r: products of halv
 anyway. A correction that softens (e^T s < 0) is taken only where the body, held by the object, stays well stable.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.linear.factorise import SymmetricCondenser
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.problem import Problem
 
 Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 MOST_SECANTS = 24
 """Steps that are learned from between two factorisations."""
 LEAST_COSINE = 1e-8
@@ -39,22 +38,6 @@ MOST_SOFTER = 0.75
 """Part of the stiffness along a correction that it may take away."""
 LEAST_PIVOT = 1e-10
 """Smallest over largest eigenvalue of M^-1 below which the last correction is forgotten."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Linearisation:
-    """Where a body's stiffness was taken, and the part of the face that it was condensed onto."""
-
-    elasticity: Elasticity
-    """Energy of the body; it changes with every step of a path that takes time."""
-    positions: Array
-    """Positions of the nodes, shape (nodes, 3) [mm]."""
-    pressure: Array
-    """Volumetric stress of each cell, shape (cells,) [MPa]."""
-    shift: float
-    """Multiple of the spring Laplacian that was added."""
-    facets: Index
-    """Facets of the face, ascending."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,8 +50,8 @@ class _Step:
     """Their reduced form, see `SymmetricCondenser`."""
     contact: Array
     """Forces on the kept unknowns that it is meant to balance, shape (kept,) [N]."""
-    held: Array
-    """Stiffness of what holds the kept unknowns, shape (kept, kept) [N/mm]."""
+    held: Callable[[], Array]
+    """Gives the stiffness of what holds the kept unknowns, shape (kept, kept) [N/mm]."""
     before: Iterate
     """Where it begins."""
 
@@ -93,6 +76,8 @@ class Body:
         """Reduced corrections, each of unit norm."""
         self._curvatures: list[float] = []
         """e^T s over |e|^2 of each [mm/N]."""
+        self._inner = np.empty((0, 0))
+        """E^T A^-1 E of the eliminated parts of the columns E [mm/N]."""
         self._step: _Step | None = None
         self._after: Iterate | None = None
         self._load = self._reduced = self._beside = np.empty(0)
@@ -117,13 +102,13 @@ class Body:
         self._beside = self._condenser.inner(self._matrix, reduced)
         return self._stiffness, self._condensed_load()
 
-    def step(self, iterate: Iterate, motion: Array, held: Array) -> Array:
+    def step(self, iterate: Iterate, motion: Array, held: Callable[[], Array]) -> Array:
         """Motion of all unknowns that belongs to that of the kept ones, shape (unknowns,) [mm].
 
         Args:
             iterate: The state that `at` was asked for.
             motion: Of the kept unknowns, shape (kept,) [mm].
-            held: Stiffness of what holds them there, shape (kept, kept) [N/mm].
+            held: Gives the stiffness of what holds them there, shape (kept, kept) [N/mm]; seldom asked.
         """
         contact = self._stiffness @ motion - self._condensed_load()
         self._step = _Step(load=self._load, reduced=self._reduced, contact=contact, held=held, before=iterate)
@@ -151,18 +136,22 @@ class Body:
             return
         column = ((1 - share) * step.reduced - reduced - share * self._condenser.lifted(step.contact)) / size
         curvature /= size**2
-        if curvature < 0 and not 0 < self._compliance(column, step.held) < -MOST_SOFTER * curvature:
+        if curvature < 0 and not 0 < self._compliance(column, step.held()) < -MOST_SOFTER * curvature:
             return
-        matrix = np.column_stack([self._matrix, column])
-        inner = self._condenser.inner(matrix, matrix)
+        count = len(self._columns)
+        inner = np.empty((count + 1, count + 1))
+        inner[:count, :count] = self._inner
+        inner[count, :count] = inner[:count, count] = self._condenser.inner(self._matrix, column)
+        inner[count, count] = self._condenser.inner(column, column)
         curvatures = np.array([*self._curvatures, curvature])
-        spectrum = np.linalg.eigvalsh(np.diag(curvatures) + (inner + inner.T) / 2)
+        spectrum = np.linalg.eigvalsh(np.diag(curvatures) + inner)
         is_regular = np.abs(spectrum).min() > LEAST_PIVOT * np.abs(spectrum).max()
         if not is_regular or (spectrum < 0).sum() != (curvatures < 0).sum():
             return
         self._columns.append(column)
         self._curvatures.append(curvature)
-        self._set(np.asarray(np.linalg.inv(np.diag(curvatures) + (inner + inner.T) / 2), np.float64))
+        self._inner = inner
+        self._set(np.asarray(np.linalg.inv(np.diag(curvatures) + inner), np.float64))
 
     def _compliance(self, column: Array, held: Array) -> float:
         """e^T K^-1 e of the held body for reduced forces [mm/N]."""

@@ -11,19 +11,22 @@ is solved with small dense matrices (`face_problem`), and the body then takes th
 iterations and load steps as long as it does well (`factor`), with what the steps teach added to it (`body`).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.deform.contact.augmented import Surface, evaluate_contact
-from magicsim.deform.solve.body import Body, Linearisation
-from magicsim.deform.solve.face_part import LARGE, FacePart, is_large, near_facets
+from magicsim.deform.contact.augmented import Surface, remembered
+from magicsim.deform.solve.body import Body
+from magicsim.deform.solve.face_part import FacePart, is_large, near_facets
 from magicsim.deform.solve.face_problem import FaceProblem, held_stiffness, solve_face
-from magicsim.deform.solve.factor import Carried, FactorStore
+from magicsim.deform.solve.factor import FactorStore
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.line_search import Direction, search
+from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.deform.solve.problem import Problem
 from magicsim.deform.solve.touched import TouchedMatrix
 
@@ -34,13 +37,10 @@ NEEDED_MM, NEAR_MM = 0.05, (0.25, 0.8)
 of the smallest cell edges, between the others, before long: fine facets are many."""
 NEAR_EDGES = 2.0
 """How many of these edges."""
-LARGE_SERVES_MM = 0.1
-"""Way of the object after which the factor of an earlier load step is not tried below a large face: the contact that it
-would be tried with costs more than a new one."""
-MOST_REMAINING = 15.0
+MOST_REMAINING = 6.0
 """Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
 FAR = 0.3
-"""Residual above which the first step with the factor of an earlier load step is taken again with a new one."""
+"""Residual above which every step but the first has its own factor."""
 GIVEN_UP_SHARE = 1 / 3
 """A load step is given up after this part of `NewtonOptions.max_iterations`: condensed ones need few."""
 ON_ITS_WAY = 1e-3
@@ -56,8 +56,8 @@ LONGEST_MM = 1e3
 class FirstStep:
     """What helps the first step of a load step."""
 
-    predictor: Surface
-    """A surface that the face follows roughly before the object's own decides."""
+    predictor: Surface | None
+    """A surface that the face follows roughly before the object's own decides; None where the way is a short one."""
     pressed: Index
     """Points of the face that were pressed at the end of the last load step; they may still be in a retreat."""
 
@@ -68,24 +68,23 @@ class Condenser:
     def __init__(self) -> None:
         """Starts without a model."""
         self.store = FactorStore()
-        self.carried = Carried(linearisation=None)
-        """For the next load step."""
+        self.linearisation: Linearisation | None = None
+        """Of the model that served last."""
         self._body: Body | None = None
         self._part: FacePart | None = None
         self._facets: Index = np.empty(0, np.int64)
-        self._residual = np.inf
+        self._residuals: tuple[float, ...] = ()
+        """Before the last steps of one problem, the latest last."""
 
-    def begin(self, carried: Carried | None, way_mm: float) -> None:
+    def begin(self, linearisation: Linearisation | None) -> None:
         """Begins a load step.
 
         Args:
-            carried: By the state that it starts from; None where there is nothing.
-            way_mm: How far the object moves [mm].
+            linearisation: Of the state that it starts from; None where there is none.
         """
-        before = carried.linearisation if carried is not None else None
-        self.carried = (carried or Carried(linearisation=None)).moved(way_mm)
-        self._facets = np.empty(0, np.int64) if before is None else before.facets
-        self._body, self._residual = None, np.inf
+        self.linearisation = linearisation
+        self._facets = np.empty(0, np.int64) if linearisation is None else linearisation.facets
+        self._body, self._residuals = None, ()
 
     def step(
         self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
@@ -103,8 +102,6 @@ class Condenser:
         needed = near_facets(problem.face, iterate, NEEDED_MM)
         if first is not None:
             needed = np.union1d(needed, problem.face.facet[first.pressed])
-            if self.carried.moved_mm > LARGE_SERVES_MM and is_large(problem.face, self._facets):
-                self._drop()
         elif self._asks_for_factor(problem, iterate):
             self._drop()
         while True:
@@ -115,8 +112,8 @@ class Condenser:
                 return replace(iterate, stuck=True)
             found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
             is_poor = found is None or found.stuck or found.shortened
-            if found is not None and not is_poor:
-                is_poor = found.residual > (FAR if first is not None else self._expected(iterate, found))
+            if found is not None and not is_poor and first is None:
+                is_poor = found.residual > self._expected(iterate, found)
             if is_poor and not self._is_fresh(body, iterate):
                 self._drop()
                 continue
@@ -127,7 +124,8 @@ class Condenser:
                 break
             needed = np.union1d(np.union1d(needed, self._facets), _expected_facets(problem, found))
         body.took(found)
-        self._residual = np.inf if first is not None else self._expected(iterate, found)
+        is_another = first is not None or found.memory.updates != iterate.memory.updates
+        self._residuals = () if is_another else (*self._residuals[-1:], iterate.residual)
         return found.on(Rung.SHIFTED) if found.shift > 0 else found
 
     @staticmethod
@@ -137,23 +135,21 @@ class Condenser:
 
     def _asks_for_factor(self, problem: Problem, iterate: Iterate) -> bool:
         """Whether a new factor is worth its cost."""
-        remaining = remaining_steps(self._residual, iterate.residual, problem.options.residual)
-        is_slow = iterate.shortened or iterate.shift > 0 or remaining > MOST_REMAINING
+        remaining = remaining_steps(self._residuals, iterate.residual, problem.options.residual)
+        is_slow = iterate.shortened or iterate.shift > 0 or remaining > MOST_REMAINING or iterate.residual > FAR
         return is_slow or not problem.options.keeps_factors
 
     def _drop(self) -> None:
-        if self.carried.linearisation is not None:
-            self.carried = self.carried.failed()
-        self._body = None
+        self.linearisation, self._body = None, None
 
     def _is_fresh(self, body: Body, iterate: Iterate) -> bool:
         """Whether a model is the best that there is at a state."""
-        last = self.carried.linearisation
+        last = self.linearisation
         return last is not None and last.positions is iterate.positions and body.is_plain
 
     def _model(self, problem: Problem, iterate: Iterate, needed: Index) -> Body | None:
         """The model to step with: a new one at this state where there is none, or none that has all facets needed."""
-        last = self.carried.linearisation
+        last = self.linearisation
         if last is not None and len(np.setdiff1d(needed, last.facets)) == 0:
             if self._body is None:
                 self._body = self._body_of(problem, last)
@@ -168,12 +164,13 @@ class Condenser:
                 elasticity=problem.elasticity,
                 positions=iterate.positions,
                 pressure=iterate.pressure,
+                volume_gradient=iterate.elastic.volume_gradient,
                 shift=shift,
                 facets=self._facets,
             )
             self._body = self._body_of(problem, last)
             if self._body is not None:
-                self.carried = self.carried.made(last)
+                self.linearisation = last
                 return self._body
             shift = max(FIRST_SHIFT, 4 * shift)
         return None
@@ -193,17 +190,20 @@ def _expected_facets(problem: Problem, iterate: Iterate) -> Index:
     return near_facets(problem.face, iterate, NEAR_MM[0]) if is_large(problem.face, facets) else facets
 
 
-def remaining_steps(before: float, residual: float, wanted: float) -> float:
-    """How many iterations convergence will take if they go on as the last one did; infinite where they do not.
+def remaining_steps(before: Sequence[float], residual: float, wanted: float) -> float:
+    """How many iterations convergence will take if they go on as the last ones did; infinite where they do not.
 
     Args:
-        before: Residual before the last step; infinite where it is not known, and nothing is said against it.
-        residual: After it.
+        before: Residuals before the last steps, the latest last; none where they are not known, and nothing is said
+            against them. Good steps of a learning model and poor ones alternate, so two tell more than one.
+        residual: After the last step.
         wanted: That ends the iterations.
     """
-    if residual >= before:
+    if len(before) == 0:
+        return 0.0
+    if residual >= before[0]:
         return np.inf
-    return max(0.0, float(np.log(residual / wanted) / np.log(before / residual)))
+    return max(0.0, len(before) * float(np.log(residual / wanted) / np.log(before[0] / residual)))
 
 
 def _step(
@@ -223,17 +223,16 @@ def _step(
         options=problem.options,
         cautious=problem.stiffness / 4,
         least_force_n=problem.least_force_n,
-        touched=TouchedMatrix(stiffness, held) if len(part.unknowns) > LARGE else None,
+        touched=TouchedMatrix(stiffness, held),
     )
     solved = solve_face(face_problem, part.memory(iterate.memory), accuracy=iterate.residual, predictor=predictor)
     if solved is None or not np.abs(solved[0]).max() < LONGEST_MM:
         return None
     motion, memory = solved
-    moved = body.step(iterate, motion, held_stiffness(face_problem, motion, memory))
+    moved = body.step(iterate, motion, partial(held_stiffness, face_problem, motion, memory))
     nodes = np.zeros_like(iterate.positions)
     nodes[: problem.pattern.size // 3] = moved.reshape(-1, 3)
     memory = part.put_back(memory, iterate.memory)
-    contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
-    start = replace(iterate, memory=memory, contact=contact)
+    start = replace(iterate, memory=memory, contact=remembered(problem.face, iterate.contact, memory, problem.law))
     found = search(problem, surface, start, Direction(nodes=nodes, shift=body.shift, is_stiffened=body.shift > 0))
     return replace(found, iteration=iterate.iteration + 1, shift=body.shift)

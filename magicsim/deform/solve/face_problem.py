@@ -24,6 +24,7 @@ from magicsim.deform.contact.face import ContactFace
 from magicsim.deform.contact.friction import ContactLaw, ContactMemory
 from magicsim.deform.contact.patience import Patience, updated_memory
 from magicsim.deform.solve.descent import Shifts, decreases, shortened, stiffenings
+from magicsim.deform.solve.face_part import LARGE
 from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.deform.solve.touched import TouchedMatrix
 
@@ -72,8 +73,8 @@ class FaceProblem:
     """Largest pressure times curvature that counts far from balance [N/mm3]."""
     least_force_n: float
     """Contact forces below this do not sharpen the residual [N]."""
-    touched: TouchedMatrix | None = None
-    """Solves with the stiffness and the contact's own where the face is a large one."""
+    touched: TouchedMatrix
+    """Solves with the stiffness and the contact's own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,7 +127,7 @@ def solve_face(
             break
         step, shift = _newton_step(problem, point, memory, is_secant=was_cut)
         shifted = shifted + 1 if shift > 0 else 0
-        if step is None or (problem.touched is not None and shifted > MOST_SHIFTED):
+        if step is None or (len(problem.load) > LARGE and shifted > MOST_SHIFTED):
             return None
         found, alpha = _line_search(problem, point, step, memory)
         if found is None:
@@ -198,7 +199,7 @@ def _newton_step(
             point.contact, problem.face, problem.surface, memory, problem.law, curvature_limit=tried.curvature_limit,
             is_secant=is_secant,
         )  # fmt: skip
-        if problem.touched is not None and tried.shift == 0:
+        if tried.shift == 0:
             found = problem.touched.solve(problem.face, point.contact.acting, local, point.unbalanced)
             if found is not None:
                 return found, 0.0

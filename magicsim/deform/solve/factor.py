@@ -1,53 +1,21 @@
-"""The one factor that a solver holds, and how a path knows when a new one is due.
+"""The one factor that a solver holds.
 
 What a solve comes to depends on its path alone: a factor is a function of its `Linearisation`, which the states of a
 path carry, and is made again where the solver holds another one.
 """
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.deform.linear.factorise import SymmetricCondenser, symmetric_condenser
-from magicsim.deform.solve.body import Linearisation
 from magicsim.deform.solve.face_part import FacePart
+from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.deform.solve.problem import Problem
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 MAX_UNKNOWNS = 3000
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
-LONGER = 1.3
-"""Factor of the way that a factor is expected to serve, each time that this way is over, so that a longer one is tried
-now and then."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Carried:
-    """What a path hands from state to state to save factorisations."""
-
-    linearisation: Linearisation | None
-    """That of the last state; None where it serves no longer."""
-    moved_mm: float = 0.0
-    """Way of the object since then [mm]."""
-    serves_mm: float = np.inf
-    """Way after which it is expected to serve no longer: the one on which a factor has failed last [mm]."""
-
-    def moved(self, way_mm: float) -> "Carried":
-        """For a load step of some length."""
-        moved = self.moved_mm + way_mm
-        if moved > self.serves_mm:
-            return Carried(linearisation=None, serves_mm=LONGER * self.serves_mm)
-        return replace(self, moved_mm=moved)
-
-    def failed(self) -> "Carried":
-        """Where it has turned out that it serves no longer."""
-        return Carried(linearisation=None, serves_mm=self.moved_mm if self.moved_mm > 0 else self.serves_mm)
-
-    def made(self, linearisation: Linearisation) -> "Carried":
-        """Where a new one was made in the present load step."""
-        return Carried(linearisation=linearisation, serves_mm=self.serves_mm)
 
 
 class FactorStore:
@@ -78,7 +46,7 @@ class FactorStore:
         part = FacePart.of(problem.face, facets)
         if len(facets) == 0 or len(part.unknowns) > MAX_UNKNOWNS:
             return None
-        pattern = problem.pattern
+        pattern = problem.body_pattern
         self._held, self._part = None, part
         self._condenser = symmetric_condenser(
             pattern.indptr, pattern.indices, part.unknowns, is_single=problem.is_well_conditioned
@@ -98,12 +66,11 @@ class FactorStore:
         if part is None or self._condenser is None:
             return None
         if linearisation is not self._held:
-            elasticity, positions = linearisation.elasticity, linearisation.positions
-            values = elasticity.hessian(
-                positions, linearisation.pressure, elasticity.evaluate(positions).volume_gradient, problem.pattern,
+            values = linearisation.elasticity.hessian(
+                linearisation.positions, linearisation.pressure, linearisation.volume_gradient, problem.body_pattern,
                 shift=linearisation.shift,
             )  # fmt: skip
-            problem.pattern.hold(values)
+            problem.body_pattern.hold(values)
             found = self._condenser.factorise(values)
             self.made += 1
             self._held = None if found is None else linearisation

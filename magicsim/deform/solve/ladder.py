@@ -29,8 +29,7 @@ class Rung(StrEnum):
     HALVED = "halved"
     """A shorter load step."""
     CAREFUL = "careful"
-    """More iterations, each of them with a new factor, from the last state and not from one that is extrapolated;
-    friction limits wait for balance."""
+    """More iterations, each of them with a new factor; friction limits wait for balance."""
     PATIENT = "patient"
     """Plain steps only, and many of them."""
     LEAP = "leap"

@@ -23,6 +23,10 @@ BOUND = 20.0
 """Largest bulk stiffness that a step has to respect, in units of the shear modulus."""
 NOISE = 1e-9
 """Relative rounding of the energy."""
+NEAR, CONTRACTED = 0.3, 0.5
+"""Residual from which a full step will do that leaves no more than the second part of it. There the energy is a poor
+judge: the volumetric stresses, its multipliers, lag behind by one step, and it refused steps that took two digits off
+the residual."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,8 +57,8 @@ class _Merit:
     @classmethod
     def of(cls, problem: Problem, start: Iterate, direction: Array) -> Self:
         lattice, volumes = problem.elasticity.lattice, problem.elasticity.volumes
-        dofs = (3 * lattice.cells[:, :, None] + np.arange(3)).reshape(-1, 24)
-        growth = np.einsum("ci,ci->c", start.elastic.volume_gradient, direction.ravel()[dofs]) / volumes
+        motion = direction[lattice.cells].reshape(-1, 24)
+        growth = np.einsum("ci,ci->c", start.elastic.volume_gradient, motion) / volumes
         strain = start.elastic.jacobian - 1
         bounded = np.minimum(lattice.lame_mpa, BOUND * lattice.shear_modulus_mpa)
         target = lattice.lame_mpa * (strain + growth)
@@ -100,7 +104,11 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Direct
         found = evaluated(problem, surface, positions, pressure, start.memory)
         return replace(found, taken=alpha, rungs=start.rungs) if found.elastic.min_jacobian > floor else None
 
-    best, alpha, is_accepted = shortened(merit.accepts, trial, longest=min(1.0, longest), halvings=options.max_halvings)
+    def accepts(found: Iterate, alpha: float) -> bool:
+        is_newton = start.residual < NEAR and not direction.is_stiffened and alpha == 1
+        return (is_newton and found.residual < CONTRACTED * start.residual) or merit.accepts(found, alpha)
+
+    best, alpha, is_accepted = shortened(accepts, trial, longest=min(1.0, longest), halvings=options.max_halvings)
     if best is None:
         return replace(start, stuck=True)
     if not (is_accepted and direction.is_stiffened) or alpha < 1 or merit.slope >= 0:

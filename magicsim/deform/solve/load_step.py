@@ -1,7 +1,7 @@
 """One load step: iterations on one pose of the object, from an equilibrium under it in another.
 
-They begin where the path is going if it goes on as it came, and on the object's surface carried along from its last
-pose (see `contact.moved_surface`), so that the face follows the object before the true surface decides.
+They begin on the object's surface carried along from its last pose (see `contact.moved_surface`) where it goes a long
+way, so that the face follows the object before the true surface decides.
 """
 
 from collections.abc import Callable
@@ -18,13 +18,12 @@ from magicsim.deform.solve import newton
 from magicsim.deform.solve.condensed import Condenser, FirstStep
 from magicsim.deform.solve.iterate import Iterate, evaluated
 from magicsim.deform.solve.problem import Problem
-from magicsim.deform.solve.rigid_motion import reach_mm, repeated_share, way_length_mm
+from magicsim.deform.solve.rigid_motion import reach_mm, way_length_mm
 from magicsim.geometry.indenter import Indenter
 
 Array = npt.NDArray[np.float64]
-UNFOLDED_SHARE = 0.3
-"""Least smallest Jacobian of an extrapolated state in units of the last one's."""
-
+SHORT = 0.25
+"""Way of the object, in units of its smallest feature, below which no point of the face changes its side of a tip."""
 TABLE_UPDATES, TABLE_PATIENCE = 30, 6
 """Most updates of the limits of friction below a block on a table in one load step, and how many of them are early."""
 TABLE_RESIDUALS = (0.3, 1e-2)
@@ -50,7 +49,7 @@ def iterate_pose(
         indenter: The object in its pose.
         before: The object in the pose of the last equilibrium.
         start: That equilibrium.
-        may_use_path: Whether what the path has taught is used: a factor, and where it is going.
+        may_use_path: Whether the factor that the path has left is used.
         note: Told every iteration.
     """
     problem = problem.on_table(start.table)
@@ -58,16 +57,11 @@ def iterate_pose(
     positions, surface = nodes + start.displacements_mm, moved_surface(indenter, before)
     memory = _first_memory(problem, indenter, start)
     last = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
-    first = FirstStep(predictor=surface, pressed=pressed)
-    condenser.begin(
-        start.carried if may_use_path else None,
-        way_length_mm(before.pose, indenter.pose, reach_mm(start, before.pose)),
-    )
-    ahead = _ahead(problem, indenter, start, last) if may_use_path else None
-    found = condenser.step(problem, indenter.distance, ahead or last, first=first)
-    if ahead is not None and (found is None or found.stuck or found.shortened or found.shift > 0):
-        condenser.begin(None, 0.0)
-        found = condenser.step(problem, indenter.distance, last, first=first)
+    way_mm = way_length_mm(before.pose, indenter.pose, reach_mm(start, before.pose))
+    is_short = way_mm < SHORT * indenter.shape.feature_mm
+    first = FirstStep(predictor=None if is_short else surface, pressed=pressed)
+    condenser.begin(start.linearisation if may_use_path else None)
+    found = condenser.step(problem, indenter.distance, last, first=first)
     if found is None:
         found = newton.step(problem, surface, evaluated(problem, surface, positions, start.pressure_mpa, memory))
         if not found.stuck:
@@ -97,14 +91,3 @@ def _first_memory(problem: Problem, indenter: Indenter, start: Deformation) -> C
         limit_mpa=problem.law.friction * start.contact_pressure_mpa,
         normal=indenter.distance(start.contact_points_mm)[1],
     )
-
-
-def _ahead(problem: Problem, indenter: Indenter, start: Deformation, last: Iterate) -> Iterate | None:
-    """The last state moved on as the path came; None where it goes elsewhere, or where cells would fold."""
-    share = repeated_share(start, indenter.pose)
-    if share == 0 or start.before is None:
-        return None
-    positions = last.positions + share * (start.displacements_mm - start.before.displacements_mm)
-    pressure = start.pressure_mpa + share * (start.pressure_mpa - start.before.pressure_mpa)
-    ahead = evaluated(problem, indenter.distance, positions, pressure, last.memory)
-    return ahead if ahead.elastic.min_jacobian > UNFOLDED_SHARE * last.elastic.min_jacobian else None

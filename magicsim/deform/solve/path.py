@@ -15,7 +15,7 @@ import numpy.typing as npt
 from magicsim.deform.contact.augmented import dragged_anchors
 from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.contact.touching import touching_points
-from magicsim.deform.deformation import Before, Deformation
+from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.pattern import block_pattern
 from magicsim.deform.lattice.relaxation import Branches, Relaxation
@@ -111,6 +111,7 @@ class ContactSolver:
             elasticity,
             face,
             pattern,
+            block_pattern(lattice),
             symmetric_solver(pattern.indptr, pattern.indices),
             options or NewtonOptions(tolerance_mm=tolerance_mm),
             friction=friction,
@@ -313,14 +314,11 @@ class ContactSolver:
             & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
             relaxation=None,
-            before=None
-            if start.pose is None
-            else Before(displacements_mm=start.displacements_mm, pressure_mpa=start.pressure_mpa, pose=start.pose),
-            carried=self._condenser.carried,
+            linearisation=self._condenser.linearisation,
             pose=pose,
             force_n=forces.sum(0),
             torque_nmm=np.cross(contact.points_mm, forces).sum(0),
-            contact_area_mm2=float(face.current_area_mm2(iterate.positions)[touching].sum()),
+            contact_area_mm2=float(face.current_area_mm2(iterate.positions, np.flatnonzero(touching)).sum()),
             max_penetration_mm=contact.max_penetration_mm,
             min_jacobian=iterate.elastic.min_jacobian,
             force_balance=force_balance(problem, iterate),

@@ -76,6 +76,9 @@ class Problem:
     elasticity: Elasticity
     face: ContactFace
     pattern: BlockPattern
+    """Of the matrix with contact."""
+    body_pattern: BlockPattern
+    """Of the body's own matrix: sparser, since contact couples nodes of a face that share no cell."""
     solver: SymmetricSolver
     options: NewtonOptions
     law: ContactLaw
@@ -91,6 +94,7 @@ class Problem:
         elasticity: Elasticity,
         face: ContactFace,
         pattern: BlockPattern,
+        body_pattern: BlockPattern,
         solver: SymmetricSolver,
         options: NewtonOptions,
         *,
@@ -102,8 +106,9 @@ class Problem:
         Args:
             elasticity: Energy of the lattice.
             face: Where contact is tested.
-            pattern: Of the matrix.
-            solver: For that pattern.
+            pattern: Of the matrix with contact.
+            body_pattern: Of the matrix without it.
+            solver: For the former.
             options: Tolerances and limits.
             friction: Coulomb's coefficient.
             shear_modulus_mpa: Instantaneous shear modulus of each cell, shape (cells,) [MPa].
@@ -115,6 +120,7 @@ class Problem:
             elasticity=elasticity,
             face=face,
             pattern=pattern,
+            body_pattern=body_pattern,
             solver=solver,
             options=options,
             law=ContactLaw(

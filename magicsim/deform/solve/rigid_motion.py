@@ -9,9 +9,6 @@ from magicsim.deform.deformation import Deformation
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
-LEAST_COSINE, MOST_REPEATED = 0.95, 2.0
-"""Between two motions, below which the second does not repeat the first; and the most of it that is repeated."""
-
 
 def first_contact(indenter: Indenter) -> Pose:
     """The pose lowered until the object's highest point is level with the undeformed face."""
@@ -43,17 +40,3 @@ def is_there(indenter: Indenter, state: Deformation) -> bool:
         return False
     gap = indenter.distance(state.contact_points_mm)[0]
     return np.array_equal(state.pose.rotation, indenter.pose.rotation) and np.array_equal(gap, state.contact_gap_mm)
-
-
-def repeated_share(state: Deformation, pose: Pose) -> float:
-    """How much of the last motion of the touching points the way to a pose repeats; 0 where it goes elsewhere."""
-    if state.pose is None or state.before is None:
-        return 0.0
-    points = state.contact_points_mm[state.contact_pressure_mpa > 0]
-    own = state.pose.to_object(points)
-    last = (points - state.before.pose.to_sensor(own)).ravel()
-    wanted = (pose.to_sensor(own) - points).ravel()
-    size, along = float(last @ last), float(last @ wanted)
-    if along <= LEAST_COSINE * float(np.sqrt(size * (wanted @ wanted))):
-        return 0.0
-    return min(along / size, MOST_REPEATED)

@@ -21,8 +21,8 @@ from magicsim.deform.contact.augmented import add_dense_stiffness, contact_stiff
 from magicsim.deform.contact.face import gather, scatter
 from magicsim.deform.contact.friction import ContactMemory
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.solve.body import Linearisation
 from magicsim.deform.solve.factor import FactorStore
+from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.deform.solve.problem import Problem
 from magicsim.geometry.indenter import Indenter
 
@@ -63,6 +63,7 @@ def contact_tangent(problem: Problem, store: FactorStore, state: Deformation, in
         elasticity=problem.elasticity,
         positions=positions,
         pressure=state.pressure_mpa,
+        volume_gradient=problem.elasticity.evaluate(positions).volume_gradient,
         shift=0.0,
         facets=np.unique(problem.face.facet[near]),
     )

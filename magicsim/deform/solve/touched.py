@@ -1,4 +1,4 @@
-"""The matrix of a large face, the nodes that nothing touches eliminated once for many contacts.
+"""The matrix of a face, the nodes that nothing touches eliminated once for many contacts.
 
 The contact problem of a linearised body has the matrix S + B. S stays while the contact settles; B, the contact's own
 stiffness, changes with every step and is zero but at the nodes a that move a point in contact. With the others i
@@ -17,10 +17,13 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_tri
 
 from magicsim.deform.contact.augmented import add_dense_stiffness
 from magicsim.deform.contact.face import ContactFace
+from magicsim.deform.solve.face_part import LARGE
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
+FEW = 2
+"""Solutions for which nothing is eliminated where the face is not large: most contacts settle in as few."""
 WORTH = 0.8
 """Touched nodes, in units of those that are left, below which the others are eliminated anew."""
 
@@ -46,6 +49,8 @@ class TouchedMatrix:
         self._reduced: Array = np.empty((0, 0))
         """L, C and S_aa - C^T C."""
         self._is_definite = False
+        self._solved = 0
+        """How often it has solved."""
 
     def solve(self, face: ContactFace, acting: Index, local: Array, right: Array) -> Array | None:
         """Solution u of (S + B) u = r, shape (unknowns,) [mm]; None where the matrix is not positive definite.
@@ -56,6 +61,9 @@ class TouchedMatrix:
             local: Their own stiffness, shape (acting, 3, 3) [N/mm].
             right: r, shape (unknowns,) [N].
         """
+        self._solved += 1
+        if self._solved <= FEW and len(self._stiffness) <= LARGE:
+            return self._whole(face, acting, local, right)
         touched = np.zeros_like(self._is_left)
         touched[face.patches[np.unique(face.facet[acting])]] = True
         if (touched & ~self._is_left).any() or touched.sum() < WORTH * self._is_left.sum():
@@ -77,6 +85,18 @@ class TouchedMatrix:
         found[self._left] = moved
         found[self._others] = self._half(half - self._coupling @ moved, is_back=True)
         return found
+
+    def _whole(self, face: ContactFace, acting: Index, local: Array, right: Array) -> Array | None:
+        """The solution with nothing eliminated."""
+        matrix = self._stiffness.copy()
+        add_dense_stiffness(matrix, face, acting, local)
+        matrix[self._held], matrix[:, self._held] = 0.0, 0.0
+        matrix[self._held, self._held] = 1.0
+        try:
+            factor = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError:
+            return None
+        return np.asarray(cho_solve(factor, right, check_finite=False))
 
     def _eliminate(self, touched: Mask) -> None:
         """Eliminates all nodes but some."""
