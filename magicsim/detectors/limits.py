@@ -1,6 +1,7 @@
 """What each field of a dataclass of options may be: kept beside the field, checked when it is constructed."""
 
-from dataclasses import Field, dataclass
+from dataclasses import Field, dataclass, field
+from typing import Any
 
 from magicsim.errors import ConfigError
 from magicsim.wording import NAME_LENGTH, shortened
@@ -33,16 +34,18 @@ class Limits:
         return f"a {'whole ' if kind is int else ''}number {span}"
 
 
-def limited(
+def option(
+    default: float | str,
     about: str,
     low: float | None = None,
     high: float | None = None,
     *,
     odd: bool = False,
     choices: tuple[str, ...] = (),
-) -> dict[str, Limits]:
-    """Metadata of one field."""
-    return {"limits": Limits(about=about, low=low, high=high, odd=odd, choices=choices)}
+) -> Any:  # noqa: ANN401 - a field of whatever type its default has
+    """A field of a dataclass of options, with its default and what it may be (see `Limits`)."""
+    limits = Limits(about=about, low=low, high=high, odd=odd, choices=choices)
+    return field(default=default, metadata={"limits": limits})
 
 
 def limits_of(each: "Field[object]") -> Limits:

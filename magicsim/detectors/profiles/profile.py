@@ -5,10 +5,10 @@ as assumed in the field's description, with the reason for the default in a comm
 measured effect of every choice.
 """
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
-from magicsim.detectors.limits import checked, limited
+from magicsim.detectors.limits import checked, option
 from magicsim.errors import ConfigError
 
 SCHEMA_VERSION = 1
@@ -42,126 +42,72 @@ class DetectorProfile:
             and what is allowed.
     """
 
-    schema_version: int = field(
-        default=SCHEMA_VERSION, metadata=limited("Version of these keys.", SCHEMA_VERSION, SCHEMA_VERSION)
-    )
-    tau_e: float = field(default=0.5, metadata=limited("Entropy from which something brightens [bit].", 0.0, 8.0))
-    tau_c: float = field(
-        default=0.2, metadata=limited("Correlation from which a brightening is outside light.", -1.0, 1.0)
-    )
-    tau_b: int = field(
-        default=35,
-        metadata=limited("Grey level that separates grid from background; above is bright.", 0, 254),
-    )
-    tau_g: float = field(default=0.6, metadata=limited("Grid similarity below which the sensor is touched.", 0.0, 1.0))
-    background_count: int = field(default=3, metadata=limited("Background references M.", 1, 255))
-    reference_count: int = field(
-        default=30, metadata=limited("Frames N of the untouched sensor that make the references.", 1, 255)
-    )
-    grid_blur_px: int = field(
-        default=5,
-        metadata=limited("Side of the Gaussian kernel before binarising [px]; assumed.", 0, 63, odd=True),
-    )
-    difference_blur_px: int = field(
-        default=0,
-        metadata=limited("Side of the Gaussian kernel before the difference [px].", 0, 63, odd=True),
-    )
-    polarity: Polarity = field(
-        default="dark",
-        metadata=limited("Side of tau_b that is the grid; assumed.", choices=get_args(Polarity)),
-    )
-    similarity: Similarity = field(
-        default="recall",
-        metadata=limited("Measure of overlap with the reference grid.", choices=get_args(Similarity)),
+    schema_version: int = option(SCHEMA_VERSION, "Version of these keys.", SCHEMA_VERSION, SCHEMA_VERSION)
+    tau_e: float = option(0.5, "Entropy from which something brightens [bit].", 0.0, 8.0)
+    tau_c: float = option(0.2, "Correlation from which a brightening is outside light.", -1.0, 1.0)
+    tau_b: int = option(35, "Grey level that separates grid from background; above is bright.", 0, 254)
+    tau_g: float = option(0.6, "Grid similarity below which the sensor is touched.", 0.0, 1.0)
+    background_count: int = option(3, "Background references M.", 1, 255)
+    reference_count: int = option(30, "Frames N of the untouched sensor that make the references.", 1, 255)
+    grid_blur_px: int = option(5, "Side of the Gaussian kernel before binarising [px]; assumed.", 0, 63, odd=True)
+    difference_blur_px: int = option(0, "Side of the Gaussian kernel before the difference [px].", 0, 63, odd=True)
+    polarity: Polarity = option("dark", "Side of tau_b that is the grid; assumed.", choices=get_args(Polarity))
+    similarity: Similarity = option(
+        "recall", "Measure of overlap with the reference grid.", choices=get_args(Similarity)
     )
     # Gaussian as published; its side and sigma are not given, and OpenCV's sigma for a side is the customary choice.
-    grid_blur_sigma_px: float = field(
-        default=0.0,
-        metadata=limited("Standard deviation of that kernel [px]; 0 is 0.15 sides + 0.35; assumed.", 0.0, 20.0),
+    grid_blur_sigma_px: float = option(
+        0.0, "Standard deviation of that kernel [px]; 0 is 0.15 sides + 0.35; assumed.", 0.0, 20.0
     )
     # The algorithm averages the binarised frames and does not binarise the average again.
-    grid_reference: GridKind = field(
-        default="presence",
-        metadata=limited("What the grid reference keeps of the binarised frames.", choices=get_args(GridKind)),
+    grid_reference: GridKind = option(
+        "presence", "What the grid reference keeps of the binarised frames.", choices=get_args(GridKind)
     )
     # Not published: an object that covers the room, or a live exposure, changes the brightness of the whole image.
-    surround_px: int = field(
-        default=0,
-        metadata=limited(
-            "Standard deviation of the surroundings that a pixel is compared with [px]; tau_b is then in per cent of "
-            "their brightness. 0 compares with the grey level tau_b, as published.",
-            0,
-            63,
-        ),
+    surround_px: int = option(
+        0,
+        "Standard deviation of the surroundings that a pixel is compared with [px]; tau_b is then in per cent of "
+        "their brightness. 0 compares with the grey level tau_b, as published.",
+        0,
+        63,
     )
     # The luma of ITU-R BT.601 is what a conversion to grey means where nothing else is said.
-    grey: Grey = field(
-        default="luma",
-        metadata=limited("How the filtered channels become grey for the entropy; assumed.", choices=get_args(Grey)),
+    grey: Grey = option(
+        "luma", "How the filtered channels become grey for the entropy; assumed.", choices=get_args(Grey)
     )
     # Cutting off would hide a brightening of less than one level that the mean of the channels shows.
-    grey_rounding: Rounding = field(
-        default="nearest",
-        metadata=limited("How that grey becomes 8 bit; assumed.", choices=get_args(Rounding)),
-    )
+    grey_rounding: Rounding = option("nearest", "How that grey becomes 8 bit; assumed.", choices=get_args(Rounding))
     # One bin for each of the 256 grey levels is the entropy of the image itself.
-    entropy_bins: int = field(
-        default=256, metadata=limited("Bins of the histogram whose entropy is taken; assumed.", 2, 256)
-    )
+    entropy_bins: int = option(256, "Bins of the histogram whose entropy is taken; assumed.", 2, 256)
     # Three pairs always weigh one third each, so a channel that falls silent cannot make C jump.
-    constant_channel: ConstantChannel = field(
-        default="zero",
-        metadata=limited("What a pair with a constant channel adds to C; assumed.", choices=get_args(ConstantChannel)),
+    constant_channel: ConstantChannel = option(
+        "zero", "What a pair with a constant channel adds to C; assumed.", choices=get_args(ConstantChannel)
     )
-    entropy_width: float = field(
-        default=0.25,
-        metadata=limited("Logistic width of the entropy's probability [bit]; assumed.", 1e-6, 8.0),
-    )
-    correlation_width: float = field(
-        default=0.05,
-        metadata=limited("Logistic width of the correlation's probability; assumed.", 1e-6, 2.0),
-    )
-    similarity_width: float = field(
-        default=0.05,
-        metadata=limited("Logistic width of the similarity's probability; assumed.", 1e-6, 1.0),
-    )
+    entropy_width: float = option(0.25, "Logistic width of the entropy's probability [bit]; assumed.", 1e-6, 8.0)
+    correlation_width: float = option(0.05, "Logistic width of the correlation's probability; assumed.", 1e-6, 2.0)
+    similarity_width: float = option(0.05, "Logistic width of the similarity's probability; assumed.", 1e-6, 1.0)
     # Published runs see proximity 10 to 15 frames before contact, so that five leave as many to close in.
-    approach_frames: int = field(
-        default=5,
-        metadata=limited("Approaching frames, not broken by Normal or Noise, before closing; assumed.", 1, 1000),
+    approach_frames: int = option(
+        5, "Approaching frames, not broken by Normal or Noise, before closing; assumed.", 1, 1000
     )
-    entropy_hysteresis: float = field(
-        default=0.1,
-        metadata=limited("How far E may fall below tau_e without breaking that run [bit]; assumed.", 0.0, 8.0),
+    entropy_hysteresis: float = option(
+        0.1, "How far E may fall below tau_e without breaking that run [bit]; assumed.", 0.0, 8.0
     )
-    touch_frames: int = field(
-        default=2, metadata=limited("Touched frames in a row before an object counts as grasped; assumed.", 1, 1000)
-    )
+    touch_frames: int = option(2, "Touched frames in a row before an object counts as grasped; assumed.", 1, 1000)
     # In shares of 1 - tau_g and 1 - S, so that one value serves designs whose S spans very different ranges.
-    touch_hysteresis: float = field(
-        default=0.25,
-        metadata=limited("Share of 1 - tau_g that S must rise above tau_g before a touch is lost; assumed.", 0.0, 1.0),
+    touch_hysteresis: float = option(
+        0.25, "Share of 1 - tau_g that S must rise above tau_g before a touch is lost; assumed.", 0.0, 1.0
     )
-    transport_frames: int = field(
-        default=3, metadata=limited("Frames held without a slip before transport begins; assumed.", 1, 1000)
+    transport_frames: int = option(3, "Frames held without a slip before transport begins; assumed.", 1, 1000)
+    slip_share: float = option(
+        0.25, "Share of the lost similarity 1 - S that returns suddenly in a slip; assumed.", 0.01, 1.0
     )
-    slip_share: float = field(
-        default=0.25,
-        metadata=limited("Share of the lost similarity 1 - S that returns suddenly in a slip; assumed.", 0.01, 1.0),
+    slip_window: int = option(2, "Frames within which that share must return; assumed.", 1, 100)
+    slip_entropy_rise: float = option(
+        0.2, "Rise of E from which a rise of S is light and no slip [bit]; assumed.", 0.0, 8.0
     )
-    slip_window: int = field(
-        default=2, metadata=limited("Frames within which that share must return; assumed.", 1, 100)
-    )
-    slip_entropy_rise: float = field(
-        default=0.2,
-        metadata=limited("Rise of E from which a rise of S is light and no slip [bit]; assumed.", 0.0, 8.0),
-    )
-    close_frames: int = field(
-        default=150, metadata=limited("Frames of closing without a touch before the gripper returns.", 1, 100_000)
-    )
-    return_frames: int = field(
-        default=5, metadata=limited("Untouched frames in a row before a returned gripper waits again.", 1, 1000)
-    )
+    close_frames: int = option(150, "Frames of closing without a touch before the gripper returns.", 1, 100_000)
+    return_frames: int = option(5, "Untouched frames in a row before a returned gripper waits again.", 1, 1000)
 
     def __post_init__(self) -> None:
         """Check every field, and turn whole numbers into floats where a float is asked for."""
