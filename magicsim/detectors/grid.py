@@ -39,11 +39,6 @@ class GridReference:
     surround_px: int = 0
     """Standard deviation of the surroundings that a pixel is compared with [px]; 0 compares with `tau_b`."""
 
-    @property
-    def presence(self) -> npt.NDArray[np.float64]:
-        """Share of reference frames in which a pixel showed the grid, 0..1, shape (rows, columns, 3)."""
-        return self.counts / float(self.frames)
-
 
 def blur(image: Frame, size_px: int, sigma_px: float = 0.0) -> Frame:
     """Gaussian blur rounded to 8 bit; pixels beyond the edge mirror those inside, without repeating the edge.

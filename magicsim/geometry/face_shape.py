@@ -21,8 +21,6 @@ from magicsim.config.models import Config
 Radius = Annotated[float, Field(ge=1, le=1e6)]
 MOST_SHARE = 0.6
 """Part of the height that a face may rise over its crown: cells beside the rim are thinner by as much."""
-STEP_MM = 1e-4
-"""Of the differences that slopes are taken from [mm]."""
 
 
 class Dome(Config):
@@ -146,21 +144,6 @@ def _read(file: str, range_mm: float) -> Array:
 
 
 Face = Annotated[Dome | HeightMap, Field(discriminator="kind")]
-
-
-def normal_at(face: Dome | HeightMap, places_mm: Array) -> Array:
-    """Unit normals of a face that point out of the block, shape (..., 3).
-
-    Args:
-        face: The face.
-        places_mm: x and y, shape (..., 2) [mm].
-    """
-    slopes = [
-        (face.rise_mm(places_mm + step) - face.rise_mm(places_mm - step)) / (2 * STEP_MM)
-        for step in STEP_MM * np.eye(2)
-    ]
-    normal = np.stack([*slopes, -np.ones_like(slopes[0])], -1)
-    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
 
 
 def lifted(points_mm: Array, face: Dome | HeightMap | None, height_mm: float) -> Array:

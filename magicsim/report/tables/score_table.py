@@ -11,18 +11,6 @@ _UNTOUCHED = (FrameClass.CLEAR, FrameClass.NEAR, FrameClass.LIGHT)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cell:
-    """One true class with one verdict."""
-
-    count: int
-    """Number of frames."""
-    share: float
-    """Share of the row's frames, 0..1."""
-    right: bool
-    """Whether this verdict is right for the class."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
     """One true class."""
 
@@ -30,10 +18,10 @@ class Row:
     """Name of the class."""
     wanted: str
     """The verdict that is right."""
-    cells: tuple[Cell, ...]
-    """One for each verdict."""
-    frames: int
-    """Number of frames."""
+    counts: tuple[int, ...]
+    """Number of frames with each verdict."""
+    right: frozenset[str]
+    """Verdicts that are right for the class."""
     recall: str
     """Share of right verdicts."""
 
@@ -72,18 +60,11 @@ def contact_table(score: DetectionScore) -> ScoreTable:
     missing = [] if score.frames.get(FrameClass.CONTACT) else [str(FrameClass.CONTACT)]
     if not any(score.frames.get(each) for each in _UNTOUCHED):
         missing.append(" or ".join(_UNTOUCHED))
-    rows = [
-        _row(score.contact, label, truth=label, wanted=str(Contact.TOUCHED), right=touched)
-        if label == FrameClass.CONTACT
-        else _row(
-            score.contact,
-            label,
-            truth=label,
-            wanted=f"not {Contact.TOUCHED}",
-            right=set(score.contact.column_labels) - touched,
-        )
-        for label in score.contact.row_labels
-    ]
+    rows = []
+    for label in score.contact.row_labels:
+        right = touched if label == FrameClass.CONTACT else set(score.contact.column_labels) - touched
+        wanted = str(Contact.TOUCHED) if right is touched else f"not {Contact.TOUCHED}"
+        rows.append(_row(score.contact, label, truth=label, wanted=wanted, right=right))
     return ScoreTable(
         title="Contact",
         columns=score.contact.column_labels,
@@ -99,14 +80,4 @@ def accuracy_text(accuracy: float | None, missing: str) -> str:
 
 def _row(task: TaskScore, label: str, *, truth: str, wanted: str, right: set[str]) -> Row:
     counts = task.confusion[task.row_labels.index(label)]
-    total = sum(counts)
-    return Row(
-        truth=truth,
-        wanted=wanted,
-        cells=tuple(
-            Cell(count=count, share=count / total if total else 0.0, right=column in right)
-            for column, count in zip(task.column_labels, counts, strict=True)
-        ),
-        frames=total,
-        recall=percent(task.recall[label]),
-    )
+    return Row(truth=truth, wanted=wanted, counts=counts, right=frozenset(right), recall=percent(task.recall[label]))

@@ -40,8 +40,8 @@ def test_grid_presence_is_the_share_of_frames():
     frames = [flat(10), flat(10), flat(10), flat(90)]
     dark = fuse_grid(frames, tau_b=35, polarity="dark", blur_px=0)
     bright = fuse_grid(frames, tau_b=35, polarity="bright", blur_px=0)
-    assert dark.presence[0, 0].tolist() == [0.75, 0.75, 0.75]
-    assert bright.presence[0, 0].tolist() == [0.25, 0.25, 0.25]
+    assert (dark.counts / dark.frames)[0, 0].tolist() == [0.75, 0.75, 0.75]
+    assert (bright.counts / bright.frames)[0, 0].tolist() == [0.25, 0.25, 0.25]
     assert dark.areas == (12, 12, 12)
 
 

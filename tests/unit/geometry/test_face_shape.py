@@ -7,7 +7,7 @@ from magicsim.config.models import load_preset
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import block_volume_mm3, build_elastomer
-from magicsim.geometry.face_shape import Dome, HeightMap, flattened, lifted, normal_at
+from magicsim.geometry.face_shape import Dome, HeightMap, flattened, lifted
 from magicsim.geometry.files.part import printed_parts
 from magicsim.geometry.first_touch import first_touch_mm
 from magicsim.geometry.objects import parse_object
@@ -26,12 +26,6 @@ def test_equal_radii_are_a_sphere_and_one_alone_a_cylinder():
     np.testing.assert_allclose(
         dome(radius_y_mm=None).rise_mm(PLACES), 20 - np.sqrt(400 - PLACES[:, 0] ** 2), atol=1e-12
     )
-
-
-def test_normals_point_from_the_centre_of_a_sphere():
-    centre = np.array([0, 0, 20.0])
-    points = np.column_stack([PLACES, dome().rise_mm(PLACES)])
-    np.testing.assert_allclose(normal_at(dome(), PLACES), (points - centre) / 20, atol=1e-6)
 
 
 def test_rim_is_smooth_and_ends_at_the_crown():

@@ -26,7 +26,7 @@ def test_tables_hold_the_counts_of_the_score(judgement):
         (proximity_table(judgement.score), judgement.score.proximity),
         (contact_table(judgement.score), judgement.score.contact),
     ):
-        assert tuple(tuple(cell.count for cell in row.cells) for row in table.rows) == task.confusion
+        assert tuple(row.counts for row in table.rows) == task.confusion
 
 
 def test_right_cells_of_a_row_add_up_to_its_recall(judgement):
@@ -35,7 +35,8 @@ def test_right_cells_of_a_row_add_up_to_its_recall(judgement):
         (contact_table(judgement.score), judgement.score.contact),
     ):
         for row, recall in zip(table.rows, task.recall.values(), strict=True):
-            assert sum(cell.share for cell in row.cells if cell.right) == pytest.approx(recall)
+            right = sum(count for column, count in zip(table.columns, row.counts, strict=True) if column in row.right)
+            assert right / sum(row.counts) == pytest.approx(recall)
 
 
 def test_mistakes_agree_with_the_score(episode, judgement):
@@ -44,7 +45,12 @@ def test_mistakes_agree_with_the_score(episode, judgement):
         (proximity_right, proximity_table(judgement.score)),
         (contact_right, contact_table(judgement.score)),
     ):
-        wrong = sum(cell.count for row in table.rows for cell in row.cells if not cell.right)
+        wrong = sum(
+            count
+            for row in table.rows
+            for column, count in zip(table.columns, row.counts, strict=True)
+            if column not in row.right
+        )
         assert sum(right(*pair) is False for pair in pairs) == wrong
 
 
