@@ -27,6 +27,8 @@ SLIDE_MM = 4.0
 DEEPEST_MM, TILT_DEG, TWIST_DEG = 2.0, 10.0, 25.0
 PATIENCE_S = 3.0
 """How long a hand offers an item that nobody takes [s]."""
+ROUNDING_MM = 1e-6
+"""Difference of widths that counts as none [mm]."""
 FINE_MM, FINE_STEP_MM = 0.6, 0.15
 """Room on each side below which fingers close by less in a frame [mm]: they slow down before they press."""
 
@@ -50,7 +52,7 @@ class World:
         self.open_mm = gripper.touching_width_mm + 2 * config.open_gap_mm
         self._dt_s = 1 / config.frames_per_second
         self._frame, self._transport, self._offered = 0, -1, -1
-        self._hand_y_mm, self._is_delivered = BEYOND_MM, False
+        self._hand_y_mm, self._is_delivered, self._has_come = BEYOND_MM, False, False
         self._pull_n, self._has_stalled = 0.0, False
         gripper.close(self.open_mm, place=ObjectPlace())
         gripper.remove_object()
@@ -58,7 +60,7 @@ class World:
     @property
     def is_open(self) -> bool:
         """Whether the fingers are as far open as at the start."""
-        return self.gripper.width_mm >= self.open_mm - 1e-6
+        return self.gripper.width_mm >= self.open_mm - ROUNDING_MM
 
     @property
     def has_item(self) -> bool:
@@ -109,16 +111,13 @@ class World:
     def _hands(self, stage: GraspStage, frame: int) -> str:
         """Brings the item, goes along until it feels a firm grip, lets go, pulls, takes back what nobody takes."""
         story, gripper = self.story, self.gripper
-        if frame == story.appears:
+        if not self._has_come and frame >= story.appears and self._has_room:
+            self._has_come = True
             self._place()
             return "appears"
         if gripper.outcome is Hold.PLACED and self._hand_y_mm > 0:
-            self._hand_y_mm = max(0.0, self._hand_y_mm - story.speed_mm_s * self._dt_s)
-            self._place()
-            if self._hand_y_mm == 0:
-                self._offered = frame
-                return "offered"
-        elif gripper.outcome is Hold.PLACED and stage is GraspStage.TRANSPORTING and self._has_stalled:
+            return self._bring(frame)
+        if gripper.outcome is Hold.PLACED and stage is GraspStage.TRANSPORTING and self._has_stalled:
             lost = gripper.hold(load=self._load()) is Hold.DROPPED
             return "dropped" if lost else "let_go"
         elif self.is_held and story.pull is not None and self._transport >= story.pull:
@@ -130,14 +129,33 @@ class World:
             return "withdrawn"
         return ""
 
+    def _bring(self, frame: int) -> str:
+        """Brings the item nearer, or takes it back where the fingers have closed meanwhile."""
+        if not self._has_room:
+            self.gripper.remove_object()
+            return "withdrawn"
+        self._hand_y_mm = max(0.0, self._hand_y_mm - self.story.speed_mm_s * self._dt_s)
+        self._place()
+        if self._hand_y_mm > 0:
+            return ""
+        self._offered = frame
+        return "offered"
+
     def _is_tired(self, frame: int) -> bool:
         return self._offered >= 0 and frame - self._offered > PATIENCE_S * self.config.frames_per_second
 
+    @property
+    def _has_room(self) -> bool:
+        """Whether an item goes between the fingers."""
+        return self.gripper.width_mm > self.gripper.touching_width_mm + ROUNDING_MM
+
     def _place(self) -> None:
-        story = self.story
-        up = half_extents_mm(self.item.object)[0]
-        clear = self.config.close_mm_s * self._dt_s + FINE_STEP_MM  # a hand on its way does not run into a finger
-        z_mm = min(self.open_mm / 2 - story.near_mm, self.gripper.width_mm / 2 - clear) - up
+        story, half = self.story, self.gripper.width_mm / 2
+        up, down = half_extents_mm(self.item.object)
+        # A hand on its way keeps clear of fingers that have begun to close.
+        wanted = 0.0 if self.is_open else self.config.close_mm_s * self._dt_s + FINE_STEP_MM
+        clear = min(wanted, half - (up + down) / 2)
+        z_mm = max(min(self.open_mm / 2 - story.near_mm, half - clear) - up, down + clear - half)
         y_mm = story.y_mm + self._hand_y_mm + self._ahead_mm()
         place = ObjectPlace(y_mm=y_mm, z_mm=z_mm, twist_deg=story.twist_deg)
         self.gripper.close(self.gripper.width_mm, place=place)
@@ -169,6 +187,9 @@ class World:
         if asked.fingers == "close" and not self._has_stalled:
             near = self.has_item and width < gripper.touching_width_mm + 2 * FINE_MM
             width -= 2 * (FINE_STEP_MM if near else config.close_mm_s * self._dt_s)
+            if self.has_item and (not near or self._hand_y_mm > 0):
+                # Fingers press at their slow speed alone, and nothing before it is between them.
+                width = max(width, gripper.touching_width_mm)
         elif asked.fingers == "open":
             width, self._has_stalled = min(width + 2 * config.open_mm_s * self._dt_s, self.open_mm), False
         least = gripper.linkage.width_mm(gripper.linkage.least_deg)

@@ -125,3 +125,34 @@ def test_wide_open_fingers_still_meet_the_item_where_it_was_offered(gripper: Gri
     events(world, [GraspStage.CLOSING] * 40)
     assert gripper.truth().is_stalled
     assert gripper.place.y_mm == pytest.approx(1.9, abs=0.05)
+
+
+def test_hand_takes_back_an_item_that_finds_the_fingers_closed(gripper: Gripper):
+    gripper.reset()
+    world = World(gripper, ITEM, replace(STORY, speed_mm_s=5.0), CONFIG)
+    told = events(world, [GraspStage.WAITING] * 2 + [GraspStage.CLOSING] * 30)
+    assert [each for each in told if each] == ["appears", "withdrawn"]
+    assert not world.has_item
+
+
+def test_hand_waits_until_the_fingers_are_open(gripper: Gripper):
+    gripper.reset()
+    world = World(gripper, ITEM, replace(STORY, appears=20), CONFIG)
+    told = events(world, [GraspStage.CLOSING] * 25 + [GraspStage.RETURNING] * 20)
+    assert told.index("appears") > 25
+
+
+@pytest.mark.parametrize("near_mm", [0.01, 3.99])
+@pytest.mark.parametrize("speed_mm_s", [1.0, 1000.0])
+@pytest.mark.parametrize("rate", [1.0, 120.0])
+def test_coarse_and_fast_motions_end_in_a_grip_or_without_the_item(
+    gripper: Gripper, near_mm: float, speed_mm_s: float, rate: float
+):
+    gripper.reset()
+    changed = {"frames_per_second": rate, "close_mm_s": speed_mm_s, "hand_mm_s": (speed_mm_s, speed_mm_s)}
+    config = CONFIG.model_copy(update=changed)
+    world = World(gripper, ITEM, replace(STORY, near_mm=near_mm, speed_mm_s=speed_mm_s), config)
+    told = events(world, [GraspStage.WAITING] * 3 + [GraspStage.CLOSING] * 40)
+    assert told[1] == "appears"
+    assert gripper.truth().upper.force_n[2] < 1.3
+    assert gripper.truth().is_stalled or "offered" not in told or speed_mm_s < 2
