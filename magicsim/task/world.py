@@ -120,7 +120,7 @@ class World:
         if gripper.outcome is Hold.PLACED and stage is GraspStage.TRANSPORTING and self._has_stalled:
             lost = gripper.hold(load=self._load()) is Hold.DROPPED
             return "dropped" if lost else "let_go"
-        elif self.is_held and story.pull is not None and self._transport >= story.pull:
+        if self.is_held and story.pull is not None and self._transport >= story.pull:
             self._pull_n += self.config.pull_n_s * self._dt_s
             if gripper.hold(load=self._load()) is Hold.DROPPED:
                 return "pulled"
