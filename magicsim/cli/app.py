@@ -74,6 +74,17 @@ def limit_threads(threads: int | None) -> None:
     dr.set_thread_count(threads)
 
 
+def refuse_settings(settings: list[str] | None, command: str, why: str = "") -> None:
+    """Refuses `--set` with a command in which there is nothing to set.
+
+    Raises:
+        ConfigError: Something is set.
+    """
+    if settings:
+        msg = f"--set {settings[0]} is not allowed with {command}{why}"
+        raise ConfigError(msg)
+
+
 def fields_of(result: object) -> dict[str, Any]:
     """A result as the keys and values that are printed."""
     return asdict(result)  # type: ignore[call-overload, no-any-return]

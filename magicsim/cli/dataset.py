@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
+from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result, refuse_settings
 from magicsim.errors import ConfigError, OutputError
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def verify(folder: Folder, *, settings: Settings = None, seed: Seed = None, json
     """Check every file of a dataset against its manifest; exit code 1 where something is wrong."""
     from magicsim.dataset.verify import verify_dataset
 
-    _refuse(settings, "verify")
+    refuse_settings(settings, "dataset verify")
     found = verify_dataset(folder)
     print_result(fields_of(found), as_json=json)
     if found.problems:
@@ -80,7 +80,7 @@ def export(
     """Write a finished dataset in the layout of another library."""
     from magicsim.dataset.export.formats import export_dataset
 
-    _refuse(settings, "export")
+    refuse_settings(settings, "dataset export")
     print_result(fields_of(export_dataset(folder, out, format)), as_json=json)
 
 
@@ -100,12 +100,6 @@ def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", 
         raise OutputError(msg) from None
 
     print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
-
-
-def _refuse(settings: list[str] | None, command: str) -> None:
-    if settings:
-        msg = f"--set {settings[0]} is not allowed with dataset {command}"
-        raise ConfigError(msg)
 
 
 def _announce(out: Path) -> "Callable[[Estimate], None]":

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from magicsim.cli.app import Json, Seed, Settings, app
+from magicsim.cli.app import Json, Seed, Settings, app, refuse_settings
 from magicsim.errors import ConfigError
 
 
@@ -26,9 +26,7 @@ def detect(
     from magicsim.detectors.report import write_verdicts
     from magicsim.detectors.sources.video import quiet_opencv
 
-    if settings:
-        msg = f"--set {settings[0]} is not allowed with detect; write a profile file and name it with --profile"
-        raise ConfigError(msg)
+    refuse_settings(settings, "detect", "; write a profile file and name it with --profile")
     if reference is None:
         from magicsim.evaluation.takes.existing import is_existing
         from magicsim.evaluation.takes.verdicts import write_existing_verdicts

@@ -7,8 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from magicsim.cli.app import Json, Seed, Settings, app
-from magicsim.errors import ConfigError
+from magicsim.cli.app import Json, Seed, Settings, app, refuse_settings
 
 
 @app.command
@@ -26,9 +25,7 @@ def estimate(
     from magicsim.cli.output.lines import lines_of
     from magicsim.learn.packages import need_torch
 
-    if settings:
-        msg = f"--set {settings[0]} is not allowed with estimate"
-        raise ConfigError(msg)
+    refuse_settings(settings, "estimate")
     need_torch("estimate")
     from magicsim.learn.reading import estimate_frames
     from magicsim.learn.samples import FRAME

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_object, print_result
-from magicsim.errors import ConfigError
+from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_object, print_result, refuse_settings
 
 Kind = Literal["deform", "stress", "cost", "render", "all"]
 
@@ -22,9 +21,7 @@ def bench(
     """Report error against run time of deformation and light, validity at extremes, and cost against size."""
     from magicsim.bench.kinds import run_bench
 
-    if settings:
-        msg = f"--set {settings[0]} is not allowed with bench: its cases are fixed"
-        raise ConfigError(msg)
+    refuse_settings(settings, "bench", ": its cases are fixed")
     logging.getLogger("magicsim.bench").setLevel(logging.INFO)  # each row as it is measured, on stderr
     found = run_bench(kind, out, quick=quick, recompute=recompute)
     print_result(found if json else {"results": found["results"], "written": str(out)}, as_json=json)
