@@ -15,7 +15,7 @@ from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
-from magicsim.task.folder import FOLDER, INDEX, TaskIndex, episode_name
+from magicsim.task.folder import EPISODES, FOLDER, INDEX, TaskIndex, episode_name
 from magicsim.task.resolved import digest_of
 from magicsim.workers.versions import versions
 
@@ -68,7 +68,7 @@ def grow(
             numbers.
 
     Raises:
-        OutputError: The folder is not ours, holds another run, or cannot be written.
+        OutputError: The folder is not ours, holds another run or more episodes, or cannot be written.
         MagicsimError: As `play`.
     """
     FOLDER.check(out, resume=run.resume)
@@ -82,6 +82,7 @@ def grow(
         earlier = FOLDER.read_index(out)
         if earlier is not None:
             FOLDER.refuse_another(out, earlier, index)
+        _refuse_fewer(out, ledger.names(), run.episodes)
         FOLDER.write_config(ledger, settings)
         FOLDER.write_index(ledger, index)
         for done, episode in enumerate(run.order):
@@ -112,6 +113,13 @@ def as_parquet(rows: list[dict[str, Any]]) -> bytes:
     sink = io.BytesIO()
     pq.write_table(pa.Table.from_pylist(rows), sink, compression="zstd")
     return sink.getvalue()
+
+
+def _refuse_fewer(out: Path, names: Iterable[str], episodes: int) -> None:
+    last = max((int(Path(name).stem) for name in names if Path(name).parent.as_posix() == EPISODES), default=-1)
+    if last >= episodes:
+        msg = f"'{out}' holds episodes up to number {last} already: it goes on with {last + 1} or more, not {episodes}"
+        raise OutputError(msg)
 
 
 def _read(out: Path, episode: int) -> dict[str, Any]:

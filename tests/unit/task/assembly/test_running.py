@@ -127,6 +127,9 @@ def test_finished_folder_grows_and_nothing_is_built_for_what_is_there(run: Run, 
     built = NoGripper.built
     assert run(tmp_path / "out", 5, resume=True).trials == 5
     assert NoGripper.built == built
+    with pytest.raises(OutputError, match="holds episodes up to number 4 already: it goes on with 5 or more, not 4"):
+        run(tmp_path / "out", 4, resume=True)
+    assert content(tmp_path / "out") == after
     with pytest.raises(OutputError, match="holds another task"):
         run(tmp_path / "out", 5, resume=True, seed=2)
     with pytest.raises(OutputError, match="holds another task"):
