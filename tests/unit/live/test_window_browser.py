@@ -40,6 +40,11 @@ def settled(window: LiveWindow, until) -> Callable[[Callable[[], bool]], None]:
     return lambda holds: until(lambda: window.busy is None and holds())
 
 
+def shown(page, text: str) -> None:
+    """Waits until the page's table of forces says a text: it comes after the window has settled, by its socket."""
+    page.wait_for_function("text => document.querySelector('table.forces').innerText.includes(text)", arg=text)
+
+
 def pixel_of(window: LiveWindow, page, point_mm: tuple[float, float, float]) -> tuple[float, float]:
     """Where a point of the 3D view stands on the page, from the camera that the page has told [px]."""
     camera = next(iter(window._server.get_clients().values())).camera
@@ -87,7 +92,7 @@ def test_keys_move_and_press_the_object(small, window: LiveWindow, settled):
     for key in ("Shift+ArrowRight", "Shift+ArrowUp", "Shift+KeyP", "Shift+KeyJ"):
         small.keyboard.press(key)
     settled(lambda: window.sight.wish == start.pushed(window.workspace, x_mm=0.1, y_mm=0.1, gap_mm=-0.1, twist_deg=5.0))
-    assert f"{window.sight.wish.gap_mm:.2f} mm" in small.locator("table.forces").inner_text()
+    shown(small, f"{window.sight.wish.gap_mm:.2f} mm")
     for key in ("Shift+ArrowLeft", "Shift+ArrowDown", "Shift+KeyL", "Shift+KeyK"):
         small.keyboard.press(key)
     settled(lambda: window.sight.wish == start)
@@ -138,9 +143,8 @@ def test_two_windows_show_one_sensor(small, browser, window: LiveWindow, settled
     before = window.sight.wish
     small.keyboard.press("Shift+KeyP")
     settled(lambda: window.sight.wish != before)
-    place = f"{window.sight.wish.gap_mm:.2f} mm"
     for each in (small, second):
-        each.wait_for_function(f"document.querySelector('table.forces').innerText.includes('{place}')")
+        shown(each, f"{window.sight.wish.gap_mm:.2f} mm")
     second.keyboard.press("Shift+KeyL")
     settled(lambda: window.sight.wish == before)
     second.close()
