@@ -69,8 +69,9 @@ def measure_step(spacing_mm: float) -> CostRow:
     seconds: list[float] = []
     iterations, outcome = 0, "solved"
     try:
-        state = solver.solve(sphere_at(problem, START_MM))
+        before = solver.solve(sphere_at(problem, START_MM - STEP_MM))
         while not seconds or len(seconds) <= repeats_left(seconds[0], REPEATS):
+            state = solver.solve(sphere_at(problem, START_MM), before)  # so that the solver comes from there each time
             start = time.perf_counter()
             iterations = solver.solve(sphere_at(problem, START_MM + STEP_MM), state).iterations
             seconds.append(time.perf_counter() - start)

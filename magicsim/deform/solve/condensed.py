@@ -37,8 +37,9 @@ NEEDED_MM, NEAR_MM = 0.05, (0.25, 0.8)
 of the smallest cell edges, between the others, before long: fine facets are many."""
 NEAR_EDGES = 2.0
 """How many of these edges."""
-MOST_REMAINING = 6.0
-"""Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them."""
+MOST_REMAINING, FEW_UNKNOWNS = 6.0, 25_000
+"""Iterations that remain at the present rate above which a new factor is made: it costs as much as some of them, and
+beyond so many unknowns as more, by their power of 2/3 (nested dissection in three dimensions: George 1973)."""
 FAR = 0.3
 """Residual above which every step but the first has its own factor."""
 GIVEN_UP_SHARE = 1 / 3
@@ -128,15 +129,20 @@ class Condenser:
         self._residuals = () if is_another else (*self._residuals[-1:], iterate.residual)
         return found.on(Rung.SHIFTED) if found.shift > 0 else found
 
-    @staticmethod
-    def _expected(iterate: Iterate, found: Iterate) -> float:
-        """Residual that a step has to beat; any will do where multipliers were updated, which makes another problem."""
-        return iterate.residual if found.memory.updates == iterate.memory.updates else np.inf
+    def _expected(self, iterate: Iterate, found: Iterate) -> float:
+        """Residual that a step has to beat; any will do where multipliers were updated, which makes another problem.
+
+        Steps of a model that learns do not come down one by one: near balance one has to beat the largest of the last.
+        """
+        if found.memory.updates != iterate.memory.updates:
+            return np.inf
+        return max(iterate.residual, *self._residuals) if iterate.residual < ON_ITS_WAY else iterate.residual
 
     def _asks_for_factor(self, problem: Problem, iterate: Iterate) -> bool:
         """Whether a new factor is worth its cost."""
         remaining = remaining_steps(self._residuals, iterate.residual, problem.options.residual)
-        is_slow = iterate.shortened or iterate.shift > 0 or remaining > MOST_REMAINING or iterate.residual > FAR
+        affordable = MOST_REMAINING * max(1.0, problem.pattern.size / FEW_UNKNOWNS) ** (2 / 3)
+        is_slow = iterate.shortened or iterate.shift > 0 or remaining > affordable or iterate.residual > FAR
         return is_slow or not problem.options.keeps_factors
 
     def _drop(self) -> None:
