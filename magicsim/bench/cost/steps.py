@@ -167,10 +167,6 @@ def _unknowns(spacing_mm: float) -> int:
     return 3 * build_lattice(sphere_on_block(f"lattice.spacing_mm={spacing_mm}").design).free_nodes
 
 
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(asdict(measure_step(float(sys.argv[1])))) + "\n")
-
-
 def _peak_memory_mb() -> float:
     """Most memory that this process has held [MB]; 0 on Windows, which has no `getrusage`."""
     try:
@@ -178,3 +174,7 @@ def _peak_memory_mb() -> float:
     except ImportError:
         return 0.0
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(asdict(measure_step(float(sys.argv[1])))) + "\n")

@@ -39,7 +39,6 @@ def test_process_that_dies_is_a_row(monkeypatch, tmp_path):
     run.draw(file, tmp_path / "cost.png")
 
 
-@pytest.mark.slow
 def test_one_size_is_measured_in_its_own_process():
     row = cost.run_cost(spacings_mm=[2.0])["results"][0]
     assert row["outcome"] == "solved"
