@@ -70,7 +70,11 @@ def evaluate(
         from magicsim.evaluation.takes.existing import existing_footage
 
         config, existing = existing_footage(on, config)
-        name, films = str(on), ([film] for film in existing)
+        name, films, make = (
+            str(on),
+            ([film] for film in existing),
+            named_detector(detector, profile=profile, is_coated=config.design.is_opaque),
+        )
     elif quick:
         from magicsim.evaluation.quick import quick_films, quick_suite
 

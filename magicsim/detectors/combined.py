@@ -7,6 +7,7 @@ of contact (Fan, Li, Zhang, arXiv 2505.24382). The references are the only memor
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy.typing as npt
 
@@ -115,6 +116,15 @@ def judge(
 def combine(proximity: Proximity, contact: Contact) -> Contact:
     """The contact verdict, or `Unknown` where proximity says `Noise`."""
     return Contact.UNKNOWN if proximity is Proximity.NOISE else contact
+
+
+def behind_coat(verdict: Verdict) -> Verdict:
+    """A verdict of a sensor that sees nothing outside: nothing is near, no light shines in, and S alone tells a touch.
+
+    Args:
+        verdict: From `judge`, which takes what a dent brightens behind an opaque coat for something outside.
+    """
+    return replace(verdict, proximity=Proximity.NORMAL, combined=verdict.contact)
 
 
 def logistic(distance: float) -> float:

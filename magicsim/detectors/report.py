@@ -15,8 +15,8 @@ from magicsim.detectors.verdict import NUMBERS, WORDS, Verdict
 from magicsim.errors import ConfigError
 from magicsim.wording import visible
 
-Row = Mapping[str, float | str | bool]
-"""One frame's verdict ready for JSON."""
+Row = Mapping[str, float | str | bool | None]
+"""One frame's verdict ready for JSON; None is a word that is not judged."""
 
 _CAMERA_WIDTH = 16
 
@@ -71,9 +71,10 @@ def rows(verdicts: Iterable[Verdict], profile: DetectorProfile, *, grasp: bool =
         yield {**verdict.as_dict(), "stage": str(state.stage), "slip": state.stage is GraspStage.SLIPPED}
 
 
-def json_text(found: Sequence[Row]) -> str:
-    """One JSON object with the list `frames`, and a final newline."""
-    return json.dumps({"frames": list(found)}, allow_nan=False) + "\n"
+def json_text(found: Sequence[Row], not_judged: str | None = None) -> str:
+    """One JSON object with the list `frames` and, where there is something, `not_judged`; and a final newline."""
+    told = {"frames": list(found)} | ({"not_judged": not_judged} if not_judged else {})
+    return json.dumps(told, allow_nan=False) + "\n"
 
 
 def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None = None) -> Iterator[str]:
@@ -94,7 +95,7 @@ def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None 
     yield _line([f"{'source':<{width}}", *(f"{name:>11}" for name in NUMBERS), *(f"{name:<11}" for name in words)])
     for row in chain(first, following):
         numbers = [f"{row[name]:>11.4f}" for name in NUMBERS]
-        yield _line([f"{row.get('source', ''):<{width}}", *numbers, *(f"{row[name]:<11}" for name in words)])
+        yield _line([f"{row.get('source', ''):<{width}}", *numbers, *(f"{row[name] or '-':<11}" for name in words)])
 
 
 def _line(cells: Sequence[str]) -> str:

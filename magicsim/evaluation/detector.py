@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from magicsim.arrays import Frame
-from magicsim.detectors.combined import detect
+from magicsim.detectors.combined import behind_coat, detect
 from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.profiles.profile_file import load_profile
@@ -47,9 +47,9 @@ MakeDetector = Callable[[], Detector]
 class ProfileDetector:
     """The built-in detectors with one profile: temporal fusion, proximity, contact, combined detection."""
 
-    def __init__(self, profile: DetectorProfile) -> None:
-        """Takes thresholds and options."""
-        self.profile = profile
+    def __init__(self, profile: DetectorProfile, *, is_coated: bool = False) -> None:
+        """Takes thresholds and options, and whether an opaque coat hides what is outside."""
+        self.profile, self.is_coated = profile, is_coated
         self._references: References | None = None
 
     def fit(self, references: Sequence[Frame]) -> None:
@@ -62,19 +62,21 @@ class ProfileDetector:
             msg = "step before fit: a detector needs its references first"
             raise ConfigError(msg)
         verdict = detect(frame, self._references, self.profile)
+        if self.is_coated:
+            verdict = behind_coat(verdict)
         return Detection(
             proximity=verdict.proximity,
             contact=verdict.combined,
             approach=verdict.p_approach,
-            touch=verdict.p_touch * (1 - verdict.p_noise),
+            touch=verdict.p_touch * (1 - (0 if self.is_coated else verdict.p_noise)),
         )
 
 
-def built_in(profile: str | Path) -> MakeDetector:
-    """Makes built-in detectors with a profile.
+def built_in(profile: str | Path, *, is_coated: bool = False) -> MakeDetector:
+    """Makes built-in detectors with a profile, for a sensor with an opaque coat where it has one.
 
     Raises:
         PresetError: No such profile.
     """
     loaded = load_profile(profile)
-    return lambda: ProfileDetector(loaded)
+    return lambda: ProfileDetector(loaded, is_coated=is_coated)

@@ -3,7 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +24,14 @@ from magicsim.evaluation.statistics.curves import (
     trade_off,
 )
 from magicsim.evaluation.statistics.intervals import Estimate, estimate, exact_share
-from magicsim.evaluation.statistics.measures import MEASURES
+from magicsim.evaluation.statistics.measures import MEASURES, OF_PROXIMITY
 from magicsim.evaluation.statistics.regression import Change, compare
 from magicsim.evaluation.statistics.rest import Rest, rest_streams
 from magicsim.evaluation.statistics.tally import tally
 from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig
 from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
 from magicsim.frame_class import FrameClass
+from magicsim.judge.verdicts import COATED
 
 Progress = Callable[[int, int], None]
 FAULTLESS = "faultless_episodes"
@@ -58,6 +59,8 @@ class Evaluation:
     episodes: list[JudgedEpisode] = field(repr=False)
     footage: list[Footage] = field(repr=False)
     seconds: float
+    not_judged: str | None = None
+    """What was not judged, and why; None where all was."""
 
     @property
     def regressions(self) -> list[Change]:
@@ -86,6 +89,7 @@ class Evaluation:
             "compared": [asdict(each) | {"frames": len(each.frames)} for each in self.changes],
             "regressions": [asdict(each) for each in self.regressions],
             "improvements": [asdict(each) for each in self.improvements],
+            "not_judged": self.not_judged,
             "episodes": len(self.episodes),
             "frames": sum(len(each.proximity) for each in self.episodes),
             "milliseconds_per_frame": times[len(times) // 2],
@@ -137,11 +141,13 @@ def evaluate_suite(
     """
     start = time.perf_counter()
     total = count_takes(suite)
+    coated = suite.design.is_opaque
     episodes: list[JudgedEpisode] = []
     footage: list[Footage] = []
     for done, take in enumerate(film_suite(suite, cache) if films is None else films, 1):
         footage += take
-        episodes += [judge_footage(film, make, who=detector) for film in take]
+        told = [judge_footage(film, make, who=detector) for film in take]
+        episodes += [_without_proximity(each) for each in told] if coated else told
         if progress is not None:
             progress(done, max(done, total))
     conditions = [condition_of(each) for each in episodes]
@@ -158,12 +164,14 @@ def evaluate_suite(
         detector=detector,
         baseline=baseline.detector if baseline is not None else None,
         standard=conditions[0],
-        metrics={group: _estimates(chosen, **options) for group, chosen in group_episodes(episodes).items()},
-        confusion=confusion(standard),
-        distance=detection_by_distance(standard, **curve),
+        metrics={
+            group: _estimates(chosen, coated=coated, **options) for group, chosen in group_episodes(episodes).items()
+        },
+        confusion=confusion(standard, coated=coated),
+        distance=[] if coated else detection_by_distance(standard, **curve),
         depth=detection_by_depth(standard, **curve),
         roc={
-            "approach": trade_off(standard, "approach", {FrameClass.NEAR}, NOTHING_NEAR),
+            "approach": None if coated else trade_off(standard, "approach", {FrameClass.NEAR}, NOTHING_NEAR),
             "touch": trade_off(standard, "touch", {FrameClass.CONTACT}, NO_TOUCH),
         },
         changes=changes,
@@ -171,6 +179,7 @@ def evaluate_suite(
         episodes=episodes,
         footage=footage,
         seconds=time.perf_counter() - start,
+        not_judged=COATED if coated else None,
     )
 
 
@@ -208,15 +217,15 @@ def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEp
     return groups
 
 
-def confusion(episodes: Sequence[JudgedEpisode]) -> dict[str, dict[str, dict[str, int]]]:
-    """Frames by true class and verdict; proximity is not scored during contact."""
+def confusion(episodes: Sequence[JudgedEpisode], *, coated: bool = False) -> dict[str, dict[str, dict[str, int]]]:
+    """Frames by true class and verdict; proximity is not scored during contact, nor behind an opaque coat."""
     proximity: Counter[tuple[str, str]] = Counter()
     contact: Counter[tuple[str, str]] = Counter()
     for each in episodes:
         for truth, near, touch in zip(each.labels.classes, each.proximity, each.contact, strict=True):
             if truth is not None:
                 contact[truth, touch] += 1
-            if truth in PROXIMITY_TRUTH:
+            if truth in PROXIMITY_TRUTH and not coated:
                 proximity[str(truth), near] += 1
     return {
         "proximity": {
@@ -226,20 +235,27 @@ def confusion(episodes: Sequence[JudgedEpisode]) -> dict[str, dict[str, dict[str
     }
 
 
-def is_faultless(episode: JudgedEpisode) -> bool:
-    """Whether every scored verdict is right."""
+def is_faultless(episode: JudgedEpisode, *, coated: bool = False) -> bool:
+    """Whether every scored verdict is right; behind an opaque coat that of contact alone."""
     for truth, near, touch in zip(episode.labels.classes, episode.proximity, episode.contact, strict=True):
         if truth is None:
             continue
         if (touch == Contact.TOUCHED) != (truth is FrameClass.CONTACT):
             return False
-        if truth in PROXIMITY_TRUTH and near != PROXIMITY_TRUTH[truth]:
+        if not coated and truth in PROXIMITY_TRUTH and near != PROXIMITY_TRUTH[truth]:
             return False
     return True
 
 
-def _estimates(episodes: Sequence[JudgedEpisode], *, resamples: int, seed: int) -> dict[str, Estimate]:
+def _without_proximity(episode: JudgedEpisode) -> JudgedEpisode:
+    """An episode whose detector is not asked what is near: an alarm is a touch."""
+    return replace(episode, proximity=(str(Proximity.NORMAL),) * len(episode.proximity))
+
+
+def _estimates(episodes: Sequence[JudgedEpisode], *, coated: bool, resamples: int, seed: int) -> dict[str, Estimate]:
     table, takes = tally(episodes), [each.tag.take for each in episodes]
     found = {name: estimate(name, table, takes, resamples=resamples, seed=seed) for name in MEASURES}
-    right = [is_faultless(each) for each in episodes]
+    if coated:
+        found |= {name: replace(found[name], value=None, low=None, high=None) for name in OF_PROXIMITY}
+    right = [is_faultless(each, coated=coated) for each in episodes]
     return found | {FAULTLESS: exact_share(sum(right), len(right))}

@@ -29,14 +29,19 @@ def detector_by(detector: str | MakeDetector) -> MakeDetector:
     return find_detector(detector)
 
 
-def named_detector(name: str | None, *, profile: str) -> MakeDetector:
+def named_detector(name: str | None, *, profile: str, is_coated: bool = False) -> MakeDetector:
     """A plug-in by its name as `find_detector` takes it, or without one the built-in detectors with a profile.
+
+    Args:
+        name: Of the plug-in.
+        profile: Name or file.
+        is_coated: Whether the sensor has an opaque coat, behind which a built-in detector is not asked what is near.
 
     Raises:
         ConfigError: Nothing there, or not a detector.
         PresetError: No such profile.
     """
-    return built_in(profile) if name is None else find_detector(name)
+    return built_in(profile, is_coated=is_coated) if name is None else find_detector(name)
 
 
 def find_detector(name: str) -> MakeDetector:

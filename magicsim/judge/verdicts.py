@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from magicsim.detectors.combined import detect_all
+from magicsim.detectors.combined import behind_coat, detect_all
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.detectors.scoring.score import DetectionScore, score_verdicts
@@ -16,6 +16,8 @@ FEATURES = ("entropy", "correlation", "similarity")
 """Measures of a frame whose spread at rest is told."""
 PROFILES = ("calibrated", "published")
 """Profiles that every report shows; scores of the first one are the headline."""
+COATED = "proximity: design.coat is opaque, and nothing outside is seen"
+"""What is not judged of a coated sensor, and why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +54,8 @@ class Judgement:
 def judge(episode: Episode, profile_name: str) -> Judgement:
     """Verdicts of one profile on the frames after the references, and their score.
 
+    Behind an opaque coat every proximity is `Normal`, which says nothing: see `COATED`.
+
     Args:
         episode: With reference frames.
         profile_name: Profile preset or TOML file.
@@ -64,6 +68,8 @@ def judge(episode: Episode, profile_name: str) -> Judgement:
     references = fuse([frame.image for frame in episode.references], profile)
     resting = detect_all([frame.image for frame in episode.references], references, profile)
     verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
+    if episode.scene.design.is_opaque:
+        verdicts = [behind_coat(each) for each in verdicts]
     score = score_verdicts(verdicts, [frame.truth.frame_class for frame in episode.scored])
     return Judgement(
         profile=profile_name,

@@ -17,7 +17,7 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError, FrameError
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.table import TABLE, frame_file, write_lattice, write_table
-from magicsim.judge.verdicts import PROFILES, Judgement, judge
+from magicsim.judge.verdicts import COATED, PROFILES, Judgement, judge
 from magicsim.light.variant import activate_variant
 from magicsim.report.animation.preview import animate
 from magicsim.report.page import render_report
@@ -33,8 +33,6 @@ REPORT = "report.html"
 PREVIEW = "preview.webp"
 LATTICE = "lattice.parquet"
 MCAP = "episode.mcap"
-BEHIND_COAT = "design.coat is opaque, and nothing outside is seen"
-"""Why proximity is not judged of a coated sensor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,7 +139,7 @@ def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
     """
     judgements, refusals = [], []
     if episode.references and episode.scene.design.is_opaque:
-        refusals.append(f"proximity: {BEHIND_COAT}")
+        refusals.append(COATED)
     for name in PROFILES if episode.references else ():
         try:
             judgements.append(judge(episode, name))

@@ -77,7 +77,7 @@ def render_page(found: Evaluation) -> str:
             "Standard condition": f"{found.standard} (light while the object is there / sensor noise)",
             "Baseline": found.baseline or "none",
             "Time of one step": f"{facts['milliseconds_per_frame']:.1f} ms, on the machine that ran this",
-        },
+        } | ({"Not judged": found.not_judged} if found.not_judged else {}),
         columns=COLUMNS,
         groups={
             group: [value_text(name, row[name]) for name in COLUMNS] for group, row in found.metrics.items()
@@ -108,6 +108,7 @@ def describe(found: Evaluation) -> list[str]:
         parts = [f"{COLUMNS[name]} {value_text(name, row[name])}" for name in list(COLUMNS)[:2]]
         lines.append(f"  {group}: {', '.join(parts)}")
     lines += [f"  {line}" for line in rest_lines(found.rest)]
+    lines += [f"not judged: {found.not_judged}"] if found.not_judged else []
     for each in (*found.regressions, *found.improvements):
         told = change_row(each)
         chance = f", p = {told.p}" if told.is_tested else ""

@@ -154,6 +154,11 @@ MEASURES: Mapping[str, MeasureKind] = {
     "latency_frames": _kind("Contact frames before Touched", _mean("latency_frames"), unit="frames", better="lower"),
 }
 """All measures by the name they have in the JSON."""
+OF_PROXIMITY = frozenset(MEASURES) - {
+    "contact_balanced_accuracy", "touch_recall", "touch_precision", "touch_auc", "untouched_score", "contact_score",
+    "light_false_alarms", "onset_mm", "latency_frames",
+}  # fmt: skip
+"""Measures that nothing is known of behind an opaque coat."""
 
 
 def measure(name: str, table: Tally) -> float | None:

@@ -16,7 +16,7 @@ from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.scoring.episode import Episode
 from magicsim.detectors.sources.source import read_image
 from magicsim.errors import ConfigError
-from magicsim.evaluation.suite import SuiteConfig, SuiteRecording
+from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig, SuitePlace, SuiteRecording
 from magicsim.evaluation.takes.footage import RECORDED, EpisodeTag, Footage, Labels, recorded_footage
 from magicsim.folder import MARKER
 from magicsim.frame_class import FrameClass
@@ -80,6 +80,11 @@ class Existing:
     sensor: Mapping[str, Any]
     """Fields of a suite that stands for their sensor; empty where nothing describes it."""
 
+    @property
+    def is_coated(self) -> bool:
+        """Whether an opaque coat hides from the sensor what is outside, as far as is known."""
+        return "design" in self.sensor and self.sensor["design"].is_opaque
+
 
 def is_existing(folder: Path) -> bool:
     """Whether a folder holds labelled frames that bring their own references."""
@@ -135,6 +140,7 @@ def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, lis
         "lights": (),
         "episodes": (),
         "recordings": (),
+        "places": (SuitePlace(name=FIRST_PLACE),),
         "rest_s": 0.0,
     }
     kept = (SuiteRecording(name=RECORDING, folder=str(folder)),) if not found.sensor else ()

@@ -5,7 +5,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import TextIO
 
-from magicsim.detectors.combined import detect
+from magicsim.detectors.combined import behind_coat, detect
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.profiles.profile_file import load_profile
@@ -14,6 +14,7 @@ from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
 from magicsim.evaluation.takes.existing import read_existing
 from magicsim.evaluation.takes.footage import Footage
+from magicsim.judge.verdicts import COATED
 
 
 def write_existing_verdicts(
@@ -21,6 +22,8 @@ def write_existing_verdicts(
     as_json: bool = False,
 ) -> None:  # fmt: skip
     """Judges every frame after the references and writes one row a frame, as `magicsim.detectors.report` does.
+
+    Behind an opaque coat proximity is left empty, and the last line, or `not_judged` in the JSON, says so.
 
     Args:
         out: Where the rows go.
@@ -37,13 +40,22 @@ def write_existing_verdicts(
         msg = f"frames = {frames} is not allowed; must be a whole number of at least 1"
         raise ConfigError(msg)
     chosen = load_profile(profile)
-    films = read_existing(folder, frames_per_second=1.0).films
-    told = chain.from_iterable(rows(_verdicts(film, chosen), chosen, grasp=grasp) for film in films)
+    existing = read_existing(folder, frames_per_second=1.0)
+    coated = existing.is_coated
+    told = chain.from_iterable(
+        rows(_verdicts(film, chosen, coated=coated), chosen, grasp=grasp) for film in existing.films
+    )
     found = list(islice(told, frames))
-    out.write(json_text(found) if as_json else "".join(table_lines(found, grasp=grasp)))
+    if coated:
+        found = [{**row, "proximity": None} for row in found]
+    not_judged = COATED if coated else None
+    out.write(json_text(found, not_judged) if as_json else "".join(table_lines(found, grasp=grasp)))
+    if coated and not as_json:
+        out.write(f"not judged: {COATED}\n")
 
 
-def _verdicts(film: Footage, profile: DetectorProfile) -> Iterator[Verdict]:
+def _verdicts(film: Footage, profile: DetectorProfile, *, coated: bool) -> Iterator[Verdict]:
     references = fuse(list(islice(film.images.references(), profile.reference_count)), profile)
     for number, frame in enumerate(film.images.frames()):
-        yield detect(frame, references, profile, source=f"{film.tag.take}#{number}")
+        verdict = detect(frame, references, profile, source=f"{film.tag.take}#{number}")
+        yield behind_coat(verdict) if coated else verdict

@@ -1,9 +1,13 @@
 """What a face, a coat, markers or an LED cannot be is one line with the field and what is allowed."""
 
+from typing import Any
+
 import pytest
 
 from magicsim.errors import ConfigError
+from magicsim.evaluation.statistics.measures import OF_PROXIMITY
 from magicsim.evaluation.suite import load_suite
+from magicsim.judge.verdicts import COATED
 from magicsim.task.item import load_item
 from magicsim.task.running import task_scene
 from magicsim.task.settings import GraspConfig
@@ -11,7 +15,7 @@ from magicsim.task.settings import GraspConfig
 from .conftest import Shell
 
 TALL_DOME = "design.face={kind='dome',radius_x_mm=40.0,radius_y_mm=60.0,crown_mm=9.0,rim_mm=0.4}"
-COATED = "design.coat={kind='opaque',color=[0.4,0.4,0.4]}"
+COAT = "design.coat={kind='opaque',color=[0.4,0.4,0.4]}"
 
 
 @pytest.mark.parametrize(
@@ -38,24 +42,56 @@ def test_what_a_sensor_cannot_have_is_one_line(shell: Shell, arguments: list[str
 
 def test_suite_of_see_through_detectors_refuses_a_coat():
     with pytest.raises(ConfigError, match=r"design.coat is opaque.*must be none or a half mirror"):
-        load_suite("small", [COATED])
+        load_suite("small", [COAT])
 
 
 def test_grasp_task_refuses_a_coat():
-    config = GraspConfig(scene=(COATED,))
+    config = GraspConfig(scene=(COAT,))
     with pytest.raises(
         ConfigError, match=r"design = mini-magictac is not allowed with task grasp.*design.coat is opaque"
     ):
         task_scene(config, load_item("orange"))
 
 
-def test_run_of_a_coated_sensor_says_that_proximity_is_not_judged(shell: Shell, tmp_path):
-    small = [
-        "design.footprint_mm=[8,8]", "rig.camera.columns=24", "rig.camera.rows=24", "rig.camera.field_mm=8",
-        "references=3", "render.samples=1", "render.particles=1000", "render.anchor_samples=1", "output.preview=false",
-        "keyframes=[{frame=0},{frame=1,gap_mm=2.0},{frame=2,flashlight=true}]",
-    ]  # fmt: skip
-    settings = [word for each in small for word in ("--set", each)]
-    found = shell.json("simulate", "gelsight-type", "--out", tmp_path / "run", *settings)
+SMALL = [
+    "design.footprint_mm=[8,8]", "rig.camera.columns=24", "rig.camera.rows=24", "rig.camera.field_mm=8",
+    "references=30", "render.samples=1", "render.particles=1000", "render.anchor_samples=1", "output.preview=false",
+    "output.report=false", "keyframes=[{frame=0},{frame=1,gap_mm=2.0},{frame=2,flashlight=true},{frame=3,gap_mm=-0.4}]",
+]  # fmt: skip
+
+
+def small_run(shell: Shell, scene: str, *more: str) -> dict[str, Any]:
+    settings = [word for each in (*SMALL, *more) for word in ("--set", each)]
+    return shell.json("simulate", scene, "--out", "run", *settings)
+
+
+def test_proximity_of_a_coated_run_is_not_judged_by_any_command(shell: Shell):
+    found = small_run(shell, "gelsight-type")
     assert found["proximity_accuracy"] is None
-    assert "proximity: design.coat is opaque, and nothing outside is seen" in found["not_judged"]
+    assert COATED in found["not_judged"]
+
+    read = shell.json("detect", "run", "--profile", "published")
+    assert read["not_judged"] == COATED
+    assert [row["proximity"] for row in read["frames"]] == [None] * 4
+    assert [row["combined"] for row in read["frames"]] == [row["contact"] for row in read["frames"]]
+    told = shell("detect", "run", "--profile", "published").out
+    assert told.endswith(f"not judged: {COATED}\n")
+    assert "Approaching" not in told
+    assert "Noise" not in told
+
+    judged = shell.json("evaluate", "--on", "run", "--profile", "published")
+    headline = judged["metrics"][judged["standard"]]
+    assert judged["not_judged"] == COATED
+    assert {headline[name]["value"] for name in OF_PROXIMITY} == {None}
+    assert headline["contact_balanced_accuracy"]["value"] is not None
+    assert not any(sum(row.values()) for row in judged["confusion"]["proximity"].values())
+    assert judged["roc"]["approach"] is None
+    assert f"not judged: {COATED}" in shell("evaluate", "--on", "run", "--profile", "published").out
+
+
+def test_run_of_a_half_mirror_is_judged_whole(shell: Shell):
+    small_run(shell, "see-through-markers")
+    assert "not_judged" not in shell.json("detect", "run", "--profile", "published")
+    judged = shell.json("evaluate", "--on", "run", "--profile", "published")
+    assert judged["not_judged"] is None
+    assert sum(sum(row.values()) for row in judged["confusion"]["proximity"].values()) == 3
