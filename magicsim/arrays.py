@@ -13,3 +13,8 @@ Frame = npt.NDArray[np.uint8]
 """What a camera gives, RGB, shape (rows, columns, 3)."""
 Index = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
+Counts = npt.NDArray[np.uint64]
+Numbers = npt.NDArray[np.uint32]
+"""What kernels number things by."""
+Indices = npt.NDArray[np.int32]
+"""What sparse matrices number their entries by."""

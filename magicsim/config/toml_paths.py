@@ -12,7 +12,7 @@ from magicsim.config.documents import read_toml
 from magicsim.config.presets import expanded, is_file, is_folder
 
 MESH_KEYS = ("path", "folder")
-"""Of a table with `kind = "mesh"`."""
+"""Keys of a table with `kind = "mesh"`."""
 ROOM_SUFFIXES = (".png", ".jpg", ".jpeg")
 """What tells that a `room` is a file."""
 

@@ -137,7 +137,7 @@ def _large(recipe: Recipe, size: tuple[int, int]) -> list[Column]:
 
 
 def _touch(taxels: TaxelSettings, recipe: Recipe) -> list[Column]:
-    """Of the taxels, row by row, row 0 at +y and column 0 at -x."""
+    """Columns of the taxels, row by row, row 0 at +y and column 0 at -x."""
     size, count = (taxels.rows, taxels.columns), taxels.rows * taxels.columns
     told = f"{taxels.rows} x {taxels.columns} taxels over the face, row by row, row 0 at +y"
     load = ("taxel_force_n", f"force of the object on each of {told} [N]")

@@ -8,7 +8,7 @@ from magicsim.geometry.design import CELL_MM, HEIGHT_MM, MIN_WALL_MM, ElastomerD
 MAX_CELL_DEVIATION = 0.15
 """Largest relative difference between the resolved cell and the one asked for."""
 STEP_MM = 0.01
-"""Of the values that are proposed [mm]."""
+"""Step of the values that are proposed [mm]."""
 ROUNDING = 1e-9
 
 

@@ -30,9 +30,9 @@ class HalfMirror(Config):
 
     kind: Literal["half_mirror"]
     reflectance: Annotated[float, Field(ge=0, le=0.98)]
-    """Of the film alone, at any angle."""
+    """Share of light that the film alone reflects, 0..1, at any angle."""
     transmittance: Annotated[float, Field(ge=0, le=1)]
-    """Of the film alone; what is neither reflected nor transmitted is absorbed."""
+    """Share of light that the film alone lets through, 0..1; what is neither reflected nor transmitted is absorbed."""
 
     @model_validator(mode="after")
     def _check_energy(self) -> Self:

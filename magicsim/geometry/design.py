@@ -128,7 +128,7 @@ class Unevenness(Config):
     wave_length_mm: Annotated[float, Field(ge=0.5, le=100)] = 6.0
     """Length of the waves [mm]; assumed, 3 to 20."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Of the print: each printed sensor has its own."""
+    """Seed of the print: each printed sensor has its own."""
 
     @property
     def is_even(self) -> bool:

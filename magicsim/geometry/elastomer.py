@@ -22,7 +22,7 @@ VOLUME_TOLERANCE = 1e-6
 ON_FACE_MM, LIFTED_MM = 1e-9, 1e-6
 """Height over the contact face up to which vertices count as on it; with a curved face rounding is larger [mm]."""
 CURVED_TOLERANCE = 5e-3
-"""Of a block with a curved face, whose triangles cut its corners."""
+"""Tolerance of a block with a curved face, whose triangles cut its corners."""
 VOLUME_STEPS = 2000
 SLACK = 1e-9
 

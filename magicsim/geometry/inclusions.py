@@ -30,7 +30,7 @@ class Inclusions(Config):
     flake_reflectance: Annotated[float, Field(ge=0, le=1)] = 0.3
     """Diffuse reflectance of both sides; the rest is absorbed. Assumed, 0.05 to 0.8."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Of the print: each printed sensor has its own."""
+    """Seed of the print: each printed sensor has its own."""
 
     @property
     def is_clean(self) -> bool:

@@ -35,7 +35,7 @@ class DotMarkers(Config):
     margin_mm: Annotated[float, Field(ge=0, le=50)] = 0.5
     """Least distance between a dot and the edge of the face [mm]."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Of a random pattern."""
+    """Seed of a random pattern."""
 
     def problem(self, footprint_mm: tuple[float, float], height_mm: float) -> str | None:
         """Why a block cannot have these markers, or None where it can."""
@@ -130,7 +130,7 @@ class PictureMarkers(Config):
         return bool((np.ptp(printed[:, :3], axis=1) < GREY_STEP).all())
 
     def digest(self) -> str:
-        """Of the file's content, which may be replaced by another of that name."""
+        """Digest of the file's content, which may be replaced by another of that name."""
         return hashlib.sha256(Path(self.file).read_bytes()).hexdigest()
 
     def pixels(self) -> Array:

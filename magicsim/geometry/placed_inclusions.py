@@ -32,7 +32,7 @@ class Placed:
     radii_mm: Array
     """Shape (inclusions,) [mm]."""
     normals: Array
-    """Of flakes, unit vectors, shape (inclusions, 3); of no meaning for bubbles."""
+    """Normals of flakes, unit vectors, shape (inclusions, 3); of no meaning for bubbles."""
     is_bubble: Mask
     """Shape (inclusions,)."""
 
@@ -53,7 +53,7 @@ class DrawnInclusions:
     radii_mm: Array
     """Shape (inclusions,) [mm]."""
     normals: Array
-    """Of flakes at rest, shape (inclusions, 3)."""
+    """Normals of flakes at rest, shape (inclusions, 3)."""
     is_bubble: Mask
     """Shape (inclusions,)."""
     half_mm: Array

@@ -18,6 +18,6 @@ class Roughness(Config):
     """
 
     skin: Slope = 0.0
-    """Of the block's outer faces: contact face and sides. The face on the lens is in optical contact and smooth."""
+    """Slope of contact face and sides. The face on the lens is in optical contact and smooth."""
     walls: Slope = 0.0
-    """Between walls and infill."""
+    """Slope between walls and infill."""

@@ -7,7 +7,7 @@ from magicsim.arrays import Array
 from magicsim.learn.samples import Images, Label, Samples
 
 PENALTY = 1e-3
-"""Of the ridge, in units of the mean square of the standardised features."""
+"""Penalty of the ridge, in units of the mean square of the standardised features."""
 NEIGHBOUR_PX = 20
 """Longer side of the frames among which the nearest is looked for [px]."""
 

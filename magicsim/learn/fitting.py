@@ -57,7 +57,7 @@ class FitTask:
     settings: LearningSettings
     read: Read
     folder: Path
-    """Of the dataset; every process must see it."""
+    """Folder of the dataset; every process must see it."""
     frame_size: tuple[int, int]
     """Rows and columns of its frames."""
     recipe_hash: str

@@ -32,10 +32,10 @@ class ModelConfig(Config):
     """Size of the frames that it was trained on, before they are reduced [px]."""
     input_mean: tuple[Mean, Mean, Mean]
     input_sd: tuple[Spread, Spread, Spread]
-    """Of each channel of the training inputs."""
+    """Standard deviation of each channel of the training inputs."""
     target_mean: tuple[Mean, ...]
     target_sd: tuple[Spread, ...]
-    """Of each label over the training frames; 0 and 1 of what is no number."""
+    """Standard deviation of each label over the training frames; 0 and 1 of what is no number."""
     recipe_hash: Annotated[str, Field(max_length=100)] = ""
     """SHA-256 of the recipe of the training data; empty where there is none."""
     study: Annotated[str, Field(max_length=100)] = ""

@@ -9,7 +9,7 @@ from magicsim.learn.samples import Samples
 from magicsim.learn.settings import LearningSettings
 
 LEAST_SD = 1e-6
-"""Of inputs in units of the full range, and of labels in their own."""
+"""Least deviation of inputs in units of the full range, and of labels in their own."""
 
 
 def model_config(

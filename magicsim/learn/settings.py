@@ -27,9 +27,9 @@ class LearningSettings(Config):
     batch: Annotated[int, Field(ge=2, le=4096)] = 16
     """Frames of a step."""
     learning_rate: Annotated[float, Field(gt=0, le=1)] = 1e-3
-    """Of AdamW at the start; falls as a cosine to a hundredth at the last pass."""
+    """Learning rate of AdamW at the start; falls as a cosine to a hundredth at the last pass."""
     weight_decay: Annotated[float, Field(ge=0, le=1)] = 1e-3
-    """Of AdamW."""
+    """Weight decay of AdamW."""
     folds: Annotated[int, Field(ge=2, le=20)] = 4
     """Parts of the groups, each of which is the test of a model trained on the others."""
     folds_used: Annotated[int, Field(ge=1, le=20)] = 4

@@ -7,10 +7,9 @@ from functools import partial
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
-from magicsim.arrays import Array, FloatImage, Mask
+from magicsim.arrays import Array, FloatImage, Mask, Numbers
 from magicsim.camera.film import film
 from magicsim.camera.window import Window
 from magicsim.geometry.elastomer import Elastomer
@@ -36,7 +35,6 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.view import View
 
-Numbers = npt.NDArray[np.uint32]
 CLEAR_MM = 1e-3
 """An object that is not farther than this from the contact face may touch it [mm]."""
 NO_CONTACT = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), np.int32))

@@ -24,7 +24,7 @@ class Reach:
     finger_mm: Range
     """Height of the fingers [mm]."""
     workspace: Workspace
-    """Of the object, in the gripper's frame."""
+    """Workspace of the object, in the gripper's frame."""
 
     @classmethod
     def around(

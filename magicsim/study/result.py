@@ -34,7 +34,7 @@ class Table:
     """A table of the result: a Parquet file, a list in the JSON, a table on the page."""
 
     name: str
-    """Of the file, without its end."""
+    """Name of the file, without its end."""
     title: str
     columns: tuple[Column, ...]
     rows: tuple[Row, ...]

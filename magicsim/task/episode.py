@@ -42,7 +42,7 @@ class FrameRow:
     hold: str
     """`placed`, `held`, `slipped`, `dropped` or `away`, see `magicsim.robot.Hold`."""
     gap_mm: float | None
-    """Of the watched finger [mm]; None without an item."""
+    """Gap of the watched finger [mm]; None without an item."""
     width_mm: float
     """Distance of the contact faces [mm]."""
     carriage_mm: float
@@ -50,7 +50,7 @@ class FrameRow:
     upper_n: float
     """Normal force of the watched finger [N]."""
     lower_n: float
-    """Of the other one [N]."""
+    """Force of the other one [N]."""
     slid_mm: float
     """Way of sliding in the last motion [mm]."""
     light: bool

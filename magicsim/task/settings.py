@@ -66,7 +66,7 @@ class GraspConfig(Config):
     quality: Literal["full", "control"] = "full"
     """How finely is solved and rendered, see `magicsim.robot.quality`."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Of everything that is drawn."""
+    """Seed of everything that is drawn."""
     frames_per_second: Annotated[float, Field(ge=1, le=120)] = 15.0
     """Rate of the frames that the machine reads [1/s]."""
     most_frames: Annotated[int, Field(ge=20, le=5000)] = 260

@@ -26,7 +26,7 @@ class Story:
     appears: int
     """Frame in which the hand begins to bring the item."""
     speed_mm_s: float
-    """Of the hand [mm/s]."""
+    """Speed of the hand [mm/s]."""
     y_mm: float
     """Where it holds the item along the fingers [mm]."""
     near_mm: float

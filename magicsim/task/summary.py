@@ -28,9 +28,9 @@ class TaskSummary:
     episodes: int
     completed: Count
     delivered: Count
-    """Of the episodes in which nobody pulled the item away."""
+    """Items that were delivered, out of the episodes in which nobody pulled the item away."""
     slips_missed: Count
-    """Of the items that were pulled away."""
+    """Slips that nobody saw, out of the items that were pulled away."""
     false_closes: Count
     """Episodes with one at least, as below."""
     false_slips: Count

@@ -1,27 +1,30 @@
 """Who may import whom, held by parsing every module."""
 
 import ast
+import re
 import sys
 
 import pytest
 
-from .source import PACKAGE, imports, modules, top_level_imports
+from .source import PACKAGE, ROOT, imports, modules, top_level_imports
 
-LAYERS = (
-    {"wording", "conventions", "names", "arrays"},
-    {"errors", "frame_class"},
-    {"config", "folder", "notebook"},
-    {"sampling", "geometry"},
-    {"camera", "deform", "scenes"},
-    {"light"},
-    {"simulation", "workers"},
-    {"judge"},
-    {"report", "fit", "dataset", "robot"},
-    {"evaluation", "sweep", "bench", "learn"},
-    {"live", "study", "task", "real"},
-    {"cli", "__main__"},
-)
-"""Parts of the package from the leaf upwards; a part imports parts below it and of its own layer."""
+LAYERS = {
+    "words": {"wording", "conventions", "names", "arrays"},
+    "vocabulary": {"errors", "frame_class"},
+    "files": {"config", "folder", "notebook"},
+    "block": {"sampling", "geometry"},
+    "physics": {"camera", "deform", "scenes"},
+    "light": {"light"},
+    "sensor": {"simulation", "workers"},
+    "judgement": {"judge"},
+    "products": {"report", "fit", "dataset", "robot"},
+    "comparisons": {"evaluation", "sweep", "bench", "learn"},
+    "experiments": {"live", "study", "task", "real"},
+    "entry": {"cli", "__main__"},
+}
+"""Layers from the leaf upwards and their parts, as `docs/architecture.md` lists them; a part imports parts below it and of its
+own layer."""
+BELOW_JUDGEMENT = {part for name in list(LAYERS)[: list(LAYERS).index("judgement")] for part in LAYERS[name]}
 MOST_PARTS, MOST_FILES, MOST_FLAT = 4, 20, 8
 """Parts of one layer, files of one folder, and modules beside the folders."""
 LEAF_OF_DETECTORS = {
@@ -47,7 +50,7 @@ def own_imports(module: str) -> set[str]:
 
 
 def layer_of(part: str) -> int:
-    return next(number for number, layer in enumerate(LAYERS) if part in layer)
+    return next(number for number, layer in enumerate(LAYERS.values()) if part in layer)
 
 
 def inside(*parts: str) -> list[str]:
@@ -56,7 +59,7 @@ def inside(*parts: str) -> list[str]:
 
 def test_every_part_of_the_package_has_a_layer():
     parts = {part_of(module) for module in modules()} - {"", "detectors"}
-    assert parts <= set().union(*LAYERS)
+    assert parts <= set().union(*LAYERS.values())
 
 
 @pytest.mark.parametrize("module", [m for m in modules() if part_of(m) not in {"", "detectors"}])
@@ -66,8 +69,17 @@ def test_module_imports_only_from_its_own_layer_and_those_below(module: str):
     assert not above
 
 
+def test_page_lists_the_layers_and_their_parts():
+    rows = re.findall(
+        r"^\| (\w+) \| ((?:`\w+`(?:, )?)+) \|", (ROOT / "docs/architecture.md").read_text("utf-8"), re.MULTILINE
+    )
+    listed = {name: set(re.findall(r"\w+", parts)) for name, parts in rows}
+    assert listed == {name: parts - {"__main__"} for name, parts in LAYERS.items()}
+    assert [name for name, _ in rows] == list(LAYERS)[::-1]
+
+
 def test_no_layer_is_a_crowd():
-    assert max(len(layer - {"__main__"}) for layer in LAYERS) <= MOST_PARTS
+    assert max(len(layer - {"__main__"}) for layer in LAYERS.values()) <= MOST_PARTS
 
 
 def test_no_folder_is_a_crowd():
@@ -84,7 +96,7 @@ def test_detectors_import_only_the_leaf_numpy_opencv_and_the_standard_library(mo
     assert roots <= {"numpy", "cv2", "magicsim"} | set(sys.stdlib_module_names)
 
 
-@pytest.mark.parametrize("module", inside(*set().union(*LAYERS[: LAYERS.index({"judge"})])))
+@pytest.mark.parametrize("module", inside(*BELOW_JUDGEMENT))
 def test_nothing_below_judge_imports_detectors(module: str):
     assert "detectors" not in {part_of(name) for name in own_imports(module)}
 

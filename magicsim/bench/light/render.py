@@ -62,9 +62,9 @@ class Timed(NamedTuple):
     image: np.ndarray
     """Radiance, shape (rows, columns, 3)."""
     seconds: float
-    """Of a clock [s]."""
+    """Time by a clock [s]."""
     cpu_seconds: float
-    """Of all threads of the process [s]."""
+    """Time of all threads of the process [s]."""
 
 
 FLUENCE = tuple(

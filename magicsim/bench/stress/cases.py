@@ -42,7 +42,7 @@ RELAXING = (
 """A body three times as stiff at once as in the long term."""
 FRICTIONS = (0.3, 1.0)
 STAGE_TIMES_S = (0.01, 1.0)
-"""Of each stage of a way that takes time: shorter than all of the body's relaxation times but one, and between them."""
+"""Times of the stages of a way: shorter than all of the body's relaxation times but one, and between them."""
 JITTER = 0.2
 SEED = 0
 

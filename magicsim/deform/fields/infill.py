@@ -32,11 +32,11 @@ class Localisation:
     """Mean strain of the infill for a unit mean strain of its cell: a cubic tensor."""
 
     along: float
-    """Of xx under xx."""
+    """Strain of the infill, xx under xx."""
     across: float
-    """Of yy under xx."""
+    """Strain of the infill, yy under xx."""
     shear: float
-    """Of xy under xy."""
+    """Strain of the infill, xy under xy."""
 
     def applied(self, strain: Array) -> Array:
         """Strain of the infill, shape (count, 3, 3).

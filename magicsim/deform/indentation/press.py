@@ -32,7 +32,7 @@ MAX_FRICTION = 5.0
 MAX_SPEED_MM_S = 1e4
 MAX_HOLD_S = 1e6
 DIGITS = 12
-"""Of a depth, which is the difference of two heights [mm]."""
+"""Decimal digits of a depth, which is the difference of two heights [mm]."""
 MIN_POINTS = 2
 """Places of a path that make a curve."""
 

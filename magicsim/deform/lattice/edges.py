@@ -146,7 +146,7 @@ class _Ridges:
 
     @classmethod
     def of(cls, mesh: SurfaceMesh, largest_radius_mm: float) -> Self:
-        """Of a solid's triangles.
+        """Edges of a solid's triangles.
 
         Args:
             mesh: Closed, outward.

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from magicsim.arrays import Array, Index, Mask
+from magicsim.arrays import Array, Index, Indices, Mask
 from magicsim.deform.lattice.structure import Lattice
 
-Indices = npt.NDArray[np.int32]
 NO_PATCHES = np.empty((0, 1), np.int64)
 
 

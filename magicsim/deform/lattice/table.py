@@ -13,12 +13,10 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Indices
 from magicsim.deform.lattice.structure import Lattice
 
-Indices = npt.NDArray[np.int32]
 PENALTY_RATIO = 300.0
 """Stiffness of table and sticking nodes in units of Young's modulus (nu = 1/2) over the height of the lowest cells: at
 half a megapascal a node sinks in by a thousandth of a millimetre."""

@@ -7,17 +7,14 @@ from collections.abc import Callable
 from functools import lru_cache, wraps
 from typing import ParamSpec, Protocol, TypeVar
 
-import numpy as np
-import numpy.typing as npt
 from threadpoolctl import ThreadpoolController
 
-from magicsim.arrays import Array, Index
+from magicsim.arrays import Array, Index, Indices
 from magicsim.deform.linear.pardiso import PardisoCondenser, PardisoSolver, has_pardiso
 from magicsim.deform.linear.superlu import SuperluCondenser, SuperluSolver
 
 P = ParamSpec("P")
 T = TypeVar("T")
-Indices = npt.NDArray[np.int32]
 
 
 def on_one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:

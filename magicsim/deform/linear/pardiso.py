@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.arrays import Array, Index
+from magicsim.arrays import Array, Index, Indices
 
-Indices = npt.NDArray[np.int32]
 THREADS = 2
 """MKL threads that PARDISO plans for, fixed so that results do not depend on how many run it; never more run it."""
 CBWR_AUTO_STRICT = 2

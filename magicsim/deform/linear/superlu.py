@@ -3,13 +3,10 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from magicsim.arrays import Array, Index
-
-Indices = npt.NDArray[np.int32]
+from magicsim.arrays import Array, Index, Indices
 
 
 class SuperluSolver:

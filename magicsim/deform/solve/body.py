@@ -23,13 +23,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.linear.factorise import SymmetricCondenser
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.problem import Problem
 
-Array = npt.NDArray[np.float64]
 MOST_SECANTS = 24
 """Steps that are learned from between two factorisations."""
 LEAST_COSINE = 1e-8

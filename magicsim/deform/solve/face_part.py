@@ -4,14 +4,12 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.deform.contact.face import ContactFace
 from magicsim.deform.contact.friction import ContactMemory
 from magicsim.deform.solve.iterate import Iterate
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 LARGE = 900
 """Unknowns from which the contact of a linearised body costs as much as the body's own factor: below, its matrix is
 small change."""

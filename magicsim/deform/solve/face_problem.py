@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import (
     ContactState,
     Surface,
@@ -28,7 +29,6 @@ from magicsim.deform.solve.face_part import LARGE
 from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.deform.solve.touched import TouchedMatrix
 
-Array = npt.NDArray[np.float64]
 ITERATIONS = 60
 """Most Newton steps of one problem."""
 HALVINGS = 12

@@ -5,15 +5,13 @@ path carry, and is made again where the solver holds another one.
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array, Index
 from magicsim.deform.linear.factorise import SymmetricCondenser, symmetric_condenser
 from magicsim.deform.solve.face_part import FacePart
 from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.deform.solve.problem import Problem
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 MAX_UNKNOWNS = 3000
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
 

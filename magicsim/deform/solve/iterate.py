@@ -4,15 +4,13 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import ContactState, Surface, evaluate_contact, slip_mismatch
 from magicsim.deform.contact.friction import ContactMemory
 from magicsim.deform.lattice.energy import ElasticState
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.problem import Problem
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,15 +10,14 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import Surface
 from magicsim.deform.solve.descent import decreases, shortened
 from magicsim.deform.solve.iterate import Iterate, evaluated
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.problem import Problem
 
-Array = npt.NDArray[np.float64]
 BOUND = 20.0
 """Largest bulk stiffness that a step has to respect, in units of the shear modulus."""
 NOISE = 1e-9

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from magicsim.deform.contact.augmented import moved_surface
 from magicsim.deform.contact.friction import ContactMemory
@@ -21,7 +20,6 @@ from magicsim.deform.solve.problem import Problem
 from magicsim.deform.solve.rigid_motion import reach_mm, way_length_mm
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
 SHORT = 0.25
 """Way of the object, in units of its smallest feature, below which no point of the face changes its side of a tip."""
 TABLE_UPDATES, TABLE_PATIENCE = 30, 6

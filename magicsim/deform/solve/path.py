@@ -10,8 +10,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import dragged_anchors
 from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face
 from magicsim.deform.contact.touching import touching_points
@@ -46,7 +46,6 @@ from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
-Array = npt.NDArray[np.float64]
 LOGGER = logging.getLogger(__name__)
 TOUCHING_SHARE = 0.01
 """Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.face import ContactFace
 from magicsim.deform.contact.friction import ContactLaw
 from magicsim.deform.lattice.energy import Elasticity
@@ -14,7 +14,6 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
 from magicsim.deform.linear.factorise import SymmetricSolver
 
-Array = npt.NDArray[np.float64]
 ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative error of a cell's forces before they cancel."""
 CAREFUL_ITERATIONS, PATIENT_ITERATIONS = 2, 3
@@ -76,9 +75,9 @@ class Problem:
     elasticity: Elasticity
     face: ContactFace
     pattern: BlockPattern
-    """Of the matrix with contact."""
+    """Pattern of the matrix with contact."""
     body_pattern: BlockPattern
-    """Of the body's own matrix: sparser, since contact couples nodes of a face that share no cell."""
+    """Pattern of the body's own matrix: sparser, since contact couples nodes of a face that share no cell."""
     solver: SymmetricSolver
     options: NewtonOptions
     law: ContactLaw

@@ -14,9 +14,9 @@ their friction; that the limit itself follows the pressure is left out.
 """
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import LinAlgError, solve
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import add_dense_stiffness, contact_stiffness, evaluate_contact
 from magicsim.deform.contact.face import gather, scatter
 from magicsim.deform.contact.friction import ContactMemory
@@ -26,7 +26,6 @@ from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.deform.solve.problem import Problem
 from magicsim.geometry.indenter import Indenter
 
-Array = npt.NDArray[np.float64]
 STILL_SLIDING = 1 - 1e-6
 """Limits of sliding points in units of their own, so that rounding does not turn them into sticking ones."""
 RIGID = 10.0

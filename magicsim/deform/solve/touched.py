@@ -12,16 +12,13 @@ may come into contact, and their factor costs an eighth. The solution is that of
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 
+from magicsim.arrays import Array, Index, Mask
 from magicsim.deform.contact.augmented import add_dense_stiffness
 from magicsim.deform.contact.face import ContactFace
 from magicsim.deform.solve.face_part import LARGE
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 FEW = 2
 """Solutions for which nothing is eliminated where the face is not large: most contacts settle in as few."""
 WORTH = 0.8

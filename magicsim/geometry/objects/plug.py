@@ -14,15 +14,15 @@ class PlugObject(ObjectBase):
 
     kind: Literal["plug"]
     radius_mm: Size
-    """Of the handle [mm]."""
+    """Radius of the handle [mm]."""
     length_mm: Size = 12.0
-    """Of the handle [mm]."""
+    """Length of the handle [mm]."""
     edge_radius_mm: Size = 1.0
-    """Of the handle's rims [mm]."""
+    """Radius of the handle's rims [mm]."""
     pin_radius_mm: Size = 2.5
-    """Of the pin [mm]."""
+    """Radius of the pin [mm]."""
     pin_length_mm: Size = 10.0
-    """Of the pin, from the handle's end [mm]."""
+    """Length of the pin, from the handle's end [mm]."""
 
     def solid(self) -> Plug:
         """The exact solid, the handle centred on its origin."""

@@ -47,7 +47,7 @@ class Glow:
 
     @classmethod
     def of(cls, world: LitWorld, light: RecordedLight, design: ElastomerDesign, body: FingerBody) -> Self:
-        """Of an untouched sensor.
+        """Glow of an untouched sensor.
 
         Args:
             world: The scene with nothing before the block.

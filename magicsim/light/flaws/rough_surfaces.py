@@ -33,7 +33,7 @@ class Crossing:
     outside: Any
     """Which come from the side of +z."""
     reflectance: Any
-    """Of the facet that is met, or of the smooth interface."""
+    """Reflectance of the facet that is met, or of the smooth interface."""
     reflected: Any
     refracted: Any
     facets: Field | None

@@ -28,11 +28,11 @@ class Scatterers:
     spheres: Any
     """Centre [mm] and radius [mm], four floats each."""
     normals: Any
-    """Of flakes, four floats each; the last is 1 for a bubble."""
+    """Normals of flakes, four floats each; the last is 1 for a bubble."""
     eta: Any
     """Index of air over that of the infill."""
     reflectance: Any
-    """Of flakes."""
+    """Reflectance of flakes."""
 
     @classmethod
     def of(cls, placed: Placed, cells: int, infill_ior: float, reflectance: float) -> Self:

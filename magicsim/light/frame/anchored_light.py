@@ -25,9 +25,9 @@ class Expected:
     """Shares of the light that may be others in a frame, see `contact_share`."""
 
     cells: Array
-    """Of each cell, shape (cells,)."""
+    """Share of each cell, shape (cells,)."""
     voxels: Array
-    """Of each voxel of the body, shape (voxels,)."""
+    """Share of each voxel of the body, shape (voxels,)."""
 
     def size(self, fluence: Array) -> float:
         """Expected relative change of the light in the cells, root mean square.

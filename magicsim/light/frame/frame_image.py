@@ -8,16 +8,14 @@ traced anew, with the random numbers of recorded ones: what both differ by is th
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Numbers
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.outside import Outside
 
-Numbers = npt.NDArray[np.uint32]
 MIRRORED_PER_SAMPLE = 3
 """Paths that a glossy object sends on, for each camera sample: its highlights are small and bright."""
 

@@ -72,7 +72,7 @@ class Before:
     cheap: Untouched
     """The untouched sensor with the particles and random numbers of the frame."""
     seed: int
-    """Of the frame."""
+    """Seed of the frame."""
 
     @cached_property
     def careful(self) -> LightField:

@@ -3,10 +3,9 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Numbers
 from magicsim.light.backend import dr
 from magicsim.light.frame.frame_image import MIRRORED_PER_SAMPLE
 from magicsim.light.passing.passing_light import PassingLight, PassingPart
@@ -19,8 +18,6 @@ from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.outside import Outside
 
-Counts = npt.NDArray[np.uint64]
-Numbers = npt.NDArray[np.uint32]
 SIGNS = (1.0, -1.0)
 SPREAD_CELLS = 1.5
 """Standard deviation of that Gaussian [cells]: below a scattering free path of 3 mm."""

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from magicsim.arrays import Array, Index, Mask
+from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.cached_light import Elements
@@ -27,7 +27,6 @@ from magicsim.light.world.outside import Outside
 
 Follow = Callable[[ObjectStarts], Array]
 """Radiance that mirrored paths meet, shape (paths, 3)."""
-Numbers = npt.NDArray[np.uint32]
 FEW_SEGMENTS = 6
 """Room at first for the ways of one path that scatter; paths through a millimetre grid pass 4.4 in the mean."""
 AT_ONCE = 1_200_000

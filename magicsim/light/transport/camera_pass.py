@@ -68,6 +68,7 @@ def gather_radiance(
     # Opaque: the compiled kernel then serves any seed.
     state = dr.opaque(mi.UInt64, seed)
     sampler = mi.PCG32(size=1, initstate=mi.UInt64(starts.pixel))
+    # State of each lane: its path, the branch that waits for its end, the sums.
     start, end = mi.UInt32(starts.begin), mi.UInt32(starts.end)
     index, fresh = mi.UInt32(start), mi.Bool(True)
     place = dr.arange(mi.UInt32, dr.width(starts.pixel))
@@ -84,6 +85,7 @@ def gather_radiance(
     at = Whereabouts.unknown()
     coating, asked, waiting_asked = shapes.coating, mi.UInt32(0), mi.UInt32(0)
     while active:
+        # 1. A fresh lane starts the next path of its pixel.
         if dr.hint(fresh, mode="symbolic"):
             stream = starts.stream(index)
             sampler.seed(state + stream, FIRST_STREAM + stream)
@@ -92,6 +94,7 @@ def gather_radiance(
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
             asked = mi.UInt32(0)
+        # 2. What is met next, by the block's own mesh, the scene or what surrounds it.
         si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         if shapes.outside is not None:
@@ -100,6 +103,7 @@ def gather_radiance(
         valid = si.is_valid()
         cell = si.prim_index // triangles_per_cell
         inside = active & segment.in_infill
+        # 3. First collisions in the infill by the true phase function.
         bump = bump_ahead(shapes.scatterers, ray, si, cell, inside)
         scatter, way = mi.Bool(False), mi.Float(0)
         if forward is not None:
@@ -110,6 +114,7 @@ def gather_radiance(
             weight[scatter] *= ahead.albedo
             collisions[scatter] += 1
             inside &= ~following
+        # 4. Light of the cached field along the way through a cell.
         transmitted = dr.select(inside, dr.exp(-infill.sigma_t * bump.length), 1)
         gained = 1 - transmitted
         depth_mm = 1 / infill.sigma_t - bump.length * transmitted * dr.rcp(dr.maximum(gained, 1e-12))
@@ -123,6 +128,7 @@ def gather_radiance(
         )
         arriving = mi.Float(weight.x)
         weight *= transmitted
+        # 5. Light and absorption of the body on the way through it.
         crossed = segment.in_body & valid
         if light.body is None:
             weight[crossed] *= dr.exp(-body.sigma_a * si.t)
@@ -142,6 +148,7 @@ def gather_radiance(
             )
             weight[crossed] *= kept * dr.exp(-body.sigma_a * (si.t - stretch))
 
+        # 6. Records, and light of the room for what meets nothing.
         bumps = bump.found & ~scatter
         if record is not None:
             entry = record.number(place, index - start, depth)
@@ -151,6 +158,7 @@ def gather_radiance(
         if environment is not None:
             radiance[active & ~valid] += weight * environment.eval(si, active & ~valid)
 
+        # 7. Reflection and refraction at an interface; the first way out of a path goes on in two branches.
         *smooth, scale = fresnel(si, segment, constants)
         facet = crossing(constants.rough, si, segment, constants.eta(segment.on_infill), tuple(smooth), sampler)
         first_hit = depth == 0
@@ -179,6 +187,7 @@ def gather_radiance(
         waiting |= set_aside
         weight[dielectric] *= branch
 
+        # 8. Surfaces that end or turn a path: object, opaque shapes with their lamps, paint.
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         on_object = active & segment.opaque & (si.shape == object_pointer)
@@ -198,6 +207,7 @@ def gather_radiance(
         weight *= on.share
         passed = after_lens(coating, si, asked, interface & ~segment.entering & reflect)
         asked = dr.select(on.asks, mi.UInt32(ASKED), passed)
+        # 9. The next ray: from the surface, past an inclusion, or from a collision.
         outward = mi.Frame3f.cos_theta(local) > 0
         in_body = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         spawned = leave(si, si.to_world(local))
@@ -213,6 +223,7 @@ def gather_radiance(
         ray = mi.Ray3f(spawned)
         at = whereabouts(si, segment.on_infill, scatter | bumps, in_body, shapes.faces)
         depth += 1
+        # 10. Russian roulette; what has ended makes place for the waiting branch, then for the next sample.
         survive = dr.minimum(dr.max(weight) / ROULETTE_WEIGHT, 1)
         keep = sampler.next_float32(active) < survive
         weight *= dr.rcp(dr.maximum(survive, 1e-9))

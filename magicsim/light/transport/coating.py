@@ -47,7 +47,7 @@ class Met:
     color: Any
     """Diffuse reflectance of paint, mi.Color3f."""
     reflectance: Any
-    """Of the interface, its film included, as a share of what is kept."""
+    """Reflectance of the interface, its film included, as a share of what is kept."""
     kept: Any
     """Share that a film does not absorb, 1 elsewhere."""
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Counts
 from magicsim.errors import RenderError
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import crossing
@@ -28,7 +27,6 @@ from magicsim.light.world.next_hit import NOWHERE, Whereabouts, next_hit, wherea
 from magicsim.light.world.outside import nearer_hit
 from magicsim.light.world.shapes import Shapes
 
-Counts = npt.NDArray[np.uint64]
 FIXED_POINT = 2.0**24
 """Integer steps per unit of (relative weight x mm)."""
 LARGEST_SUM = 2.0**63
@@ -111,6 +109,7 @@ def deposit_tracks(
     lanes = -(-starts.particles // TURNS)
     # Opaque: the compiled kernel then serves any chunk.
     end, number, stride = mi.UInt32(starts.count), dr.arange(mi.UInt32, lanes), dr.opaque(mi.UInt32, lanes)
+    # State of each lane: its particle, the sums of weight x length, where the light goes.
     sampler = mi.PCG32(size=1, initstate=mi.UInt64(number))
     ray, weight, brightest = dr.zeros(mi.Ray3f, lanes), mi.Color3f(0.0), mi.Float(0)
     deposits = dr.zeros(mi.UInt64, 3 * shapes.cells * lights)
@@ -126,6 +125,7 @@ def deposit_tracks(
     source, absorbed, stopped, escaped, ended = (mi.Color3f(0.0) for _ in range(5))
     at = Whereabouts.unknown()
     while active:
+        # 1. A fresh lane starts its next particle.
         if dr.hint(fresh, mode="symbolic"):
             there = number < end
             stream = dr.gather(mi.UInt64, starts.streams, number, there)
@@ -138,12 +138,14 @@ def deposit_tracks(
             at.kind = mi.UInt32(NOWHERE)
             if balance:
                 source += weight
+        # 2. What is met next, by the block's own mesh, the scene or what surrounds it.
         si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body)
         if shapes.outside is not None:
             si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
             segment = classify(si, body_pointer, infill_pointer, in_body)
         take_down(record, light, starts, number, ray, weight, brightest, active & ~si.is_valid())
+        # 3. Deposits of the infill, and whether the particle collides in it.
         bump = bump_ahead(shapes.scatterers, ray, si, si.prim_index // triangles_per_cell, active & segment.in_infill)
         # Expected track length up to the next collision or wall, instead of the sampled one.
         transmitted = dr.exp(-infill.sigma_t * bump.length)
@@ -157,6 +159,7 @@ def deposit_tracks(
         way = free_path(sampler.next_float32(active), transmitted, infill.sigma_t)
         weight[scatter] *= infill.albedo
         bumps = bump.found & ~scatter
+        # 4. Deposits, collisions and absorption of the body.
         crossed = segment.in_body & si.is_valid()
         carried = mi.Color3f(weight)
         collide, clear_mm = mi.Bool(False), si.t
@@ -179,6 +182,7 @@ def deposit_tracks(
         weight[collide] *= body.albedo
         scatter |= collide | bumps
 
+        # 5. Reflection or refraction at an interface, by chance.
         smooth = fresnel(si, segment, constants)[:3]
         met = crossing(constants.rough, si, segment, constants.eta(segment.on_infill), smooth, sampler)
         face = meet_face(shapes.coating, si, segment, met.reflectance, sampler, active & ~scatter)
@@ -189,6 +193,7 @@ def deposit_tracks(
         reflect = choice < reflectance
         local = dr.select(reflect, met.reflected, met.refracted)
         local = met.onward(local, reflect, active & ~scatter & ~face.painted)
+        # 6. What lands on the object, and surfaces that absorb or turn: opaque shapes, paint, inclusions.
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         opaque = active & segment.opaque & ~scatter
@@ -209,6 +214,7 @@ def deposit_tracks(
         on = turned(shapes.scatterers, ray, bump, sampler)
         stopped += dr.select(active & bumps, weight * (1 - on.share), 0) if balance else 0
         weight[bumps] *= on.share
+        # 7. The next ray: from the surface, past an inclusion, or from a collision.
         outward = mi.Frame3f.cos_theta(local) > 0
         arrived = dr.select(segment.on_body, ~outward, dr.select(segment.on_infill, outward, segment.in_body))
         in_body = dr.select(scatter, segment.in_body, arrived)
@@ -222,6 +228,7 @@ def deposit_tracks(
         ray.d = dr.select(bumps, on.direction, dr.select(scatter, scattered_to, spawned.d))
         at = whereabouts(si, segment.on_infill & ~collide, segment.in_infill & scatter, in_body, shapes.faces)
         depth += 1
+        # 8. Russian roulette, and which lanes go on.
         survive = dr.minimum(dr.max(weight) / brightest, 1)
         roulette = depth > ROULETTE_DEPTH
         keep = sampler.next_float32(active) < survive

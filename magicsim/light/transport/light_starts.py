@@ -37,7 +37,7 @@ class Sent(NamedTuple):
     beam: Beam | None = None
     """Part of the light that comes from all around, or None where it does not."""
     weight: float = 1.0
-    """Of each particle: that of a light's particles over those of this beam of it."""
+    """Weight of each particle: that of a light's particles over those of this beam of it."""
 
 
 @dataclass(slots=True, kw_only=True)

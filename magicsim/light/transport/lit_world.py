@@ -5,9 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Numbers
 from magicsim.camera.window import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
@@ -39,7 +38,6 @@ from magicsim.light.world.outside import Outside
 from magicsim.light.world.scene_dict import WorldContent, lights_inside, lights_off
 from magicsim.scenes.rig import INSET_MM, Rig
 
-Numbers = npt.NDArray[np.uint32]
 LIGHT_DEPTH = 2000
 """Longest light path [interactions], and as many more as light needs to diffuse through the block. Roulette ends those
 of the default sensor before 400; so short, they leave the white furnace of an infill of index 1 0.3 % too dark."""
@@ -77,7 +75,7 @@ class LitWorld(World):
         self.media = Media.of(elastomer.design)
         """Scattering as it is given; where no collision is followed, the passes take its reduced form."""
         self.voxels = body_voxels(elastomer, INSET_MM) if self.media.body.sigma_s > 0 else None
-        """Of the body, or None where it does not scatter."""
+        """Voxels of the body, or None where it does not scatter."""
         self.counts = elastomer.grid.counts if elastomer.grid is not None else (1, 1, 1)
         """Cells along x, y and z."""
         self._followed = forward_collisions if self.media.infill.anisotropy else 0

@@ -4,12 +4,10 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from magicsim.arrays import Numbers
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
-
-Numbers = npt.NDArray[np.uint32]
 
 PATTERN_SEED = 1
 """Seed of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""

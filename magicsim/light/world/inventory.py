@@ -31,7 +31,7 @@ class Inventory:
     def __init__(
         self, scene: Any, block: Mapping[str, Any], elastomer: Elastomer, rig: Rig, own_mesh: SurfaceMesh | None
     ) -> None:
-        """Of a scene that keeps its block in a group, out of sight.
+        """Inventory of a scene that keeps its block in a group, out of sight.
 
         Args:
             scene: The loaded scene.

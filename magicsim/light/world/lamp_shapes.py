@@ -131,7 +131,7 @@ class LobeLight(mi.Emitter):  # type: ignore[misc]
         return dr.power(dr.maximum(cosine, 0), self.exponent - 1)
 
     def bbox(self) -> Any:
-        """Of its surface."""
+        """Bounding box of its surface."""
         return self.get_shape().bbox()
 
     def to_string(self) -> str:

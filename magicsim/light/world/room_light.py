@@ -32,7 +32,7 @@ class Beam(NamedTuple):
     """All lines through a disk: one that lies in the sensor's plane, or one across each direction."""
 
     centre: Any
-    """Of the disk [mm]."""
+    """Centre of the disk [mm]."""
     radius_mm: float
     away_mm: float
     """Distance from there at which nothing is in the way any more."""

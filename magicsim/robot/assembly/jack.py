@@ -24,11 +24,11 @@ class Jack:
     """Numbers of the hole; all are assumed."""
 
     radius_mm: float = 2.6
-    """Of the hole [mm]: 0.1 mm more than the default plug's pin."""
+    """Radius of the hole [mm]: 0.1 mm more than the default plug's pin."""
     chamfer_mm: float = 0.5
-    """Of the mouth, at 45 degrees [mm]."""
+    """Chamfer of the mouth, at 45 degrees [mm]."""
     depth_mm: float = 12.0
-    """Of the hole [mm]."""
+    """Depth of the hole [mm]."""
 
     def __post_init__(self) -> None:
         """Checks the numbers.

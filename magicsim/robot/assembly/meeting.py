@@ -53,7 +53,7 @@ class MetLoad(Load):
     """Sense of the plug's motion along the jack's axis: 1 into the hole, -1 out of it, 0 at rest."""
 
     def wrench(self, pose: Pose) -> Array:
-        """Of weight, outer force and base, shape (6,); see `Load.wrench`."""
+        """Wrench of weight, outer force and base, shape (6,); see `Load.wrench`."""
         return Load.wrench(self, pose) + self.met(pose)
 
     def met(self, pose: Pose) -> Array:

@@ -15,7 +15,7 @@ ALIGNED_MM = 0.3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Misalignment:
-    """Of the base against the plug, in the gripper's frame."""
+    """Misalignment of the base against the plug, in the gripper's frame."""
 
     kind: Kind
     x_mm: float = 0.0

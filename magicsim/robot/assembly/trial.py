@@ -24,7 +24,7 @@ Vector = tuple[float, ...]
 SQUEEZE_MM, OPEN_MM = 1.0, 12.0
 """How much closer than touching the faces grip, and how far they open [mm]; assumed."""
 MASS_G = 8.0
-"""Of the plug; assumed."""
+"""Mass of the plug; assumed."""
 PLACE = ObjectPlace(y_mm=6.0)
 """Where the fingers take the handle: towards their tips, the pin beyond them."""
 MOST_SLIDE_MM = 6.0
@@ -60,7 +60,7 @@ class Moment:
     step: Step
     outcome: Hold
     base_force_n: Vector
-    """Of the base on the plug, in the gripper's frame [N]."""
+    """Force of the base on the plug, in the gripper's frame [N]."""
     base_torque_nmm: Vector
     """About the plug's origin [N mm]."""
     normal_n: float

@@ -19,7 +19,7 @@ class Response:
     """A solved equilibrium and its tangent."""
 
     pose: Pose
-    """Of the object when it was solved."""
+    """Pose of the object when it was solved."""
     wrench: Array
     """Shape (6,)."""
     tangent: Array

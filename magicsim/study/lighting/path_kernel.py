@@ -19,7 +19,7 @@ EVENTS = 5
 """Counted on a way: external and internal reflections at walls of cells, refractions there, scatterings, reflections at
 outer faces."""
 KINDS = 4
-"""Of reflections at walls on a way: none, external ones, internal ones, both."""
+"""Kinds of reflections at walls on a way: none, external ones, internal ones, both."""
 FAINT, KEPT = 0.05, 0.2
 """Weight below which a path goes on by chance, and that chance."""
 MOST_STEPS = 2_000_000

@@ -61,9 +61,9 @@ class DeformationLawConfig(StudyConfig):
     """What touches; a file may give the name of an object preset."""
     friction: Annotated[float, Field(ge=0, le=2)] = 1.0
     depths_mm: Annotated[tuple[Length, ...], Field(min_length=2, max_length=50)]
-    """Of the presses, increasing."""
+    """Depths of the presses, increasing."""
     depth_mm: Length = 0.8
-    """Of the presses that are then sheared or twisted."""
+    """Depth of the presses that are then sheared or twisted."""
     shear_mm: Length = 0.5
     directions_deg: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=72)]
     twists_deg: Annotated[tuple[Angle, ...], Field(min_length=1, max_length=20)]

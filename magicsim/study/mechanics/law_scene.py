@@ -24,7 +24,7 @@ class Touch:
     depth_mm: float
     shear_mm: float = 0.0
     direction_deg: float = 0.0
-    """Of the shear, from x towards y [degrees]."""
+    """Direction of the shear, from x towards y [degrees]."""
     twist_deg: float = 0.0
 
     def keyframes(self) -> list[dict[str, float]]:

@@ -53,7 +53,7 @@ class CellPress:
     diameter_mm: float
     depths_mm: tuple[float, ...]
     offset_mm: tuple[float, float] | None
-    """Of the axis from the middle of the cell along x and y [mm]; none is a press of which a quarter is solved."""
+    """Offset of the axis from the cell's middle along x and y [mm]; none is a press of which a quarter is solved."""
     friction: float
     spacing_mm: float
     """Largest node spacing between walls and in the skin [mm]."""

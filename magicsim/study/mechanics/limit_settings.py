@@ -75,7 +75,7 @@ class LimitsConfig(StudyConfig):
 
     kind: Literal["limits"]
     diameters_mm: Annotated[tuple[Length, ...], Field(min_length=1, max_length=20)]
-    """Of the domed cylinders."""
+    """Diameters of the domed cylinders."""
     skins_mm: Annotated[tuple[Length, ...], Field(min_length=1, max_length=20)]
     """Thicknesses that the design's skin is given; its core stays."""
     depths_mm: Depths

@@ -140,7 +140,7 @@ class Manufacturing:
         return TouchCurve(design=design, thing=self.config.object, place_mm=place_mm, depths_mm=self.config.depths_mm)
 
     def _threshold_depths(self, folder: Path) -> dict[str, tuple[float, Array]]:
-        """Of each kind: change of the depth with thickness, and depth at the threshold at each place [mm].
+        """Change of the depth with thickness, and depth at the threshold at each place [mm], by kind.
 
         Raises:
             ConfigError: A press has no answer, or does not reach the threshold.

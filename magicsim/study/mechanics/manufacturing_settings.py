@@ -20,15 +20,15 @@ class UnitTolerances(Config):
     """Standard deviations between units of one kind; assumed."""
 
     thickness_sd_mm: Spread
-    """Of the height of the block [mm]."""
+    """Standard deviation of the height of the block [mm]."""
     slope_sd_deg: Annotated[float, Field(ge=0, le=10)]
-    """Of the slope of the face along each axis [degrees]."""
+    """Standard deviation of the slope of the face along each axis [degrees]."""
     wave_sd_mm: Spread
-    """Of what is left of the face's shape beside that [mm]."""
+    """Standard deviation of what is left of the face's shape beside that [mm]."""
     wave_length_mm: Annotated[float, Field(ge=1, le=100)] = 12.0
     """Length of its waves [mm]."""
     stiffness_sd: Annotated[float, Field(ge=0, le=0.3)] = 0.03
-    """Of the factor on the moduli."""
+    """Standard deviation of the factor on the moduli."""
 
 
 class Probe(Config):

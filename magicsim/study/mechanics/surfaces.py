@@ -12,7 +12,7 @@ NEIGHBOURS = 8
 OUTLIER = 4.0
 """Distance from the median of its neighbours, in units of the usual one, from which a touch is left out."""
 DEGREE = 4
-"""Of the polynomial that is fitted to the touches."""
+"""Degree of the polynomial that is fitted to the touches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,7 +20,7 @@ class UnitShape:
     """How the face of one unit differs from its drawing; heights are outwards, towards the object."""
 
     height_mm: float
-    """Of the whole face, which is the unit's thickness [mm]."""
+    """Height of the whole face, which is the unit's thickness [mm]."""
     slope: tuple[float, float]
     """Rise of the face for each millimetre along x and y."""
     wave_mm: float

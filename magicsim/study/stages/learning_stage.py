@@ -33,7 +33,7 @@ class LearningStage:
     dataset: str
     """Name of the stage whose dataset they learn from."""
     recipe: Recipe
-    """Of that dataset."""
+    """Recipe of that dataset."""
     read: Read
     """Makes samples of it."""
     settings: LearningSettings

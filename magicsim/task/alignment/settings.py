@@ -20,7 +20,7 @@ class AlignmentConfig(Config):
     """One run of the alignment task; every number is assumed where nothing else is said."""
 
     model_sha256: str = ""
-    """Of the model file that reads the frames."""
+    """SHA-256 of the model file that reads the frames."""
     design: str = "mini-magictac"
     """Design preset or TOML file of both fingers."""
     rig: str = "digit-office"
@@ -36,7 +36,7 @@ class AlignmentConfig(Config):
     quality: Literal["full", "control"] = "full"
     """How finely is solved and rendered, see `magicsim.robot.quality`."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Of everything that is drawn."""
+    """Seed of everything that is drawn."""
     askew_deg: Annotated[tuple[Angle, Angle], AfterValidator(in_order)] = (5.0, 40.0)
     """Smallest and largest angle, to either side, at which an item is held at first [degrees]."""
     aside_mm: Annotated[float, Field(ge=0, le=10)] = 2.0
