@@ -22,8 +22,7 @@ LAYERS = {
     "experiments": {"live", "study", "task", "real"},
     "entry": {"cli", "__main__"},
 }
-"""Layers from the leaf upwards and their parts, as `docs/architecture.md` lists them; a part imports parts below it and of its
-own layer."""
+"""Layers from the leaf upwards, as in `docs/architecture.md`; a part imports parts below it and of its own layer."""
 BELOW_JUDGEMENT = {part for name in list(LAYERS)[: list(LAYERS).index("judgement")] for part in LAYERS[name]}
 MOST_PARTS, MOST_FILES, MOST_FLAT = 4, 20, 8
 """Parts of one layer, files of one folder, and modules beside the folders."""
@@ -70,9 +69,8 @@ def test_module_imports_only_from_its_own_layer_and_those_below(module: str):
 
 
 def test_page_lists_the_layers_and_their_parts():
-    rows = re.findall(
-        r"^\| (\w+) \| ((?:`\w+`(?:, )?)+) \|", (ROOT / "docs/architecture.md").read_text("utf-8"), re.MULTILINE
-    )
+    page = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+    rows = re.findall(r"^\| (\w+) \| ((?:`\w+`(?:, )?)+) \|", page, re.MULTILINE)
     listed = {name: set(re.findall(r"\w+", parts)) for name, parts in rows}
     assert listed == {name: parts - {"__main__"} for name, parts in LAYERS.items()}
     assert [name for name, _ in rows] == list(LAYERS)[::-1]

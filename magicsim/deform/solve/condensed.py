@@ -70,7 +70,7 @@ class Condenser:
         """Starts without a model."""
         self.store = FactorStore()
         self.linearisation: Linearisation | None = None
-        """Of the model that served last."""
+        """Linearisation of the model that served last."""
         self._body: Body | None = None
         self._part: FacePart | None = None
         self._facets: Index = np.empty(0, np.int64)
