@@ -136,7 +136,7 @@ class Condenser:
         """
         if found.memory.updates != iterate.memory.updates:
             return np.inf
-        return max(iterate.residual, *self._residuals) if iterate.residual < ON_ITS_WAY else iterate.residual
+        return max((iterate.residual, *self._residuals)) if iterate.residual < ON_ITS_WAY else iterate.residual
 
     def _asks_for_factor(self, problem: Problem, iterate: Iterate) -> bool:
         """Whether a new factor is worth its cost."""
