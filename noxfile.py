@@ -9,6 +9,10 @@ nox.options.default_venv_backend = "venv"
 PYTHONS = ["3.11", "3.12", "3.13", "3.14"]
 PLATFORMS = ("x86_64-manylinux_2_28", "aarch64-manylinux_2_28", "aarch64-apple-darwin", "x86_64-pc-windows-msvc")
 nox.options.sessions = ["tests", "types", "detectors_only", "wheel", "docs"]
+LEARNED_TESTS = (
+    "tests/unit/dataset/test_frames.py", "tests/unit/learn", "tests/unit/study",
+    "tests/unit/task/alignment/test_running.py",
+)  # fmt: skip
 DETECTORS_ONLY = ("numpy", "opencv-contrib-python-headless")
 
 
@@ -78,9 +82,12 @@ def platforms(session: nox.Session) -> None:
 
 @nox.session(python="3.11")
 def learn(session: nox.Session) -> None:
-    """A training loop's reader, which needs PyTorch: `pip install torch` chooses the wheels, for a CPU or a GPU."""
+    """What needs PyTorch: a training loop's reader, models, and every study that learns in a form of minutes.
+
+    `pip install torch` chooses the wheels, for a CPU or a GPU.
+    """
     session.install("-e", ".[test,learn]")
-    session.run("pytest", "tests/unit/dataset/test_frames.py", *session.posargs)
+    session.run("pytest", *LEARNED_TESTS, *session.posargs)
 
 
 @nox.session(python="3.12")

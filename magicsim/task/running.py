@@ -128,9 +128,10 @@ def run_grasps(
 
     def concluded(episodes: Sequence[dict[str, Any]]) -> tuple[TaskSummary, dict[str, bytes]]:
         found = [Outcome(**each["outcome"]) for each in episodes]
-        summary = summarise(found, detector=config.detector, room=config.room, out=str(out))
+        rows = [row for each in episodes for row in each["rows"]]
+        summary = summarise(found, rows, detector=config.detector, room=config.room, out=str(out))
         return summary, {
-            FRAMES_TABLE: as_parquet([row for each in episodes for row in each["rows"]]),
+            FRAMES_TABLE: as_parquet(rows),
             EPISODES_TABLE: as_parquet([_flat(each["outcome"]) for each in episodes]),
             RESULTS: as_json(summary.as_dict()),
         }

@@ -94,7 +94,9 @@ class GraspConfig(Config):
     pull_n_s: Annotated[float, Field(gt=0, le=1000)] = 30.0
     """How fast such a pull rises [N/s]."""
     light_share: Annotated[float, Field(ge=0, le=1)] = 0.5
-    """Chance of a flashlight before the approach, and again during transport."""
+    """Chance of a flashlight before the approach, and again during transport; of each of two with `any`."""
+    flashlight: Literal["usual", "any"] = "usual"
+    """When flashlights shine: before the approach and in transport, or at any stage, see `magicsim.task.flashlight`."""
 
     @model_validator(mode="after")
     def _check_scene(self) -> Self:

@@ -1,9 +1,11 @@
 """Counts over all episodes, each with its exact interval, and the time in each stage."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from magicsim.detectors.grasp import GraspStage
+from magicsim.detectors.verdict import Proximity
 from magicsim.evaluation.statistics.intervals import exact_share
 from magicsim.task.outcome import Outcome
 
@@ -17,6 +19,17 @@ class Count:
     low: float | None
     """None of nothing."""
     high: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lit:
+    """Frames with a flashlight in one stage of the machine."""
+
+    frames: int
+    noise: int
+    """Those that proximity called Noise."""
+    episodes: int
+    """Episodes that they are of."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +60,8 @@ class TaskSummary:
     """Mean time in each stage [s]."""
     by_item: dict[str, Count]
     """Completed episodes of each item."""
+    lit: dict[str, Lit]
+    """Frames with a flashlight by the machine's stage, of stages that have any."""
     out: str
 
     def as_dict(self) -> dict[str, Any]:
@@ -67,11 +82,29 @@ def reasons_of(errors: Sequence[str]) -> dict[str, int]:
     return {error: errors.count(error) for error in sorted(set(errors)) if error}
 
 
-def summarise(outcomes: Sequence[Outcome], *, detector: str, room: str, out: str) -> TaskSummary:
+def lit_by_stage(rows: Sequence[Mapping[str, Any]]) -> dict[str, Lit]:
+    """Frames with a flashlight by the machine's stage.
+
+    Args:
+        rows: Of all episodes, as `magicsim.task.episode.FrameRow` has them.
+    """
+    found = {}
+    for stage in GraspStage:
+        own = [row for row in rows if row["light"] and row["stage"] == stage]
+        if own:
+            noise = sum(row["proximity"] == Proximity.NOISE for row in own)
+            found[stage.value] = Lit(frames=len(own), noise=noise, episodes=len({row["episode"] for row in own}))
+    return found
+
+
+def summarise(
+    outcomes: Sequence[Outcome], rows: Sequence[Mapping[str, Any]], *, detector: str, room: str, out: str
+) -> TaskSummary:
     """Sums up a run.
 
     Args:
         outcomes: All episodes.
+        rows: Their frames.
         detector: Profile that read the frames.
         room: Where the gripper stood.
         out: Folder of the run.
@@ -98,5 +131,6 @@ def summarise(outcomes: Sequence[Outcome], *, detector: str, room: str, out: str
             stage: round(sum(each.seconds_in[stage] for each in outcomes) / len(outcomes), 3) for stage in stages
         },
         by_item={item: counted([each.is_completed for each in outcomes if each.item == item]) for item in items},
+        lit=lit_by_stage(rows),
         out=out,
     )

@@ -13,6 +13,7 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
 from magicsim.task.carriage import Carriage, driven
+from magicsim.task.flashlight import Since
 from magicsim.task.item import Item
 from magicsim.task.policy import Command
 from magicsim.task.settings import GraspConfig
@@ -52,6 +53,7 @@ class World:
         self.open_mm = gripper.touching_width_mm + 2 * config.open_gap_mm
         self._dt_s = 1 / config.frames_per_second
         self._frame, self._transport, self._offered = 0, -1, -1
+        self._since = {Since.BEGINNING: 0}
         self._hand_y_mm, self._is_delivered, self._has_come = BEYOND_MM, False, False
         self._pull_n, self._has_stalled = 0.0, False
         gripper.close(self.open_mm, place=ObjectPlace())
@@ -94,7 +96,7 @@ class World:
         event = "" if self._is_delivered else self._hands(stage, frame)
         self._drive(asked)
         event = self._move_fingers(asked) or event
-        return Happened(event=event, light=self._shine(frame))
+        return Happened(event=event, light=self._shine(frame, asked))
 
     def deliver(self) -> str:
         """A tray at B takes the item: it is placed, no longer held.
@@ -204,12 +206,21 @@ class World:
             gripper.hold(load=self._load())
         return "dropped" if held and gripper.outcome is Hold.DROPPED else ""
 
-    def _shine(self, frame: int) -> bool:
-        story = self.story
-        spans = ((story.light_before, frame), (story.light_held, self._transport))
-        for (span, now), shift in zip(spans, story.light_x_mm, strict=True):
-            if span is not None and span[0] <= now < span[1]:
-                self.gripper.upper.shine(x_mm=shift)
+    def _shine(self, frame: int, asked: Command) -> bool:
+        """Turns the story's flashlights on and off, each by what has happened."""
+        begun = {
+            Since.OFFERED: self._offered >= 0,
+            Since.CLOSING: asked.fingers == "close",
+            Since.PULL: self._pull_n > 0,
+            Since.DELIVERED: self._is_delivered,
+        }
+        for since in (since for since, has_begun in begun.items() if has_begun):
+            self._since.setdefault(since, frame)
+        passed = {since: frame - first for since, first in self._since.items()}
+        passed[Since.TRANSPORT] = self._transport  # -1 outside of it: such a light ends with the transport
+        for light in self.story.lights:
+            if light.shines(passed.get(light.since, -1)):
+                self.gripper.upper.shine(x_mm=light.x_mm)
                 return True
         self.gripper.upper.shine(on=False)
         return False

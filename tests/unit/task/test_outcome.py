@@ -79,7 +79,13 @@ def test_noise_is_counted_where_a_light_shines():
 def test_summary_counts_with_intervals():
     good = judged(*GOOD, GRIPPED | {"stage": "Returning", "event": "delivered", "carriage_mm": 300}, *HOME)
     bad = judged(*GOOD, {"event": "dropped", "stage": "Slipped"}, *HOME, error="no equilibrium")
-    found = summarise([good, bad], detector="calibrated", room="office", out="x").as_dict()
+    rows = [
+        {"episode": 1, "stage": "Waiting", "light": True, "proximity": "Noise"},
+        {"episode": 1, "stage": "Waiting", "light": True, "proximity": "Approaching"},
+        {"episode": 2, "stage": "Closing", "light": False, "proximity": "Noise"},
+    ]
+    found = summarise([good, bad], rows, detector="calibrated", room="office", out="x").as_dict()
+    assert found["lit"] == {"Waiting": {"frames": 2, "noise": 1, "episodes": 1}}
     assert (found["completed"]["count"], found["completed"]["of"]) == (1, 2)
     assert found["completed"]["low"] == pytest.approx(0.0126, abs=1e-4)  # Clopper and Pearson
     assert found["slips_missed"] == {"count": 0, "of": 0, "low": None, "high": None}

@@ -7,6 +7,7 @@ from magicsim.detectors.grasp import GraspStage
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.robot.gripper import Gripper
 from magicsim.scenes.scene import load_scene
+from magicsim.task.flashlight import Flashlight, Since
 from magicsim.task.item import Item
 from magicsim.task.policy import command
 from magicsim.task.settings import GraspConfig
@@ -29,8 +30,7 @@ CONFIG = GraspConfig(
     hand_mm_s=(900, 900),
 )
 STORY = replace(
-    draw_story(CONFIG, 0), appears=1, near_mm=1.0, y_mm=0.5, twist_deg=0.0, light_before=None, light_held=None,
-    pull=None,
+    draw_story(CONFIG, 0), appears=1, near_mm=1.0, y_mm=0.5, twist_deg=0.0, lights=(), pull=None,
 )  # fmt: skip
 
 
@@ -81,6 +81,24 @@ def test_pull_takes_the_item_out_of_the_fingers(gripper: Gripper):
     assert told[0] == "let_go"
     assert "pulled" in told[1:]
     assert not world.has_item
+
+
+def test_flashlights_follow_what_happens(gripper: Gripper):
+    gripper.reset()
+    begins = {
+        Since.BEGINNING: 0, Since.OFFERED: 1, Since.CLOSING: 4, Since.TRANSPORT: 1, Since.PULL: 1, Since.DELIVERED: 0,
+    }  # fmt: skip
+    lights = tuple(Flashlight(since=since, begin=begin, frames=1, x_mm=25.0) for since, begin in begins.items())
+    late = Flashlight(since=Since.TRANSPORT, begin=4, frames=2, x_mm=25.0)  # after its end
+    world = World(gripper, ITEM, replace(STORY, lights=(*lights, late), pull=2, pull_deg=0.0), CONFIG)
+    stages = [GraspStage.WAITING] * 3 + [GraspStage.CLOSING] * 15 + [GraspStage.TRANSPORTING] * 4
+    told = [
+        world.step(stage, command(stage, is_open=world.is_open)).light
+        for stage in [*stages, GraspStage.SLIPPED, GraspStage.RETURNING]
+    ]
+    # Offered in frame 2, closing from 3 on, transport from 18, pulled from 20 on; nothing is delivered.
+    assert [frame for frame, is_lit in enumerate(told) if is_lit] == [0, 3, 7, 19, 21]
+    assert not gripper.upper.state.flashlight
 
 
 def test_item_that_nobody_takes_is_withdrawn(gripper: Gripper):
