@@ -1,11 +1,13 @@
 """Which columns the rows of a recipe have, and those of recorded frames."""
 
 from dataclasses import replace
+from typing import get_args
 
 from magicsim.dataset.features import Column, array, image, value, vector
 from magicsim.dataset.force_error import as_metadata
 from magicsim.dataset.recipes.draw import drawn_names
 from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.light.frame.way import ImageWay, LightWay
 from magicsim.scenes.taxels import TaxelSettings
 
 DRAWN = "drawn."
@@ -32,6 +34,12 @@ def columns_of(recipe: Recipe) -> list[Column]:
             else []
         ),
         *_of_camera(),
+        *(
+            value(
+                f"{what}_way", "string", f"how the renderer made the {what}: {', '.join(get_args(ways)[1:])}; no label"
+            )
+            for what, ways in (("light", LightWay), ("image", ImageWay))
+        ),
         value("iterations", "int32", "Newton iterations of the frame's deformation"),
         value("min_jacobian", "float64", "smallest Jacobian of the deformation, above 0"),
         value("max_penetration_mm", "float64", "deepest contact point inside the object [mm]"),

@@ -122,6 +122,8 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         "flashlight": state.flashlight,
         "flashlight_x_mm": scene.rig.flashlight.x_mm + state.light_x_mm,
         "passing_x_mm": state.passing_mm,
+        "light_way": frame.way.light,
+        "image_way": frame.way.image,
         "iterations": solve.iterations,
         "min_jacobian": solve.min_jacobian,
         "max_penetration_mm": solve.max_penetration_mm,

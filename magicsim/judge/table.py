@@ -92,9 +92,9 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, A
         ("step", pa.int32()), ("file", pa.string()), ("time_s", number), ("is_reference", pa.bool_()),
         ("frame_class", pa.string()), ("gap_mm", number), ("x_mm", number), ("y_mm", number), ("twist_deg", number),
         ("flashlight", pa.bool_()), ("contact", pa.bool_()), ("depth_mm", number), ("force_n", vector),
-        ("torque_nmm", vector), ("contact_area_mm2", number), ("iterations", pa.int32()), ("min_jacobian", number),
-        ("max_penetration_mm", number), ("force_balance", number), ("contact_mask", picture),
-        ("displacements_mm", pa.list_(pa.float32())),
+        ("torque_nmm", vector), ("contact_area_mm2", number), ("light_way", pa.string()), ("image_way", pa.string()),
+        ("iterations", pa.int32()), ("min_jacobian", number), ("max_penetration_mm", number), ("force_balance", number),
+        ("contact_mask", picture), ("displacements_mm", pa.list_(pa.float32())),
     ]  # fmt: skip
     if marked:
         fields += [(name, pa.list_(pa.list_(number))) for name in ("markers_mm", "markers_px")]
@@ -128,6 +128,8 @@ def _row(frame: SimulatedFrame) -> dict[str, Any]:
         "force_n": list(truth.force_n),
         "torque_nmm": list(truth.torque_nmm),
         "contact_area_mm2": truth.contact_area_mm2,
+        "light_way": frame.way.light,
+        "image_way": frame.way.image,
         "iterations": solve.iterations,
         "min_jacobian": solve.min_jacobian,
         "max_penetration_mm": solve.max_penetration_mm,

@@ -19,6 +19,7 @@ from magicsim.light.frame.anchored_image import anchored_image
 from magicsim.light.frame.frame_image import Look, own_field
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.frame.shared_noise import REACH_PX
+from magicsim.light.frame.way import ALONE, UNTOUCHED, LightWay, Way
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
@@ -105,9 +106,18 @@ class Renderer(PlainRenderer):
         Raises:
             RenderError: The image holds values that are not finite.
         """
+        return self.made(view)[0]
+
+    def made(self, view: View) -> tuple[FloatImage, Way]:
+        """As `radiance`, and by which way it was made.
+
+        Raises:
+            RenderError: The image holds values that are not finite.
+        """
         if not self._is_anchored:
-            return self.plain_radiance(view)
-        return self._film.seen(checked(self._ideal(self._within_reach(view))))
+            return self.plain_radiance(view), ALONE
+        ideal, way = self._ideal(self._within_reach(view))
+        return self._film.seen(checked(ideal)), way
 
     def metered(self) -> FloatImage:
         """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
@@ -180,30 +190,32 @@ class Renderer(PlainRenderer):
     def _is_anchored(self) -> bool:
         return self.estimator == "fluence" and self.settings.anchor_samples > 0
 
-    def _ideal(self, view: View) -> FloatImage:
-        """Radiance of the window of the ideal image that is looked at, shape (rows, columns, 3)."""
+    def _ideal(self, view: View) -> tuple[FloatImage, Way]:
+        """Radiance of the window of the ideal image that is looked at, shape (rows, columns, 3); how it was made."""
         inner, columns, rows = self._film.window, self._film.columns, self._film.rows
         careful = self.careful()
         if view.is_untouched:
-            return np.asarray(inner.of(careful.image))
+            return np.asarray(inner.of(careful.image)), UNTOUCHED
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
         rest, placed, light_x_mm = self.light(View()), self._placed(view), view.flashlight_x_mm
         is_moved = self._is_moved(view, placed)
-        field = self._light(view, placed, is_moved=is_moved)
+        field, light_way = self._light(view, placed, is_moved=is_moved)
+        way = Way(light=light_way, image="recorded")
         look = Look(
             world=rest, outside=self._outside(placed, light_x_mm), field=field, samples=self.settings.samples,
             seed=self.seed,
         )  # fmt: skip
         if not is_moved:
             before = look.through(careful, own_field(rest, careful), pixels)
-            return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32)
+            return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32), way
         changed, traced = self._changed(view, placed, pixels), None
         if changed.any():
             traced = self.light(view).gather_pixels(
                 field, pixels[changed], samples=self.settings.samples, seed=self.seed
             )
             dr.eval(traced)  # begins, while the rest is computed
+            way = replace(way, image="traced")
         cheap = self.cheap()
         before, known = (look.through(each, own_field(rest, each), pixels) for each in (careful, cheap))
         now = known.copy()
@@ -211,14 +223,14 @@ class Renderer(PlainRenderer):
             now[changed] = np.array(traced, np.float64).T
         images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
         found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
-        return np.asarray(inner.within(around).of(found))
+        return np.asarray(inner.within(around).of(found)), way
 
     def _is_moved(self, view: View, placed: Array | None) -> bool:
         """Whether a view needs paths through the block as it is deformed."""
         return not view.is_undeformed or _reaches(placed) or not self.leaves_out_unmoved
 
-    def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> LightField:
-        """Light in the block and on the object."""
+    def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> tuple[LightField, LightWay]:
+        """Light in the block and on the object, and by which way it was made."""
         rest, careful, cheap = self.light(View()), self.careful(), self.cheap()
         particles, seed = self.settings.particles, self.seed
         if not is_moved:
@@ -226,19 +238,19 @@ class Renderer(PlainRenderer):
             free = free_light(rest, outside, careful, cheap, particles=particles, seed=seed)
             field = self._arrived(view, rest, outside, free)
             lit = rest.with_lit_object(field, particles=particles, seed=seed, outside=outside)
-            return self._gathered(view, field, lit)
+            return self._gathered(view, field, lit), "outside"
         # First, as a dent without an object is seen in the scene of the untouched block.
         before = self._before_contact(self._free(view, placed))
         touched = self.light(view)
         contact = self._contact(placed)
         if view.is_released and contact is None and not self.elastomer.design.is_opaque:
             contact = NO_CONTACT
-        field = touched_light(
+        field, way = touched_light(
             touched, before, careful, contact, least=self.settings.light_change,
             particles=particles, seed=seed,
         )  # fmt: skip
         field = self._arrived(view, touched, None, field)
-        return self._gathered(view, field, touched.with_lit_object(field, particles=particles, seed=seed))
+        return self._gathered(view, field, touched.with_lit_object(field, particles=particles, seed=seed)), way
 
     def _free(self, view: View, placed: Array | None) -> Array | None:
         """The object where it last did not touch."""

@@ -8,6 +8,7 @@ from magicsim.arrays import FloatImage
 from magicsim.camera.stream import CameraMemory
 from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
+from magicsim.light.frame.way import Way
 from magicsim.robot.moment import FULL, Moment
 from magicsim.scenes.rig import DARK, Camera
 from magicsim.scenes.scene import OutputSettings
@@ -33,7 +34,7 @@ class Darkroom:
         self.sensor = sensor
         self._output = output
         self._shot: Shot | None = None
-        self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage]] = {}
+        self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage, Way]] = {}
         self._strips: Darkroom | None = None
 
     def develop(self, moment: Moment) -> SimulatedFrame:
@@ -48,6 +49,7 @@ class Darkroom:
             self._lit(moment),
             self._memory(moment),
             moment.at,
+            way=self._made(moment.state, moment.deformation)[1],
             displacements_mm=(
                 self.sensor.printed_displacements_mm(moment.deformation) if self._output.displacements else None
             ),
@@ -134,9 +136,12 @@ class Darkroom:
         return self._strips
 
     def _radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
+        return self._made(state, deformation)[0]
+
+    def _made(self, state: FrameState, deformation: Deformation) -> tuple[FloatImage, Way]:
         key = (state, id(deformation))  # the deformation is kept beside, so that no other one gets its id
         if key not in self._seen:
             while len(self._seen) >= REMEMBERED:
                 del self._seen[next(iter(self._seen))]
-            self._seen[key] = (deformation, self.sensor.radiance(state, deformation))
-        return self._seen[key][1]
+            self._seen[key] = (deformation, *self.sensor.made(state, deformation))
+        return self._seen[key][1:]

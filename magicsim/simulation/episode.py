@@ -13,6 +13,7 @@ from magicsim.arrays import Array, Frame, Mask
 from magicsim.errors import OutputError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
+from magicsim.light.frame.way import UNKNOWN, Way
 from magicsim.notebook.pictures import picture_row
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
@@ -100,6 +101,8 @@ class SimulatedFrame:
     truth: FrameTruth
     labels: FrameLabels
     """What was asked for beside them; the properties below refuse what was not."""
+    way: Way = UNKNOWN
+    """How light and image were made, of which a network must not learn."""
 
     @property
     def contact_mask(self) -> Mask:

@@ -14,6 +14,7 @@ from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.linear.factorise import on_one_blas_thread
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.light.frame.way import UNKNOWN, Way
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import FrameState
@@ -59,6 +60,7 @@ class Shot:
         *,
         displacements_mm: npt.NDArray[np.float32] | None,
         is_reference: bool,
+        way: Way = UNKNOWN,
         markers_mm: npt.NDArray[np.float64] | None = None,
         touch: TouchFields | None = None,
     ) -> tuple[SimulatedFrame, CameraMemory]:
@@ -72,6 +74,7 @@ class Shot:
             at: Which frame of which stream; each has noise of its own.
             displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
             is_reference: Whether the frame makes the references.
+            way: How the radiance was made.
             markers_mm: Centres of the markers, shape (markers, 3) [mm], where there are any.
             touch: Fields of touch, where they are asked for.
         """
@@ -93,5 +96,6 @@ class Shot:
                 markers_px=project_px(markers_mm, self.design, self.rig) if markers_mm is not None else None,
                 touch=touch,
             ),
+            way=way,
         )
         return frame, later

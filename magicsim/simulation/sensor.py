@@ -28,6 +28,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.rigid_object import ObjectBase
+from magicsim.light.frame.way import Way
 from magicsim.light.passing.renderer import PassingRenderer
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.renderer import Renderer
@@ -281,11 +282,15 @@ class Sensor:
             facing_mm=state.facing_mm, passing_mm=state.passing_mm, is_released=not can_touch(state),
         )  # fmt: skip
 
-    @on_one_blas_thread
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
+        return self.made(state, deformation)[0]
+
+    @on_one_blas_thread
+    def made(self, state: FrameState, deformation: Deformation | Displacement) -> tuple[FloatImage, Way]:
+        """As `radiance`, and by which way it was made."""
         view = self.view(state, deformation)
-        return (self.renderer if view.facing_mm is None else self._facing_renderer()).radiance(view)
+        return (self.renderer if view.facing_mm is None else self._facing_renderer()).made(view)
 
     def _facing_renderer(self) -> Renderer:
         """For views with another finger; built with the first of them."""

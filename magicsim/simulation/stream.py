@@ -8,6 +8,7 @@ from itertools import accumulate
 from magicsim.arrays import FloatImage
 from magicsim.camera.stream import Instant
 from magicsim.deform.deformation import Deformation
+from magicsim.light.frame.way import Way
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, reference_states
 from magicsim.simulation.episode import Episode, SimulatedFrame
@@ -55,36 +56,41 @@ class RenderedState:
     deformation: Deformation
     radiance: FloatImage
     """Linear radiance, shape (rows, columns, 3); the same array for all frames that look the same."""
+    way: Way
+    """How it was made."""
     index: int
     """Place in the stream, reference frames included."""
     is_reference: bool
 
 
-def stream_states(sensor: Sensor, plan: ScenePlan, untouched: FloatImage) -> Iterator[RenderedState]:
+def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, Way]) -> Iterator[RenderedState]:
     """Rendered states of an episode in order: the references, then what the plan lists.
 
     Args:
         sensor: That of the scene.
         plan: Which work to do.
-        untouched: Radiance of the sensor at rest, shape (rows, columns, 3).
+        untouched: Radiance of the sensor at rest, shape (rows, columns, 3), and how it was made.
     """
     scene = plan.scene
     for index, state in enumerate(reference_states(scene)):
         still = as_seen(scene.design, state) == UNTOUCHED
-        radiance = untouched if still else sensor.radiance(state, sensor.rest)
-        yield RenderedState(state=state, deformation=sensor.rest, radiance=radiance, index=index, is_reference=True)
+        radiance, way = untouched if still else sensor.made(state, sensor.rest)
+        yield RenderedState(
+            state=state, deformation=sensor.rest, radiance=radiance, way=way, index=index, is_reference=True
+        )
     reused = {frame.same_as for frame in plan.frames}
-    radiances = {UNTOUCHED_FRAME: untouched}
+    made = {UNTOUCHED_FRAME: untouched}
     deformation = sensor.rest
     for number, frame in enumerate(plan.frames):
         deformation = _deformation(sensor, frame, deformation)
-        radiance = radiances[frame.same_as] if frame.same_as is not None else sensor.radiance(frame.state, deformation)
+        found = made[frame.same_as] if frame.same_as is not None else sensor.made(frame.state, deformation)
         if number in reused:
-            radiances[number] = radiance
+            made[number] = found
         yield RenderedState(
             state=frame.state,
             deformation=deformation,
-            radiance=radiance,
+            radiance=found[0],
+            way=found[1],
             index=scene.references + number,
             is_reference=False,
         )
@@ -96,8 +102,8 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     A camera with a history (`Camera.history`) makes another frame of a state that returns, so all are exposed in order.
     """
     scene = plan.scene
-    untouched = sensor.radiance(UNTOUCHED, sensor.rest)
-    shot = Shot.of(scene.design, scene.rig, scene.output, sensor_camera(sensor, untouched))
+    untouched = sensor.made(UNTOUCHED, sensor.rest)
+    shot = Shot.of(scene.design, scene.rig, scene.output, sensor_camera(sensor, untouched[0]))
     memory = shot.camera.begin(scene.frames_per_second)
     touch = sensor.touch_truth(scene.output.taxels) if scene.output.taxels is not None else None
     for each in stream_states(sensor, plan, untouched):
@@ -115,6 +121,7 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             at,
             displacements_mm=sensor.printed_displacements_mm(each.deformation) if scene.output.displacements else None,
             is_reference=each.is_reference,
+            way=each.way,
             markers_mm=sensor.markers_mm(each.deformation),
             touch=touch.fields(each.deformation) if touch is not None else None,
         )

@@ -43,9 +43,9 @@ def film_take(scene: SceneConfig) -> Take:
         MagicsimError: The design, a deformation or an image is not valid.
     """
     sensor = Sensor.for_scene(scene, untouched=shared_states())
-    untouched = sensor.radiance(UNTOUCHED, sensor.rest)
+    untouched = sensor.made(UNTOUCHED, sensor.rest)
     frames = list(stream_states(sensor, plan_scene(scene), untouched))
-    return assembled(frames, lambda each: each.radiance, first=untouched, room=room_radiance(sensor, untouched))
+    return assembled(frames, lambda each: each.radiance, first=untouched[0], room=room_radiance(sensor, untouched[0]))
 
 
 def assembled(

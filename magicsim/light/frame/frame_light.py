@@ -17,6 +17,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.frame.anchored_light import Expected, anchored_light
 from magicsim.light.frame.contact_share import contact_share
 from magicsim.light.frame.room_change import room_change
+from magicsim.light.frame.way import LightWay
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_light
 from magicsim.light.transport.light_field import LightField, total
@@ -88,8 +89,8 @@ class Before:
 def touched_light(
     world: LitWorld, before: Before, careful: Untouched, contact: SurfaceMesh | None, *, least: float,
     particles: int, seed: int,
-) -> LightField:  # fmt: skip
-    """Light in the deformed block and on the object.
+) -> tuple[LightField, LightWay]:  # fmt: skip
+    """Light in the deformed block and on the object, and by which way it was made.
 
     Args:
         world: The scene of the frame.
@@ -106,7 +107,7 @@ def touched_light(
     expected = _expected(world, contact) if contact is not None else None
     if expected is not None and world.voxels is None and expected.size(before.careful.fluence) < least:
         lamp = {name: count for name, count in shares.items() if name == FLASHLIGHT}
-        return total([before.careful, *world.light_fields(lamp, seed=seed).values()])
+        return total([before.careful, *world.light_fields(lamp, seed=seed).values()]), "before contact"
     fields = world.light_fields(shares, seed=seed)
     flashlight = fields.pop(FLASHLIGHT, None)
     now = total([world.darkness(), *fields.values()])
@@ -116,7 +117,7 @@ def touched_light(
         expected=expected,
     )  # fmt: skip
     anchored = replace(total(list(found.values())), irradiance=now.irradiance)
-    return total([anchored, *([flashlight] if flashlight is not None else [])])
+    return total([anchored, *([flashlight] if flashlight is not None else [])]), "traced"
 
 
 def _expected(world: LitWorld, contact: SurfaceMesh) -> Expected:

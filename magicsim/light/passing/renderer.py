@@ -14,6 +14,7 @@ from magicsim.arrays import Array, FloatImage
 from magicsim.light.frame.anchored_image import anchored_change
 from magicsim.light.frame.frame_image import own_field
 from magicsim.light.frame.shared_noise import REACH_PX
+from magicsim.light.frame.way import UNTOUCHED, Way
 from magicsim.light.passing.brought import PassingLook, brought
 from magicsim.light.passing.passing_light import PassingLight
 from magicsim.light.renderer import Renderer
@@ -29,17 +30,18 @@ class PassingRenderer(Renderer):
 
     _passer: PassingLight | None = None
 
-    def radiance(self, view: View) -> FloatImage:
-        """Linear radiance of what is read out, shape (rows, columns, 3), with what passes in the room.
+    def made(self, view: View) -> tuple[FloatImage, Way]:
+        """Linear radiance of what is read out, shape (rows, columns, 3), with what passes in the room; how it was made.
 
         Raises:
             RenderError: The image holds values that are not finite.
         """
-        still = super().radiance(view)
+        still, way = super().made(view)
         if view.passing_mm is None:
-            return still
+            return still, way
         change = self._change(self._within_reach(view), self._placed_light(view.passing_mm))
-        return np.asarray(np.maximum(still + self._film.seen(change), 0), np.float32)
+        found = np.asarray(np.maximum(still + self._film.seen(change), 0), np.float32)
+        return found, Way(light="outside", image="recorded") if way == UNTOUCHED else way
 
     def _placed_light(self, x_mm: float) -> PassingLight:
         if self._passer is None:

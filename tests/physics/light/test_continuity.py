@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT
+from magicsim.light.frame.way import ALONE
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.plan import can_touch
@@ -63,6 +64,23 @@ def test_without_the_bound_the_noise_would_tell():
     assert far_noise(sensor_of(dark, "render.still_mm=0", "render.reuse_mm=0"), TOUCHES_MM) > 3 * far_noise(
         sensor_of(dark), TOUCHES_MM
     )
+
+
+def test_every_frame_says_how_it_was_made():
+    sensor = sensor_of()
+
+    def way(each, deformation):
+        found = sensor.made(each, deformation)[1]
+        return found.light, found.image
+
+    still_there = sensor.rest
+    touch = state(-0.05)
+    assert way(UNTOUCHED, still_there) == ("untouched", "untouched")
+    assert way(state(0.003), still_there) == ("outside", "recorded")
+    assert way(state(1e6), still_there) == ("untouched", "untouched")  # too far to be seen
+    assert way(touch, sensor.deform(touch, sensor.rest)) == ("before contact", "traced")
+    alone = sensor_of("render.anchor_samples=0")
+    assert alone.made(UNTOUCHED, alone.rest)[1] == ALONE
 
 
 @pytest.mark.parametrize("flashlight", [False, pytest.param(True, marks=pytest.mark.slow)])

@@ -18,21 +18,27 @@ COVERED = ("object={kind='box',size_mm=[40,50,10]}", "keyframes=[{frame=0,gap_mm
 TRACED, LEFT_OUT = "render.light_change=0", "render.light_change=1"
 
 
-def image(scene):
+def made(scene):
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
-    return sensor.radiance(state, sensor.deform(state, sensor.rest)).astype(np.float64)
+    return sensor.made(state, sensor.deform(state, sensor.rest))
+
+
+def image(scene):
+    return made(scene)[0].astype(np.float64)
 
 
 def light_touch(depth_mm):
     return f"keyframes=[{{frame=0,gap_mm=-{depth_mm}}}]"
 
 
-def test_how_much_of_the_face_is_covered_decides(small_scene):
-    light = [image(small_scene("pressed", *CHEAP, light_touch(0.05), *more)) for more in ((), (TRACED,), (LEFT_OUT,))]
-    assert np.array_equal(light[0], light[2])
-    assert not np.array_equal(light[0], light[1])
-    covered = [image(small_scene("pressed", *CHEAP, *COVERED, *more)) for more in ((), (TRACED,))]
-    assert np.array_equal(covered[0], covered[1])
+def test_how_much_of_the_face_is_covered_decides_and_frames_say_so(small_scene):
+    light = [made(small_scene("pressed", *CHEAP, light_touch(0.05), *more)) for more in ((), (TRACED,), (LEFT_OUT,))]
+    assert np.array_equal(light[0][0], light[2][0])
+    assert not np.array_equal(light[0][0], light[1][0])
+    assert [way.light for _, way in light] == ["before contact", "traced", "before contact"]
+    covered = [made(small_scene("pressed", *CHEAP, *COVERED, *more)) for more in ((), (TRACED,))]
+    assert np.array_equal(covered[0][0], covered[1][0])
+    assert [way.light for _, way in covered] == ["traced", "traced"]
 
 
 def test_a_scattering_body_is_always_traced(small_scene):

@@ -26,6 +26,12 @@ def rows(whole: Path) -> list[dict]:
     ]
 
 
+def test_how_a_frame_was_made_is_no_label(frames: FrameTable, whole: Path, tmp_path: Path):
+    assert not [each.name for each in frames.columns if each.name.endswith("_way")]
+    asked = open_frames(whole, ["light_way", "image_way"], keep=tmp_path / "ways")
+    assert set(asked[0]) == {"light_way", "image_way"}
+
+
 def test_every_row_comes_decoded(frames: FrameTable, rows: list[dict]):
     assert len(frames) == len(rows)
     for number in (3, 0, len(rows) - 1):

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -15,6 +16,7 @@ from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.frame_class import FrameClass
 from magicsim.judge.table import frame_file, write_lattice, write_table
 from magicsim.judge.verdicts import Judgement
+from magicsim.light.frame.way import Way
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures
@@ -90,6 +92,13 @@ def test_truth_comes_back_with_its_units_in_the_column_names(tmp_path: Path, epi
     assert row["time_s"] == pytest.approx(0.2)
     assert (row["iterations"], row["min_jacobian"]) == (9, 0.8)
     assert row["contact"] is True
+
+
+def test_frames_say_how_light_and_image_were_made_and_nothing_where_nobody_knows(tmp_path: Path, episode: Episode):
+    made = replace(episode.frames[3], way=Way(light="before contact", image="traced"))
+    table = written(tmp_path, replace(episode, frames=(*episode.frames[:3], made)))
+    assert table["light_way"].to_pylist() == ["", "", "", "before contact"]
+    assert table["image_way"].to_pylist() == ["", "", "", "traced"]
 
 
 def test_absent_object_has_a_gap_that_is_no_number(tmp_path: Path, episode: Episode):
