@@ -121,6 +121,7 @@ FIGURES = (
     "python benchmarks/grasp_lift.py --out docs/benchmarks/grasp-lift.json",
     "python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json",
     "python benchmarks/depth_cost.py --out docs/benchmarks",
+    "python benchmarks/first_frame.py --out docs/benchmarks/first-frame.json",
     "python benchmarks/detail.py --out docs/benchmarks/detail.json",
     "python benchmarks/face_facets.py --out docs/benchmarks/face-facets.json",
     "python benchmarks/overlap.py --count 2000 --out docs/benchmarks/overlap.json",
