@@ -11,14 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.config.presets import expanded, is_file, is_folder
-from magicsim.config.toml_paths import MESH_KEYS, is_picture, read_with_paths
+from magicsim.config.toml_paths import FILE_KEYS, is_picture, read_with_paths
 from magicsim.errors import ConfigError
 from magicsim.folder.hashing import sha256_of
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 """What tells that a file is a mesh."""
-OF_KIND = {"mesh": MESH_KEYS, "picture": ("file",), "height_map": ("file",)}
-"""Keys that name a file or a folder, by the `kind` of their table."""
 CONTENT = "content of files"
 """Key of the hashes in what is hashed; no model has a field with blanks."""
 MATERIALS = re.compile(rb"^mtllib[ \t]+(.+?)[ \t\r]*$", re.MULTILINE)
@@ -73,7 +71,7 @@ def _names(value: object) -> Iterator[str]:
         if value.lower().endswith(".toml"):
             yield value
     elif isinstance(value, Mapping):
-        keys = OF_KIND.get(str(value.get("kind")), ())
+        keys = FILE_KEYS.get(str(value.get("kind")), ())
         rooms = value.get("rooms")
         yield from (value[key] for key in keys if isinstance(value.get(key), str))
         yield from filter(is_picture, [value.get("room"), *(rooms if isinstance(rooms, list | tuple) else ())])

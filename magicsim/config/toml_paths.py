@@ -11,8 +11,8 @@ from typing import Any
 from magicsim.config.documents import read_toml
 from magicsim.config.presets import expanded, is_file, is_folder
 
-MESH_KEYS = ("path", "folder")
-"""Keys of a table with `kind = "mesh"`."""
+FILE_KEYS = {"mesh": ("path", "folder"), "picture": ("file",), "height_map": ("file",)}
+"""Keys that name a file or a folder, by the `kind` of their table: objects, markers, faces."""
 ROOM_SUFFIXES = (".png", ".jpg", ".jpeg")
 """What tells that a `room` is a file."""
 
@@ -33,7 +33,7 @@ def _placed(value: object, folder: Path) -> Any:  # noqa: ANN401 - whatever the 
     if not isinstance(value, Mapping):
         return value
     table = {key: _placed(each, folder) for key, each in value.items()}
-    keys = list(MESH_KEYS) if table.get("kind") == "mesh" else []
+    keys = [*FILE_KEYS.get(str(table.get("kind")), ())]
     if is_picture(table.get("room")):
         keys.append("room")
     if isinstance(table.get("rooms"), list):

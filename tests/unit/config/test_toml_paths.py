@@ -1,9 +1,15 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
-from magicsim.config.toml_paths import read_with_paths
+from magicsim.config.named_files import named_files
+from magicsim.config.presets import preset_root
+from magicsim.config.toml_paths import FILE_KEYS, read_with_paths
 from magicsim.dataset.recipes.recipe import load_recipe
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign, load_design
 from magicsim.geometry.objects.kinds import find_object
 from magicsim.scenes.scene import load_scene
 
@@ -37,6 +43,58 @@ def test_folder_of_meshes_of_a_recipe_is_found_beside_it(folder: Path):
     text = (Path(__file__).parents[1] / "dataset" / "small.toml").read_text()
     (folder / "recipe.toml").write_text(f'{text}\n[[objects]]\nkind = "mesh"\nfolder = "meshes"\n')
     assert load_recipe(folder / "recipe.toml").objects[-1].folder == str(folder / "meshes")
+
+
+@pytest.fixture
+def design(folder: Path) -> Path:
+    """A design whose face and markers are files of its folder."""
+    (folder / "art").mkdir()
+    np.save(folder / "art" / "hill.npy", np.outer(np.hanning(9), np.hanning(9)) / 10)
+    Image.new("RGBA", (8, 8), (0, 0, 0, 255)).save(folder / "art" / "dots.png")
+    path = folder / "domed.toml"
+    path.write_text(
+        (preset_root() / "geometry" / "mini-magictac.toml").read_text()
+        + '[face]\nkind = "height_map"\nfile = "art/hill.npy"\nfootprint_mm = [24, 32]\n'
+        + '[markers]\nkind = "picture"\nfile = "art/dots.png"\nwidth_mm = 4\n'
+    )
+    return path
+
+
+def assert_whole(design: ElastomerDesign, folder: Path) -> None:
+    assert (design.face.file, design.markers.file) == (str(folder / "art/hill.npy"), str(folder / "art/dots.png"))
+    assert design.face.rise_mm(np.array([[12.0, 16.0]]))[0] == pytest.approx(0.1)
+    assert design.markers.pixels().shape == (8, 8, 4)
+
+
+def test_face_and_markers_of_a_design_are_found_beside_it(folder: Path, design: Path):
+    assert_whole(load_design(design), folder)
+    assert_whole(load_design("../mine/domed.toml", ["skin_mm=0.9"]), folder)
+
+
+def test_face_and_markers_of_a_design_that_a_scene_or_a_setting_names_are_found_beside_it(folder: Path, design: Path):
+    head = 'schema_version = 1\nrig = "digit-rgb"\nobject = "nut.toml"\n'
+    frames = "[[keyframes]]\nframe = 0\ngap_mm = 1.0\n"
+    (folder / "named.toml").write_text(f'{head}design = "domed.toml"\n{frames}')
+    inner = design.read_text().replace("\n[", "\n[design.")
+    (folder / "whole.toml").write_text(f"{head}{frames}[design]\n{inner}")
+    assert_whole(load_scene(folder / "named.toml").design, folder)
+    assert_whole(load_scene(folder / "whole.toml").design, folder)
+    assert_whole(load_scene("rest", [f"design={design}"]).design, folder)
+    assert_whole(load_scene("rest", ["design=../mine/domed.toml"]).design, folder)
+
+
+def test_file_in_a_setting_starts_in_the_current_folder(folder: Path, design: Path):
+    with pytest.raises(ConfigError, match=r"markers\.file = 'art/dots\.png' is not allowed"):
+        load_design(design, ["markers.file=art/dots.png"])
+
+
+def test_every_file_that_counts_for_a_hash_is_found_beside_its_table(folder: Path):
+    for kind, keys in FILE_KEYS.items():
+        for key in keys:
+            (folder / "each.toml").write_text(f'kind = "{kind}"\n{key} = "nut.toml"\n')
+            found = read_with_paths(folder / "each.toml")
+            assert found[key] == str(folder / "nut.toml")
+            assert named_files(found) == {found[key]}
 
 
 def test_path_below_the_current_folder_stays_short(folder: Path, monkeypatch: pytest.MonkeyPatch):
