@@ -9,7 +9,8 @@ One line a frame, in the order of time, references first:
 
 `gap_mm` is the shortest distance from the object's surface to the undeformed contact face, negative when pressed and
 empty without an object; `force_n` the size of the contact force; `is_reference` and `flashlight` are 0 or 1. Files are
-named relative to the folder.
+named relative to the folder. Instead of `force_n`, which is one number here and a vector in episodes and datasets, a
+table may have that vector as `force_x_n`, `force_y_n` and `force_z_n`, or the normal force alone as `force_z_n`.
 """
 
 import csv
@@ -28,6 +29,10 @@ from magicsim.errors import ConfigError
 
 TABLE = "truth.csv"
 COLUMNS = ("file", "is_reference", "gap_mm", "force_n", "flashlight")
+VECTOR = ("force_x_n", "force_y_n", "force_z_n")
+"""Of the object on the sensor, a press is +z [N]."""
+FORCES = (("force_n",), VECTOR, VECTOR[2:])
+"""Columns that a table may have for the force: its size, the vector, or the normal force alone."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +45,7 @@ class Recording:
     gap_mm: npt.NDArray[np.float64]
     """NaN without an object."""
     force_n: npt.NDArray[np.float64]
+    """Size of the contact force, or of its normal part where nothing else is known."""
     flashlight: npt.NDArray[np.bool_]
 
     @property
@@ -72,10 +78,14 @@ def read_recording(folder: Path) -> Recording:
         msg = f"recording '{folder}' holds no readable {TABLE}; it needs the columns {', '.join(COLUMNS)}"
         raise ConfigError(msg) from None
     found = tuple(rows[0]) if rows else ()
-    if set(found) != set(COLUMNS):
-        msg = f"{path}: columns {', '.join(map(str, found)) or 'none'}; must be {', '.join(COLUMNS)}"
+    force = next((each for each in FORCES if set(found) == {*COLUMNS} - {"force_n"} | {*each}), None)
+    if force is None:
+        msg = (
+            f"{path}: columns {', '.join(map(str, found)) or 'none'}; must be {', '.join(COLUMNS)}, or instead of "
+            f"force_n {', '.join(VECTOR)} or {VECTOR[2]} alone"
+        )
         raise ConfigError(msg)
-    values = [_row(path, number, row) for number, row in enumerate(rows, 2)]
+    values = [_row(path, number, row, force) for number, row in enumerate(rows, 2)]
     for name, *_ in values:
         if not is_file(folder / name):
             msg = f"{path}: file '{name}' does not exist"
@@ -95,16 +105,19 @@ def read_recording(folder: Path) -> Recording:
     )
 
 
-def _row(path: Path, number: int, row: dict[str, str | None]) -> tuple[str, bool, float, float, bool]:
+def _row(
+    path: Path, number: int, row: dict[str, str | None], force: tuple[str, ...]
+) -> tuple[str, bool, float, float, bool]:
     file = row["file"] or ""
     if not file:
         msg = f"{path}, line {number}: file is empty"
         raise ConfigError(msg)
+    parts = [_number(path, number, row, name, empty=0.0) for name in force]
     return (
         file,
         _flag(path, number, row, "is_reference"),
         _number(path, number, row, "gap_mm", empty=math.nan),
-        _number(path, number, row, "force_n", empty=0.0),
+        parts[0] if force == ("force_n",) else math.hypot(*parts),
         _flag(path, number, row, "flashlight"),
     )
 

@@ -7,6 +7,7 @@ import pytest
 from magicsim.errors import ConfigError, FrameError, OutputError
 from magicsim.frame_class import FrameClass
 from magicsim.judge.recorded import read_episode
+from magicsim.judge.recording import read_recording
 from magicsim.judge.table import TABLE, frame_file, write_table
 from magicsim.report.main_job import write_frames
 from magicsim.scenes.scene import load_scene
@@ -69,6 +70,34 @@ def test_recording_with_true_states_gives_the_classes_of_the_scoring(tmp_path: P
     assert list(found.classes) == [FrameClass.CLEAR, FrameClass.NEAR, FrameClass.CONTACT, FrameClass.LIGHT]
     np.testing.assert_array_equal(found.references[0], images[0])
     np.testing.assert_array_equal(found.frames[2], images[3])
+
+
+@pytest.mark.parametrize(
+    ("columns", "force", "size_n"),
+    [
+        ("force_n", "0.8", 0.8),
+        ("force_z_n", "0.8", 0.8),
+        ("force_x_n,force_y_n,force_z_n", "0.3,0,0.4", 0.5),
+        ("force_z_n,force_x_n,force_y_n", "0.4,0.3,", 0.5),
+    ],
+)
+def test_force_of_a_recording_is_a_size_a_vector_or_the_normal_force(
+    tmp_path: Path, columns: str, force: str, size_n: float
+):
+    for number in range(2):
+        assert cv2.imwrite(str(tmp_path / f"{number}.png"), np.zeros((16, 12, 3), np.uint8))
+    none = "," * columns.count(",")
+    lines = [f"file,is_reference,gap_mm,flashlight,{columns}", f"0.png,1,,0,{none}", f"1.png,0,-0.5,0,{force}"]
+    (tmp_path / "truth.csv").write_text("\n".join(lines))
+    assert read_recording(tmp_path).force_n.tolist() == pytest.approx([0, size_n])
+    assert list(read_episode(tmp_path).classes) == [FrameClass.CONTACT]
+
+
+@pytest.mark.parametrize("columns", ["force_x_n,force_z_n", "force_n,force_z_n", "force_x_n", "fz"])
+def test_table_with_other_columns_of_force_says_which_there_may_be(tmp_path: Path, columns: str):
+    (tmp_path / "truth.csv").write_text(f"file,is_reference,gap_mm,flashlight,{columns}\n0.png,1,,0,1,1\n")
+    with pytest.raises(ConfigError, match="or instead of force_n force_x_n, force_y_n, force_z_n or force_z_n alone"):
+        read_recording(tmp_path)
 
 
 def test_label_that_was_not_asked_for_says_what_to_set(episode):
