@@ -11,7 +11,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parents[1] / "magicsim"
 MAKES = {
     "wording": "text", "errors": "one line each", "conventions": "units, frames", "frame_class": "true classes",
-    "config": "TOML to models", "folder": "whole results", "notebook": "tables, curves", "sampling": "random numbers",
+    "config": "TOML to models", "folder": "whole results", "notebook": "tables, curves", "waiting": "signs of life",
+    "sampling": "random numbers",
     "geometry": "meshes, distances", "camera": "8-bit frames", "scenes": "what happens",
     "deform": "displacements, forces", "light": "radiance",
     "simulation": "labelled frames", "workers": "many processes", "judge": "scored verdicts",

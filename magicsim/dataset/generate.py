@@ -27,6 +27,7 @@ from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
+from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Prepare
 from magicsim.workers.options import WorkerOptions, choose_workers
 from magicsim.workers.tasks import run_tasks
@@ -93,6 +94,7 @@ def generate_dataset(
     simulator: Simulator | None = None,
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[Standing], None] | None = None,
+    told: Told = on_stderr,
 ) -> DatasetSummary:
     """Writes a dataset, or the rest of one.
 
@@ -104,13 +106,29 @@ def generate_dataset(
         simulator: What makes rows.
         announce: Told what is left to do, before it is begun.
         progress: Told after every episode.
+        told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
         ConfigError: Drawn values are not allowed together, or the camera's codec is not installed.
         OutputError: The folder is not ours, holds another dataset, or cannot be written; what is finished is kept.
     """
-    options = options or choose_workers(None, timeout_s=recipe.timeout_s)
-    simulator = simulator or Simulator()
+    with waiting("making a dataset", told if progress is None else unheard) as share:
+        return _generated(
+            recipe, out, options or choose_workers(None, timeout_s=recipe.timeout_s), simulator or Simulator(),
+            resume=resume, announce=announce, progress=progress or (lambda now: share(now.done, now.total)),
+        )  # fmt: skip
+
+
+def _generated(
+    recipe: Recipe,
+    out: Path,
+    options: WorkerOptions,
+    simulator: Simulator,
+    *,
+    resume: bool,
+    announce: Callable[[Estimate], None] | None,
+    progress: Callable[[Standing], None],
+) -> DatasetSummary:
     check_codec(recipe.rig.camera.compression)
     episodes = draw_episodes(recipe)
     _draw_once(episodes, range(min(len(episodes), CHECKED_FIRST)))
@@ -183,7 +201,7 @@ def _complete(
     left: npt.NDArray[np.int64],
     options: WorkerOptions,
     simulator: Simulator,
-    progress: Callable[[Standing], None] | None,
+    progress: Callable[[Standing], None],
 ) -> DatasetSummary:
     start = time.perf_counter()
     assembly.write_manifest()
@@ -195,18 +213,17 @@ def _complete(
             assembly.take(outcome)
             added = recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
             frames += added
-            if progress is not None:
-                progress(
-                    Standing(
-                        done=done,
-                        episode=outcome.key,
-                        total=len(left),
-                        failed=assembly.failed,
-                        frames=frames,
-                        episode_frames=added,
-                        episode_seconds=outcome.seconds,
-                    )
+            progress(
+                Standing(
+                    done=done,
+                    episode=outcome.key,
+                    total=len(left),
+                    failed=assembly.failed,
+                    frames=frames,
+                    episode_frames=added,
+                    episode_seconds=outcome.seconds,
                 )
+            )
     assembly.write_manifest()
     assembly.ledger.close()
     seconds = time.perf_counter() - start

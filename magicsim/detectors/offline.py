@@ -14,6 +14,7 @@ from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.detectors.sources.source import SourceFrame, read_source, source_kind
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError
+from magicsim.waiting import Told, on_stderr, waiting
 
 _LOG = logging.getLogger(__name__)
 
@@ -24,6 +25,7 @@ def detect_sources(
     profile: str | Path | DetectorProfile = "published",
     *,
     frames: int | None = None,
+    told: Told = on_stderr,
 ) -> list[Verdict]:
     """Judge every frame of a source.
 
@@ -34,6 +36,7 @@ def detect_sources(
         reference: The same, of the untouched sensor; its first `reference_count` frames are taken.
         profile: Shipped name, path of a TOML file, or a profile itself.
         frames: Most frames to judge; needed for a camera, which never ends.
+        told: Hears what takes longer than two seconds.
 
     Returns:
         One verdict for each frame, with the frame's name.
@@ -46,7 +49,8 @@ def detect_sources(
     if frames is None and source_kind(source) == "camera":
         msg = f"frames is missing: camera {source} never ends; give the number of frames to judge"
         raise ConfigError(msg)
-    return list(stream_sources(source, reference, profile, frames=frames))
+    with waiting("judging frames", told):
+        return list(stream_sources(source, reference, profile, frames=frames))
 
 
 def stream_sources(

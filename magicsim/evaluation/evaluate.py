@@ -32,6 +32,7 @@ from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig
 from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
 from magicsim.frame_class import FrameClass
 from magicsim.judge.verdicts import COATED
+from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 Progress = Callable[[int, int], None]
 FAULTLESS = "faultless_episodes"
@@ -97,7 +98,9 @@ class Evaluation:
         }
 
 
-def evaluate(suite: SuiteConfig, detector: str | MakeDetector = "calibrated", *, cache: Path) -> Evaluation:
+def evaluate(
+    suite: SuiteConfig, detector: str | MakeDetector = "calibrated", *, cache: Path, told: Told = on_stderr
+) -> Evaluation:
     """Judges a detector on a suite, as `magicsim evaluate` does without a baseline.
 
     Args:
@@ -105,12 +108,13 @@ def evaluate(suite: SuiteConfig, detector: str | MakeDetector = "calibrated", *,
         detector: A class that satisfies `magicsim.evaluation.detector.Detector`; or, as text, the name or file of a
             profile of the built-in detectors, `module:Class`, `file.py:Class`, or the name of an entry point.
         cache: Folder where simulated episodes are kept.
+        told: Hears what takes longer than two seconds.
 
     Raises:
         MagicsimError: No such detector, it fails, or an episode cannot be simulated or read.
     """
     name = detector if isinstance(detector, str) else getattr(detector, "__name__", type(detector).__name__)
-    return evaluate_suite(suite, detector_by(detector), name="suite", detector=name, cache=cache)
+    return evaluate_suite(suite, detector_by(detector), name="suite", detector=name, cache=cache, told=told)
 
 
 def evaluate_suite(
@@ -123,6 +127,7 @@ def evaluate_suite(
     baseline: Baseline | None = None,
     progress: Progress | None = None,
     films: Iterable[list[Footage]] | None = None,
+    told: Told = on_stderr,
 ) -> Evaluation:
     """Judges a detector.
 
@@ -135,21 +140,38 @@ def evaluate_suite(
         baseline: What to compare with.
         progress: Told after every take with the takes done and all takes.
         films: Footage of each take instead of all of the suite's.
+        told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
         MagicsimError: An episode cannot be simulated or read, the detector fails, or the baseline does not fit.
     """
+    with waiting("judging takes", told if progress is None else unheard) as share:
+        return _evaluated(
+            suite, make, name=name, detector=detector, baseline=baseline, progress=progress or share,
+            films=film_suite(suite, cache) if films is None else films,
+        )  # fmt: skip
+
+
+def _evaluated(
+    suite: SuiteConfig,
+    make: MakeDetector,
+    *,
+    name: str,
+    detector: str,
+    baseline: Baseline | None,
+    progress: Progress,
+    films: Iterable[list[Footage]],
+) -> Evaluation:
     start = time.perf_counter()
     total = count_takes(suite)
     coated = suite.design.is_opaque
     episodes: list[JudgedEpisode] = []
     footage: list[Footage] = []
-    for done, take in enumerate(film_suite(suite, cache) if films is None else films, 1):
+    for done, take in enumerate(films, 1):
         footage += take
-        told = [judge_footage(film, make, who=detector) for film in take]
-        episodes += [_without_proximity(each) for each in told] if coated else told
-        if progress is not None:
-            progress(done, max(done, total))
+        judged = [judge_footage(film, make, who=detector) for film in take]
+        episodes += [_without_proximity(each) for each in judged] if coated else judged
+        progress(done, max(done, total))
     conditions = [condition_of(each) for each in episodes]
     standard = [each for each, one in zip(episodes, conditions, strict=True) if one == conditions[0]]
     options: dict[str, Any] = {"resamples": suite.resamples, "seed": suite.seed}

@@ -20,6 +20,7 @@ from magicsim.fit.solve import DETERMINED_SD, UNKNOWN_SD, Solution, scatter, sol
 from magicsim.fit.strengths import Basis, Strengths
 from magicsim.folder import check_file, refuse_unsigned
 from magicsim.scenes.scene import SceneConfig
+from magicsim.waiting import Told, on_stderr, waiting
 
 DEFAULT_FREE = ("body_ior", "infill_ior", "infill_scattering", "body_absorption", "strip_margin")
 """Constants that are fitted where nothing is said."""
@@ -89,6 +90,7 @@ class FitResult:
 def fit_constants(
     scene: SceneConfig, observations: Sequence[Observation], out: Path, *, free: Sequence[str] = DEFAULT_FREE,
     blocks: tuple[int, int] = (8, 6), starts: int = 2, evaluations: int = 12, seed: int = 0,
+    told: Told = on_stderr,
 ) -> FitResult:  # fmt: skip
     """Fits constants and writes the fitted scene and a picture of the residual.
 
@@ -101,11 +103,11 @@ def fit_constants(
         starts: Starts of the search, the scene's own constants first.
         evaluations: Points tried from each start at most, beside those of derivatives.
         seed: Of the other starts.
+        told: Hears what takes longer than two seconds.
 
     Raises:
         MagicsimError: A constant, a scene, an image or the file cannot be used; then nothing is written.
     """
-    start_time = time.perf_counter()
     constants = _checked(free, out, starts=starts, evaluations=evaluations)
     window = scene.rig.camera.window
     check_blocks(blocks, rows=window.rows, columns=window.columns)
@@ -116,6 +118,17 @@ def fit_constants(
         msg = "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark: there is nothing to fit"
         raise ConfigError(msg)
     observed_states(scene, observations)
+    with waiting("fitting constants", told):
+        return _fitted(
+            scene, observations, out, constants, blocks=blocks, starts=starts, evaluations=evaluations, seed=seed
+        )
+
+
+def _fitted(
+    scene: SceneConfig, observations: Sequence[Observation], out: Path, constants: Mapping[str, Constant], *,
+    blocks: tuple[int, int], starts: int, evaluations: int, seed: int,
+) -> FitResult:  # fmt: skip
+    start_time = time.perf_counter()
     equilibria = Equilibria()
     rendered: dict[tuple[float, ...], list[tuple[Basis, Basis]]] = {}
     optical = [place for place, name in enumerate(constants) if name not in CAMERA_ALONE]
@@ -143,15 +156,15 @@ def fit_constants(
         for pair in range(1, PAIRS)
     ]
     rendering = scatter(found.jacobian, [best.residuals, *(each.residuals for each in again)])
-    told = _told(constants, found, rendering)
+    fits = _told(constants, found, rendering)
     from magicsim.fit.residual_plot import plot_residual
 
     picture = _picture(out)
     plot_residual(observations, best, picture)
     fitted = fitted_scene(scene, values, best.strengths, best.images[0])
-    write_scene(out, fitted, comment=_comment(told, found, observations))
+    write_scene(out, fitted, comment=_comment(fits, found, observations))
     return FitResult(
-        out=str(out), picture=str(picture), constants=told, strengths=_by_light(best.strengths),
+        out=str(out), picture=str(picture), constants=fits, strengths=_by_light(best.strengths),
         mean_rms=_rms(best.means), contrast_rms=_rms(best.contrasts), start_rms=start_rms, rms=found.rms,
         restart_rms=found.ends_rms, singular_values=found.singular_values.tolist(),
         weakest=dict(zip(constants, found.weakest.tolist(), strict=True)), evaluations=found.evaluations,

@@ -25,6 +25,7 @@ from magicsim.errors import ConfigError, FrameError, OutputError, unknown_choice
 from magicsim.folder import check_file
 from magicsim.frame_class import FrameClass
 from magicsim.judge.recorded import read_episode
+from magicsim.waiting import Told, on_stderr, waiting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,6 +83,7 @@ def calibrate(
     base: str | Path = "published",
     settings: Sequence[str] = (),
     read: Callable[[Path], Sequence[Episode]] = read_one,
+    told: Told = on_stderr,
 ) -> FitSummary:
     """Fits thresholds, options and widths to labelled episodes and writes them as a profile.
 
@@ -92,6 +94,7 @@ def calibrate(
         base: Profile that gives everything that is not fitted.
         settings: `key=value`: one value or a list for an option that is searched, one value for another of the base.
         read: Episodes of a folder; `magicsim.evaluation.takes.existing.labelled_episodes` reads datasets too.
+        told: Hears what takes longer than two seconds.
 
     Raises:
         MagicsimError: Episodes, settings or the file cannot be used; then nothing is written.
@@ -104,6 +107,17 @@ def calibrate(
         msg = f"profile file '{out}' cannot be written: no such folder"
         raise OutputError(msg)
     start, candidates = _search(load_profile(base), settings)
+    with waiting("fitting a profile", told):
+        return _calibrated(episodes, out, start, candidates, read)
+
+
+def _calibrated(
+    episodes: Sequence[Path],
+    out: Path,
+    start: DetectorProfile,
+    candidates: Candidates,
+    read: Callable[[Path], Sequence[Episode]],
+) -> FitSummary:
     labelled = [episode for folder in episodes for episode in read(folder)]
     fitted = fit_profile(start, labelled, candidates)
     profile = fit_widths(fitted.best.profile, labelled)

@@ -11,6 +11,7 @@ from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.detectors.scoring.score import DetectionScore, score_verdicts
 from magicsim.detectors.verdict import Verdict
 from magicsim.simulation.episode import Episode
+from magicsim.waiting import Told, on_stderr, waiting
 
 FEATURES = ("entropy", "correlation", "similarity")
 """Measures of a frame whose spread at rest is told."""
@@ -51,7 +52,7 @@ class Judgement:
     """`entropy`, `correlation` and `similarity` of the reference frames."""
 
 
-def judge(episode: Episode, profile_name: str) -> Judgement:
+def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Judgement:
     """Verdicts of one profile on the frames after the references, and their score.
 
     Behind an opaque coat every proximity is `Normal`, which says nothing: see `COATED`.
@@ -59,15 +60,17 @@ def judge(episode: Episode, profile_name: str) -> Judgement:
     Args:
         episode: With reference frames.
         profile_name: Profile preset or TOML file.
+        told: Hears what takes longer than two seconds.
 
     Raises:
         FrameError: Too few reference frames, or they show no grid.
         PresetError: No such profile.
     """
     profile = load_profile(profile_name)
-    references = fuse([frame.image for frame in episode.references], profile)
-    resting = detect_all([frame.image for frame in episode.references], references, profile)
-    verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
+    with waiting(f"judging {len(episode.frames)} frames", told):
+        references = fuse([frame.image for frame in episode.references], profile)
+        resting = detect_all([frame.image for frame in episode.references], references, profile)
+        verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
     if episode.scene.design.is_opaque:
         verdicts = [behind_coat(each) for each in verdicts]
     score = score_verdicts(verdicts, [frame.truth.frame_class for frame in episode.scored])

@@ -27,6 +27,7 @@ from magicsim.simulation.marker_truth import MARKERS, MarkerTracks, write_marker
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with
+from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 LOGGER = logging.getLogger(__name__)
 REPORT = "report.html"
@@ -65,21 +66,22 @@ class RunSummary:
     """Folder of all results."""
 
 
-def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None) -> RunSummary:
+def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None, told: Told = on_stderr) -> RunSummary:
     """Simulates a scene, judges it with every standard profile, and writes the episode's folder.
 
     Args:
         scene: What happens.
         out: Folder to write; an earlier result there is replaced at the very end.
         progress: Told after every frame.
+        told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
         MagicsimError: Anything that keeps the episode from being valid, or the folder from being written.
     """
     start = time.perf_counter()
-    with result_folder(out) as folder:
+    with result_folder(out) as folder, waiting("running the scene", told if progress is None else unheard) as share:
         sensor = Sensor.for_scene(scene)
-        episode = simulate_with(sensor, plan_scene(scene), progress=progress)
+        episode = simulate_with(sensor, plan_scene(scene), progress=progress or share)
         before = time.perf_counter()
         judgements, refused = judged(episode)
         judging = time.perf_counter() - before

@@ -22,10 +22,10 @@ from magicsim.robot.live import MAX_SEED
 from magicsim.robot.picture import Picture
 from magicsim.robot.quality import find_quality
 from magicsim.robot.reach import Reach
-from magicsim.robot.waiting import Told, on_stderr
 from magicsim.robot.workspace import Range
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import SimulatedFrame
+from magicsim.waiting import Told, on_stderr, waiting
 
 try:
     import gymnasium
@@ -185,13 +185,15 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         check_number("weight_n", weight, LEAST, MOST)
         check_number("gap_mm", gap, *self.reach.gap_mm)
         load = Load(weight_n=weight, **{name: tuple(value) for name, value in given.items()})
-        if self._gripper is None:
-            self._gripper = Gripper(self._scene, workspace=self.reach.workspace, quality=self.quality, told=self._told)
-        self._gripper.reset(seed=noise)
         start = ObjectPlace(x_mm=place[0], y_mm=place[1], z_mm=place[2])
-        self._lift = Lift(self._gripper, load=load, width_mm=self.reach.width_at_mm(gap), place=start)
-        self._steps = self._held = 0
-        return self._observe(self._lift, np.zeros(2)), self._info(self._lift)
+        with waiting("resetting the environment", self._told):
+            if self._gripper is None:
+                space = self.reach.workspace
+                self._gripper = Gripper(self._scene, workspace=space, quality=self.quality, told=self._told)
+            self._gripper.reset(seed=noise)
+            self._lift = Lift(self._gripper, load=load, width_mm=self.reach.width_at_mm(gap), place=start)
+            self._steps = self._held = 0
+            return self._observe(self._lift, np.zeros(2)), self._info(self._lift)
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Moves the fingers for the time of one frame.
@@ -205,9 +207,14 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if self._lift is None:
             msg = "step is not allowed yet: call reset() first"
             raise ConfigError(msg)
+        with waiting("a step of the environment", self._told):
+            return self._step(self._lift, action)
+
+    def _step(
+        self, lift: Lift, action: npt.NDArray[np.float32]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._begun = time.perf_counter()
-        lift, dt_s = self._lift, 1 / self._scene.frames_per_second
-        before = lift.state
+        before, dt_s = lift.state, 1 / self._scene.frames_per_second
         gap = self.reach.gap_at_mm(before.width_mm)
         asked = np.clip(np.asarray(action, float), -1, 1) * self.speed_mm_s * dt_s
         closing = gap - float(np.clip(gap - asked[0], *self.reach.gap_mm))

@@ -21,9 +21,9 @@ from magicsim.robot.grip.pair import Pair, finger_seed
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
 from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor
 from magicsim.robot.quality import Quality
-from magicsim.robot.waiting import Told, on_stderr
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
+from magicsim.waiting import Told, on_stderr, waiting
 
 __all__ = ["BALANCE_N", "GripFrames", "GripMoment", "GripTruth", "Gripper", "finger_seed"]
 
@@ -81,12 +81,14 @@ class Gripper:
                 f"the closing axis, and they open to {widest:.4g} mm"
             )
             raise ConfigError(msg)
-        self.upper = LiveSensor(scene, workspace=workspace, quality=quality, told=told)
-        facing = _facing(lower or _with_next_pattern(scene), scene.object)
-        self.lower = LiveSensor(facing, workspace=_facing_range(workspace), quality=quality, told=told)
-        self._pair = Pair(self.upper, self.lower, scene.object, sees_other=sees_other)
-        self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
-        self.reset()
+        self._told = told
+        with waiting("building both fingers", told):
+            self.upper = LiveSensor(scene, workspace=workspace, quality=quality, told=told)
+            facing = _facing(lower or _with_next_pattern(scene), scene.object)
+            self.lower = LiveSensor(facing, workspace=_facing_range(workspace), quality=quality, told=told)
+            self._pair = Pair(self.upper, self.lower, scene.object, sees_other=sees_other)
+            self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
+            self.reset()
 
     def reset(self, *, seed: int | None = None) -> None:
         """Fingers open and far from the object, at full light, their streams at the first frame.
@@ -155,10 +157,11 @@ class Gripper:
         self._check_width(width_mm)
         before, asked = self._pair.moments(), place or self.place
         try:
-            if floats:
-                asked = float_between(self._pair, asked, width_mm)
-            else:
-                self._pair.put(asked, width_mm)
+            with waiting("moving the fingers", self._told):
+                if floats:
+                    asked = float_between(self._pair, asked, width_mm)
+                else:
+                    self._pair.put(asked, width_mm)
         except MagicsimError:
             self._pair.go_back(before)
             raise
@@ -197,7 +200,8 @@ class Gripper:
         acting = self._state.load if load is None else load
         before = self._pair.moments()
         try:
-            held = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
+            with waiting("finding where the object rests", self._told):
+                held = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
         except MagicsimError:
             self._pair.go_back(before)
             raise
@@ -234,14 +238,15 @@ class Gripper:
         before, start, limit_n = self.now(), self.width_mm, self.linkage.force_limit_n
         acting = load if load is not None or self.outcome is Hold.PLACED else self._state.load
         pressed = self._pair.normal_n
-        self._go(target, acting, floats=floats)
-        reached = self._pair.normal_n
-        if reached <= limit_n or self.linkage.width_mm(target) >= start:
-            return self.outcome
-        share = max(0.0, (limit_n - pressed) / (reached - pressed)) if reached > pressed else 0.0
-        self.go_back(before)
-        width = start + share * (self.linkage.width_mm(target) - start)
-        self._go(self.linkage.angle_deg(width), acting, floats=floats)
+        with waiting("turning the cranks", self._told):
+            self._go(target, acting, floats=floats)
+            reached = self._pair.normal_n
+            if reached <= limit_n or self.linkage.width_mm(target) >= start:
+                return self.outcome
+            share = max(0.0, (limit_n - pressed) / (reached - pressed)) if reached > pressed else 0.0
+            self.go_back(before)
+            width = start + share * (self.linkage.width_mm(target) - start)
+            self._go(self.linkage.angle_deg(width), acting, floats=floats)
         self._state = replace(self._state, is_stalled=True)
         return self.outcome
 
@@ -260,8 +265,10 @@ class Gripper:
 
     def frames(self) -> GripFrames:
         """The next frame of both fingers, with their common truth."""
-        moments, angle = (self.upper.grab(), self.lower.grab()), self.angle_deg
-        upper, lower = self.upper.develop(moments[0]), self.lower.develop(moments[1])
+        angle = self.angle_deg
+        with waiting("rendering both fingers", self._told):
+            moments = self.upper.grab(), self.lower.grab()
+            upper, lower = self.upper.develop(moments[0]), self.lower.develop(moments[1])
         truth = grip_truth(self._state, upper.truth, lower.truth, angle_deg=angle)
         return GripFrames(upper=upper, lower=lower, truth=truth)
 

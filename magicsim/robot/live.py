@@ -19,7 +19,6 @@ from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
-from magicsim.robot.waiting import Told, on_stderr, waiting
 from magicsim.robot.workspace import Workspace, bounded
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
@@ -27,6 +26,7 @@ from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.truth import frame_truth
+from magicsim.waiting import Told, on_stderr, waiting
 
 MAX_SEED = 2**31
 MIN_FRAME_RATE, MAX_FRAME_RATE = 0.001, 1000

@@ -13,9 +13,10 @@ from magicsim.folder import check_file, result_file
 from magicsim.light.variant import activate_variant
 from magicsim.notebook.pictures import picture_row
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import timeline
+from magicsim.scenes.timeline import FrameState, timeline
 from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
+from magicsim.waiting import Told, on_stderr, waiting
 
 LEAST_ERROR = 1e-6
 """Below the rounding of float32 images."""
@@ -87,7 +88,12 @@ class Rendering:
 
 
 def render(
-    scene: SceneConfig, frame: int = 0, *, basis: bool = False, relative_error: float | None = None
+    scene: SceneConfig,
+    frame: int = 0,
+    *,
+    basis: bool = False,
+    relative_error: float | None = None,
+    told: Told = on_stderr,
 ) -> Rendering:
     """Renders the linear radiance of one scored frame.
 
@@ -97,12 +103,12 @@ def render(
         basis: Whether to render one image for each light.
         relative_error: Repeat the image with new random numbers until its mean is estimated to be so good, see
             `magicsim.light.refinement`; not with `basis`.
+        told: Hears what takes longer than two seconds.
 
     Raises:
         ConfigError: No such frame, or the error is not allowed.
         MagicsimError: The deformation or the image is not valid.
     """
-    start = time.perf_counter()
     states = timeline(scene)
     if not 0 <= frame < len(states):
         msg = f"frame = {frame} is not allowed: must be 0 to {len(states) - 1}"
@@ -112,7 +118,12 @@ def render(
         if basis:
             msg = f"relative_error = {relative_error:g} is not allowed: must be without basis"
             raise ConfigError(msg)
-    state = states[frame]
+    with waiting(f"rendering frame {frame}", told):
+        return _rendered(scene, states[frame], basis=basis, relative_error=relative_error)
+
+
+def _rendered(scene: SceneConfig, state: FrameState, *, basis: bool, relative_error: float | None) -> Rendering:
+    start = time.perf_counter()
     sensor = Sensor.for_scene(scene)
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     view = sensor.view(state, deformation)
@@ -141,7 +152,13 @@ def render(
 
 
 def render_still(
-    scene: SceneConfig, frame: int, out: Path | None, *, basis: bool = False, relative_error: float | None = None
+    scene: SceneConfig,
+    frame: int,
+    out: Path | None,
+    *,
+    basis: bool = False,
+    relative_error: float | None = None,
+    told: Told = on_stderr,
 ) -> Still:
     """Renders as `render`, into a file.
 
@@ -152,6 +169,7 @@ def render_still(
             for each light by name.
         basis: Whether to render one image for each light.
         relative_error: See `render`.
+        told: See `render`.
 
     Raises:
         ConfigError: No such frame, the file has another suffix, or the error is not allowed.
@@ -164,7 +182,7 @@ def render_still(
         raise ConfigError(msg)
     if out is not None:
         check_file(out)
-    found = render(scene, frame, basis=basis, relative_error=relative_error)
+    found = render(scene, frame, basis=basis, relative_error=relative_error, told=told)
     if out is None:
         return found.still
     with result_file(out) as partial, partial.open("wb") as file:

@@ -15,23 +15,28 @@ from magicsim.simulation.episode import Episode, SimulatedFrame
 from magicsim.simulation.labelled_frame import Shot
 from magicsim.simulation.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, as_seen, efforts, plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_camera
+from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 Progress = Callable[[int, int], None]
 """Called after every frame with the work done and all work, in the same arbitrary unit."""
 
 
-def simulate(scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None) -> Episode:
+def simulate(
+    scene: SceneConfig, *, plan: ScenePlan | None = None, progress: Progress | None = None, told: Told = on_stderr
+) -> Episode:
     """Simulates a whole scene.
 
     Args:
         scene: What happens, on which sensor.
         plan: Which work to do; by default only what the scene needs.
         progress: Told after every frame.
+        told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    return simulate_with(Sensor.for_scene(scene), plan or plan_scene(scene), progress=progress)
+    with waiting("simulating", told if progress is None else unheard) as share:
+        return simulate_with(Sensor.for_scene(scene), plan or plan_scene(scene), progress=progress or share)
 
 
 def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None = None) -> Episode:

@@ -34,6 +34,7 @@ from magicsim.sweep.result import DesignResult
 from magicsim.sweep.search.pareto import best_of, costs_of, pareto_front
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.table import rows_of, table_csv, table_parquet
+from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Prepare
 from magicsim.workers.log import log_failures
 from magicsim.workers.options import WorkerOptions, choose_workers
@@ -81,6 +82,7 @@ def run_sweep(
     resume: bool = False,
     judge: Judge | None = None,
     progress: Callable[[int, int, int], None] | None = None,
+    told: Told = on_stderr,
 ) -> SweepSummary:
     """Judges every design of a sweep, or those that an earlier run left, and writes the folder of results.
 
@@ -91,13 +93,28 @@ def run_sweep(
         resume: Whether to go on with the sweep in the folder.
         judge: What judges designs.
         progress: Told after every design: how many ended, how many there are, how many failed.
+        told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
         ConfigError: A field does not exist, or a value is out of its range.
         OutputError: The folder is not ours, holds another sweep, or cannot be written; what is finished is kept.
     """
-    options = options or choose_workers(None, timeout_s=sweep.timeout_s)
-    judge = judge or Judge()
+    with waiting("comparing designs", told if progress is None else unheard) as share:
+        return _compared(
+            sweep, out, options or choose_workers(None, timeout_s=sweep.timeout_s), judge or Judge(), resume=resume,
+            progress=progress or share,
+        )  # fmt: skip
+
+
+def _compared(
+    sweep: SweepConfig,
+    out: Path,
+    options: WorkerOptions,
+    judge: Judge,
+    *,
+    resume: bool,
+    progress: Callable[[int, int, int], None],
+) -> SweepSummary:
     designs = list_designs(sweep)
     chooser = _chooser(sweep)
     FOLDER.check(out, resume=resume)
@@ -186,7 +203,7 @@ class _Call:
     ledger: Ledger
     options: WorkerOptions
     judge: Judge
-    progress: Callable[[int, int, int], None] | None
+    progress: Callable[[int, int, int], None]
 
     def judge_known(self, designs: list[SweptDesign]) -> dict[str, str]:
         """Judges what has no result yet; returns why some have none."""
@@ -219,6 +236,5 @@ class _Call:
                     self.ledger.place(result_name(outcome.key), outcome.result)
                 else:
                     failed[str(outcome.key)] = outcome.failures[-1].message
-                if self.progress is not None:
-                    self.progress(done, count_designs(self.sweep), failed_before + len(failed))
+                self.progress(done, count_designs(self.sweep), failed_before + len(failed))
         return failed

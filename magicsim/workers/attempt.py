@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from magicsim.errors import MagicsimError
+from magicsim.waiting import shown_elsewhere
 from magicsim.workers.outcome import Failure, FailureKind
 
 Prepare = Callable[[int], None]
@@ -50,7 +51,8 @@ def attempt(function: Callable[[Any], Any], task: object, prepare: Prepare | Non
             if prepare is not None and prepare not in _prepared:
                 prepare(threads)
                 _prepared.add(prepare)
-            result = function(task)
+            with shown_elsewhere():  # by whoever gave out the tasks
+                result = function(task)
         except MagicsimError as error:
             failure = Failure(kind=FailureKind.REFUSED, message=_one_line(error), traceback=traceback.format_exc())
         except Exception as error:  # whatever it is, it belongs to this task alone

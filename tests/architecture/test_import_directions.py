@@ -10,7 +10,7 @@ from .source import PACKAGE, ROOT, imports, modules, top_level_imports
 
 LAYERS = {
     "words": {"wording", "conventions", "names", "arrays"},
-    "vocabulary": {"errors", "frame_class"},
+    "vocabulary": {"errors", "frame_class", "waiting"},
     "files": {"config", "folder", "notebook"},
     "block": {"sampling", "geometry"},
     "physics": {"camera", "deform", "scenes"},
@@ -34,6 +34,8 @@ LEAF_OF_DETECTORS = {
     "magicsim.errors",
     "magicsim.frame_class",
     "magicsim.names",
+    "magicsim.waiting",
+    "magicsim.waiting.wait",
     "magicsim.wording",
 }
 RENDERER = {"mitsuba", "drjit"}

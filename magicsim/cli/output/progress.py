@@ -16,6 +16,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from magicsim.waiting import shown_elsewhere
 from magicsim.wording import one_line
 
 TITLE_LENGTH = 120
@@ -28,11 +29,14 @@ FORETOLD = 0.01
 
 @contextmanager
 def show_progress(title: str) -> Iterator[Callable[..., None]]:
-    """Gives a function that takes the work done and all work, in any unit, and a note if there is one."""
+    """Gives a function that takes the work done and all work, in any unit, and a note if there is one.
+
+    What else would say that it takes long is silent within (`magicsim.waiting`).
+    """
     title = one_line(title, TITLE_LENGTH)
     console = Console(stderr=True)
     if not console.is_terminal:
-        with _plain_lines(title) as report:
+        with _plain_lines(title) as report, shown_elsewhere():
             yield report
         return
     columns = (
@@ -40,7 +44,7 @@ def show_progress(title: str) -> Iterator[Callable[..., None]]:
         TimeElapsedColumn(), TimeRemainingColumn(),
         TextColumn("{task.fields[note]}", markup=False),
     )  # fmt: skip
-    with Progress(*columns, console=console) as bar:
+    with Progress(*columns, console=console) as bar, shown_elsewhere():
         task = bar.add_task(title, total=None, note="")
         yield lambda done, total, note="": bar.update(task, completed=done, total=total, note=note)
 

@@ -28,6 +28,7 @@ from magicsim.geometry.grid import Place, symmetric_place
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.durometer_tool import SHAFT_RADIUS_MM, DurometerTool
+from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 Walls = Literal["resolved", "homogenised", "none"]
 LOGGER = logging.getLogger(__name__)
@@ -109,6 +110,7 @@ def durometer(
     step_mm: float = STEP_MM,
     force_tolerance_n: float = FORCE_TOLERANCE_N,
     progress: Progress | None = None,
+    told: Told = on_stderr,
 ) -> DurometerResult:
     """Shore A hardness of a block.
 
@@ -129,6 +131,7 @@ def durometer(
         step_mm: Motion of the cone in one load step [mm].
         force_tolerance_n: Accuracy of the force at equilibrium [N].
         progress: Told after every load step, see `Progress`.
+        told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
         GeometryError: The design cannot be built.
@@ -145,8 +148,8 @@ def durometer(
         step_mm=step_mm,
         force_tolerance_n=force_tolerance_n,
     )
-    told = progress or (lambda *_: None)
-    test, depth, state = _first_equilibrium(design, _attempts(design, setting, walls), told)
+    with waiting("pressing the cone", told if progress is None else unheard) as share:
+        test, depth, state = _first_equilibrium(design, _attempts(design, setting, walls), progress or share)
     return DurometerResult(
         shore_a=100 * (1 - depth / EXTENSION_MM),
         force_n=test.cone_force_n(state),

@@ -25,6 +25,7 @@ from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.kinds import ObjectBase, SphereObject
 from magicsim.notebook.figures import curve, figures_table
+from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 MAX_TWIST_DEG = 360.0
 MAX_TOLERANCE_MM = 0.1
@@ -101,6 +102,7 @@ def press(
     hold_s: float = 0.0,
     tolerance_mm: float = 0.002,
     progress: Progress | None = None,
+    told: Told = on_stderr,
 ) -> PressResult:
     """Presses an object into a block; the path is press, then shear, then twist.
 
@@ -117,6 +119,7 @@ def press(
         hold_s: Time at the end of such a path [s].
         tolerance_mm: Largest penetration at any contact point [mm].
         progress: Told after every iteration, see `Progress`.
+        told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
         ConfigError: A number is not allowed.
@@ -142,7 +145,8 @@ def press(
         lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
         steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     twists = [0.0] * len(steps) if speed_mm_s is not None else [twist for _, twist in stages]
-    return follow(design, steps, twists, friction=friction, tolerance_mm=tolerance_mm, progress=progress)
+    with waiting("pressing", told if progress is None else unheard) as share:
+        return follow(design, steps, twists, friction=friction, tolerance_mm=tolerance_mm, progress=progress or share)
 
 
 def follow(

@@ -22,6 +22,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import ObjectBase
+from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 MAX_POINTS = 1000
 """Most depths of one curve."""
@@ -63,6 +64,7 @@ def press_curve(
     friction: float = 0.0,
     tolerance_mm: float = 0.002,
     progress: Progress | None = None,
+    told: Told = on_stderr,
 ) -> PressCurve:
     """Presses an object deeper and deeper into a block; quasi-static.
 
@@ -76,6 +78,7 @@ def press_curve(
         friction: Coulomb's coefficient between object and face.
         tolerance_mm: Largest penetration at any contact point [mm].
         progress: Told after every iteration, see `Progress`.
+        told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
         ConfigError: A number is not allowed.
@@ -97,5 +100,7 @@ def press_curve(
     check_friction(friction)
     check_number("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     steps = [(place_object(object_config, gap_mm=-depth), math.inf) for depth in depths]
-    result = follow(design, steps, [0.0] * len(steps), friction=friction, tolerance_mm=tolerance_mm, progress=progress)
+    path = [0.0] * len(steps)
+    with waiting("pressing deeper and deeper", told if progress is None else unheard) as share:
+        result = follow(design, steps, path, friction=friction, tolerance_mm=tolerance_mm, progress=progress or share)
     return PressCurve(result=result)
