@@ -239,3 +239,19 @@ def test_two_processes_step_at_once():
         assert all(cost.light_s > 0 for cost in both.get_attr("cost"))
     finally:
         both.close()
+
+
+def test_reset_and_step_speak_for_all_that_they_do(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
+    lines: list[str] = []
+    monkeypatch.setattr("magicsim.waiting.wait.FIRST_S", 0.0)
+    monkeypatch.setattr("magicsim.waiting.wait.NEXT_S", 0.001)
+    for one in (env, env._gripper, *(env._gripper.fingers if env._gripper is not None else ())):
+        if one is not None:
+            monkeypatch.setattr(one, "_told", lines.append)
+    env.reset(seed=2, options={"gap_mm": 0.05})
+    assert {line.split(",")[0].split(":")[0] for line in lines} == {"resetting the environment"}
+    assert any(": rendering " in line for line in lines)
+    lines.clear()
+    env.step(action(1, 0))
+    assert {line.split(",")[0].split(":")[0] for line in lines} == {"a step of the environment"}
+    assert any(": solving the contact, " in line for line in lines)
