@@ -30,7 +30,7 @@ from magicsim.errors import ConfigError
 TABLE = "truth.csv"
 COLUMNS = ("file", "is_reference", "gap_mm", "force_n", "flashlight")
 VECTOR = ("force_x_n", "force_y_n", "force_z_n")
-"""Of the object on the sensor, a press is +z [N]."""
+"""Force of the object on the sensor, a press is +z [N]."""
 FORCES = (("force_n",), VECTOR, VECTOR[2:])
 """Columns that a table may have for the force: its size, the vector, or the normal force alone."""
 
