@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from magicsim.cli.app import Json, Seed, Settings, app, fields_of, print_result
+from magicsim.cli.app import Json, Seed, Settings, app, print_result
 from magicsim.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -69,11 +69,12 @@ def durometer(
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     from magicsim.cli.output.progress import show_progress
     from magicsim.deform.indentation.durometer import durometer as test
+    from magicsim.deform.solve.figures import figures_last
 
     with show_progress(f"{design}: cone") as progress:
         mounting = block.mounting.model_copy(update={"base": base})
         result = test(block, place=place, mounting=mounting, progress=progress)
-    print_result(fields_of(result), as_json=json)
+    print_result(figures_last(result), as_json=json)
 
 
 def _curve(

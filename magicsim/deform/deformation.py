@@ -10,6 +10,7 @@ from magicsim.deform.contact.face import ContactFace, contact_face
 from magicsim.deform.lattice.relaxation import RelaxationState
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
+from magicsim.deform.solve.figures import PathFigures
 from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.geometry.pose import Pose
 from magicsim.notebook.figures import figures_table
@@ -32,7 +33,7 @@ class Displacement:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Deformation:
+class Deformation(PathFigures):
     """One quasi-static equilibrium of the lattice, valid by construction."""
 
     displacements_mm: Array
@@ -63,26 +64,6 @@ class Deformation:
     """Its torque about the origin, shape (3,) [N mm]."""
     contact_area_mm2: float
     """Deformed area of the points that touch, to within 1 % of the smallest cell edge [mm2]."""
-    max_penetration_mm: float
-    """Deepest quadrature point inside the object [mm]."""
-    min_jacobian: float
-    """Smallest Jacobian at any Gauss point."""
-    force_balance: float
-    """|contact force + reaction of the base| / |contact force|; 0 without contact."""
-    iterations: int
-    """Newton iterations of this solve, cut-backs included."""
-    cutbacks: int
-    """Load steps of this solve that were halved."""
-    restarts: int
-    """Whether this solve was begun again from rest with shorter steps (1) or not (0)."""
-    shifted: int
-    """Iterations whose matrix needed a shift to be positive definite."""
-    rungs: tuple[str, ...]
-    """What it took beyond the ordinary way, see `ladder`."""
-    unknowns: int
-    """Displacement unknowns."""
-    converged: bool
-    """Always true: a solve that is not valid raises."""
     table: TableMemory | None = None
     """What friction below a block on a table remembers; None at rest and where the base is bonded."""
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Array, Frame, Mask
+from magicsim.deform.solve.figures import SolveFigures
 from magicsim.errors import OutputError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
@@ -21,20 +22,6 @@ from magicsim.simulation.touch_truth import TouchFields
 
 Vector = tuple[float, float, float]
 ScalarT = TypeVar("ScalarT", bound=np.generic)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SolveFigures:
-    """How trustworthy one frame's deformation is."""
-
-    iterations: int
-    """Newton iterations spent on this frame; 0 where nothing was solved."""
-    min_jacobian: float
-    """Smallest Jacobian at any Gauss point."""
-    max_penetration_mm: float
-    """Deepest contact point inside the object [mm]."""
-    force_balance: float
-    """Relative difference between contact force and reaction."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,10 +9,11 @@ from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation
 from magicsim.deform.indentation.path_force import as_vector
+from magicsim.deform.solve.figures import SolveFigures
 from magicsim.frame_class import classify_frame
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation.episode import FrameTruth, SolveFigures
+from magicsim.simulation.episode import FrameTruth
 
 AROUND_MM = 2 * POINT_SPACING_MM
 """Beyond a touching point there is another that does not touch within this distance [mm]."""

@@ -21,6 +21,7 @@ from magicsim.deform.lattice.central import central_lattice
 from magicsim.deform.lattice.resolved import resolved_lattice
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.zone import Zone
+from magicsim.deform.solve.figures import SolveFigures
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign, Mounting
@@ -69,7 +70,7 @@ Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DurometerResult:
+class DurometerResult(SolveFigures):
     """What `magicsim durometer` reports."""
 
     shore_a: float
@@ -80,14 +81,6 @@ class DurometerResult:
     """How far the cone sticks out of the foot there [mm]."""
     height_mm: float
     """Height of the sample [mm]."""
-    max_penetration_mm: float
-    """Deepest contact point inside the tool [mm]."""
-    min_jacobian: float
-    """Smallest Jacobian at any Gauss point."""
-    force_balance: float
-    """Relative difference between contact force and the reaction of the base."""
-    iterations: int
-    """Newton iterations along the whole path."""
     unknowns: int
     """Displacement unknowns."""
     walls: Walls

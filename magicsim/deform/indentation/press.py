@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -18,6 +18,7 @@ from magicsim.deform.indentation.timed import body_branches, timed_poses
 from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.effort import Progress, part_of
+from magicsim.deform.solve.figures import PathFigures, figures_last
 from magicsim.deform.solve.ladder import Rung, named
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError
@@ -39,7 +40,7 @@ MIN_POINTS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PressResult:
+class PressResult(PathFigures):
     """What `magicsim press` reports."""
 
     force_n: tuple[float, float, float]
@@ -48,34 +49,16 @@ class PressResult:
     """Torque about the origin [N mm]."""
     contact_area_mm2: float
     """Deformed area that touches, see `Deformation` [mm2]."""
-    max_penetration_mm: float
-    """Deepest contact point inside the object [mm]."""
-    min_jacobian: float
-    """Smallest Jacobian at any Gauss point."""
-    force_balance: float
-    """Relative difference between contact force and the bonded face's reaction."""
-    iterations: int
-    """Newton iterations along the whole path."""
-    cutbacks: int
-    """Load steps along the path that had to be halved."""
-    restarts: int
-    """Parts of the path that were begun again from rest with shorter steps."""
-    shifted: int
-    """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""
-    rungs: tuple[str, ...]
-    """What the path took beyond the ordinary way, see `magicsim.deform.solve.ladder`."""
-    unknowns: int
-    """Displacement unknowns."""
     seconds: float
     """Wall time of lattice and solve, compilation excluded [s]."""
-    converged: bool
-    """Always true: a solve that is not valid raises."""
     history: tuple[PathForce, ...]
     """Every solved place of the path in order: the ends of press, shear and twist, or each step in time."""
 
     def as_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
-        return asdict(self) | {"history": [each.as_dict() for each in self.history]}
+        values = figures_last(self)
+        del values["history"]
+        return values | {"history": [each.as_dict() for each in self.history]}
 
     def __str__(self) -> str:
         """One line: force, torque, area."""
@@ -85,7 +68,7 @@ class PressResult:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the force along the path, and the figures of its end."""
-        values = asdict(self)
+        values = self.as_dict()
         del values["history"]
         return _force_curve(self.history) + figures_table("Press", values)
 
