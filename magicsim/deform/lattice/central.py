@@ -2,7 +2,8 @@
 
 Cells of the core are homogenised, so that a block looks alike from every point of its face as long as its sides are
 far: a touch off the middle deforms it as the same touch in the middle does, moved along. What is left out is that the
-sides are nearer there; `tests/unit/deform/test_central.py` bounds it half-way between the middle and the sides.
+sides are nearer there; `tests/unit/deform/test_central.py` bounds it half-way between the middle and the sides. On a
+curved face it moves along the face; the slope there, and that the block is thinner, are left out as well.
 
 An object that is its own mirror image in the planes x = 0 and y = 0 needs a quarter of the block.
 """
@@ -17,6 +18,7 @@ from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.structure import Lattice, lattice_on
 from magicsim.deform.lattice.zone import Zone, graded_planes
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.face_shape import lifted
 from magicsim.geometry.grid import split_count
 from magicsim.geometry.indenter import Indenter
 
@@ -79,10 +81,10 @@ def displaced_elsewhere(
     Returns:
         Shape (points, 3) [mm]; points farther away than the lattice reaches move as its side does.
     """
-    offset, sign = points_mm - np.array([*place_mm, 0.0]), np.ones((len(points_mm), 3))
+    offset, sign = lattice.flattened(points_mm) - np.array([*place_mm, 0.0]), np.ones((len(points_mm), 3))
     if lattice.is_mirrored:
         sign[:, :2] = np.where(offset[:, :2] < 0, -1.0, 1.0)
-    folded = offset * sign
+    folded = lifted(offset * sign, lattice.face, lattice.height_mm)
     return np.asarray((follow_map(lattice, folded).displaced(displacements_mm) - folded) * sign)
 
 

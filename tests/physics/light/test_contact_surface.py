@@ -32,11 +32,12 @@ def test_cells_stay_disjoint_from_skin_and_object(small_scene):
     assert view.indenter.distance(view.infill)[0].min() > 0.3
 
 
-def test_contact_mask_covers_the_contact_and_nothing_else(small_scene):
+@pytest.mark.parametrize("design", ["mini-magictac", "gelsight-type", "see-through-markers"])
+def test_contact_mask_covers_the_contact_and_nothing_else(design, small_scene):
     from magicsim.camera.film import pixel_landing_mm
     from magicsim.simulation.truth import contact_mask
 
-    scene = small_scene("pressed")
+    scene = small_scene("pressed", f"design={design}")
     sensor = Sensor.for_scene(scene)
     deformation = sensor.deform(timeline(scene)[0], sensor.rest)
     mask = contact_mask(deformation, pixel_landing_mm(scene.design, scene.rig))

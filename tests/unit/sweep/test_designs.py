@@ -1,3 +1,6 @@
+from itertools import product
+
+import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
@@ -99,3 +102,11 @@ def test_shipped_sweep_is_six_by_six_and_two_other_cores():
     designs = list_designs(load_sweep("cell-skin"))
     assert len(designs) == 38
     assert [each.values["design.core_mm"] for each in designs if each.is_extra] == [3.0, 8.0]
+
+
+def test_shipped_sweep_of_curvatures_is_nine_domes_and_an_all_but_flat_one():
+    *domes, flat = list_designs(load_sweep("dome-curvature"))
+    faces = [each.sensor.design.face for each in domes]
+    assert [(face.radius_x_mm, face.radius_y_mm) for face in faces] == list(product((20, 40, 80), (30, 60, 120)))
+    assert {face.crown_mm for face in faces} == {1.6}
+    assert flat.sensor.design.rise_mm(np.array([[12.0, 16.0]])).max() < 0.03

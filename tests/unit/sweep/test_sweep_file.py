@@ -75,7 +75,7 @@ def test_rooms_are_either_swept_or_drawn_on_in_every_design():
 
 
 def test_shipped_sweeps_see_every_design_in_several_rooms():
-    for name in ("cell-skin", "print-sobol", "print-search"):
+    for name in ("cell-skin", "dome-curvature", "print-sobol", "print-search"):
         sweep = load_sweep(name)
         assert len(set(sweep.rooms)) == sweep.quality.renderings > 1
 

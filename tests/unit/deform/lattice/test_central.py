@@ -53,6 +53,23 @@ def test_planes_keep_skin_and_core_apart_and_end_at_the_sides():
     assert np.allclose(whole.planes_mm[0], -whole.planes_mm[0][::-1])
 
 
+def test_touch_off_the_crown_of_a_dome_moves_the_face_as_that_on_the_crown_does():
+    dome = design("face={kind='dome',radius_x_mm=20.0,radius_y_mm=30.0,crown_mm=1.6}")
+    lattice = central_lattice(
+        dome, contact_zone([place_object(BALL, gap_mm=-0.3)], dome), spacing_mm=0.8, is_quarter=False
+    )
+    dents = np.exp(-(lattice.flattened(lattice.nodes_mm) ** 2).sum(1) / 4)[:, None] * [0.1, -0.2, 0.3]
+    beside, place = np.random.default_rng(1).uniform(-3, 3, (50, 2)), np.array([4.0, -3.0])
+    beside[0] = 0
+
+    def on_face(places: np.ndarray) -> np.ndarray:
+        return np.column_stack([places, dome.rise_mm(places)])
+
+    there = displaced_elsewhere(lattice, dents, on_face(beside + place), tuple(place))
+    np.testing.assert_allclose(there, displaced_elsewhere(lattice, dents, on_face(beside), (0.0, 0.0)), atol=1e-12)
+    assert np.abs(there).max() > 0.25
+
+
 @pytest.mark.slow
 def test_quarter_says_what_the_whole_block_says():
     block, indenter = design("footprint_mm=[12,12]"), place_object(BALL, gap_mm=-0.3)
