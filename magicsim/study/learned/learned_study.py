@@ -92,7 +92,7 @@ class LearnedStudy:
             methods_table(folder, self.learning, labels, seed=seed),
             compared_table(
                 parts, labels, name="units", title="Unseen units", seed=seed,
-                note="Units differ by the tolerances of the recipe.",
+                note="Units differ by the tolerances of the recipe, and by their room where it draws one.",
             ),
             curve_table(folder, self.learning, labels, seed=seed),
             compared_table(

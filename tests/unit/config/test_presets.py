@@ -56,7 +56,9 @@ def test_every_shipped_preset_loads(kind: str, name: str):
     elif kind == "suite":
         assert load_suite(name).schema_version == 1
     elif kind == "recipe":
-        assert load_recipe(name).episodes >= 1
+        recipe = load_recipe(name)
+        assert recipe.episodes >= 1
+        assert {"office", "dark"} < {each.room for each in recipe.rooms}
     elif kind == "item":
         assert load_item(name).mass_g > 0
     elif kind == "study":

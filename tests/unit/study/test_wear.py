@@ -72,6 +72,8 @@ def test_life_is_of_one_unit_on_contacts_of_its_own():
     assert first.scene.keyframes != later.scene.keyframes
     assert {key.gap_mm for key in first.scene.keyframes} & {-1.2, -1.6}
     assert new.design.skin_mm == pytest.approx(0.3, abs=0.1)
+    assert (worn_out.rig.room, worn_out.rig.ambient) == (new.rig.room, new.rig.ambient)  # a unit stays where it is
+    assert other.rig.ambient != new.rig.ambient
 
 
 def test_no_contact_that_is_learned_from_comes_again_on_a_worn_or_a_second_unit():
