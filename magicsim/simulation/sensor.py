@@ -145,15 +145,18 @@ class Sensor:
         other._facing = None
         return other
 
-    def with_rig(self, rig: Rig, *, is_alike: bool = False) -> Self:
+    def with_rig(self, rig: Rig, *, design: ElastomerDesign | None = None, is_alike: bool = False) -> Self:
         """This sensor in another rig; geometry and lattice are shared.
 
         Args:
             rig: What surrounds it then.
+            design: Another print of the block, which differs by what light alone sees: indices, roughness, inclusions.
             is_alike: Whether only what comes after the radiance differs, such as exposure: nothing is rendered anew.
         """
         other = copy(self)
         other.rig = rig
+        if design is not None:
+            other.design, other.elastomer = design, build_elastomer(design, facet_mm=self.settings.facet_mm)
         if not is_alike:
             other.renderer, other._facing = other._build_renderer(None), None
         return other

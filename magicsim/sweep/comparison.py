@@ -66,7 +66,7 @@ class SweepSummary:
     front: list[int]
     """Designs in the Pareto front of all objectives."""
     trends: list[dict[str, Any]]
-    """Published trends and how many rows of designs bear them out."""
+    """Trends, published and our own reading, and how many rows of designs bear them out."""
     seconds: float
     """Time from the first design to the last file [s]."""
     report: str

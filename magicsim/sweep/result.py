@@ -45,6 +45,8 @@ class DesignResult:
     """Room that the sensor stands in: a preset, `dark`, a file, or None for even light."""
     passes: bool = False
     """Whether something passes in it."""
+    drawn: dict[str, float] = field(default_factory=dict)
+    """Cameras and prints of the renderings, see `rows_of_renderings`; empty where all are alike."""
     seconds: float = 0.0
     """Wall time of judging it [s]."""
 

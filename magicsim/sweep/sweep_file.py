@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from magicsim.config.models import Config, load_preset
 from magicsim.config.named_files import config_digest
+from magicsim.dataset.recipes.recipe import IN_TABLES, CameraNoise, Tolerances
 from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
@@ -17,6 +18,7 @@ from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings, Seed
 from magicsim.sweep.judging.measures import MEASURES, Better
 from magicsim.sweep.judging.quality import Quality
+from magicsim.sweep.judging.renderings import problem_with
 from magicsim.sweep.search.search_settings import MAX_DESIGNS, SearchSettings
 
 ROOTS = ("design", "rig", "render")
@@ -108,6 +110,11 @@ class SweepConfig(Config):
     rooms: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=1000)], ...], Field(max_length=20)] = ()
     """Rooms that the renderings of every design stand in by turns, each with a camera of its own; see `Rig.room`.
     Without any all stand in the rig's."""
+    tolerances: Tolerances = Tolerances()
+    """How the print of one rendering differs from the next, as a recipe's `tolerances`, for what light alone sees; the
+    numbers are the same for all designs."""
+    camera: CameraNoise = CameraNoise()
+    """What the camera of a rendering does differently, as a recipe's `camera`; likewise."""
     render: RenderSettings = RenderSettings()
     """Rendering, of which the quality sets samples and particles."""
     object: ObjectConfig
@@ -140,6 +147,7 @@ class SweepConfig(Config):
             if each.measure not in self.measures:
                 raise ValueError(unknown_choice("objective", each.measure, self.measures))
         self._check_rooms()
+        self._check_draws()
         self._check_count()
         self._check_search()
         names = [each.field for each in self.swept]
@@ -161,6 +169,21 @@ class SweepConfig(Config):
         for each in self.rooms:
             if in_room(self.rig, each).moving is not None:
                 msg = f"rooms = '{each}' is not allowed: something passes there; sweep '{ROOM}' instead"
+                raise ValueError(msg)
+
+    @property
+    def draws(self) -> bool:
+        """Whether renderings have prints and cameras of their own."""
+        return (self.tolerances, self.camera) != (Tolerances(), CameraNoise())
+
+    def _check_draws(self) -> None:
+        problem = problem_with(self.tolerances, self.camera)
+        if problem is not None:
+            raise ValueError(problem)
+        swept = {each.field for each in self.swept} | {name for each in self.also for name in each}
+        for name in self.camera.model_dump(exclude_none=True):
+            if f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}" in swept:
+                msg = f"camera.{name} is not allowed where that of the rig is swept: must be one of the two"
                 raise ValueError(msg)
 
     def _check_count(self) -> None:
@@ -199,6 +222,8 @@ class SweepConfig(Config):
     def config_hash(self) -> str:
         """SHA-256 of everything that results depend on, files included; a search depends on its objectives."""
         left_out = {"timeout_s"} if self.sampling == "search" else {"timeout_s", "objectives", "search"}
+        if not self.draws:
+            left_out |= {"tolerances", "camera"}
         data = self.model_dump(mode="json", exclude=left_out)
         rooms = [room for each in self.swept if each.field == ROOM for room in each.values or ()]
         rooms += [each[ROOM] for each in self.also if ROOM in each]

@@ -27,7 +27,7 @@ def rows_of(results: Sequence[DesignResult], front: Sequence[bool]) -> list[Row]
     for result, in_front in zip(results, front, strict=True):
         cell = result.block.cell_mm or (None, None, None)
         row: Row = {"design": result.index, "is_extra": result.is_extra, "in_front": bool(in_front), **result.values}
-        row |= {"room": result.room, "passes": result.passes}
+        row |= {"room": result.room, "passes": result.passes, **result.drawn}
         row |= {f"resolved_cell_{axis}_mm": edge for axis, edge in zip("xyz", cell, strict=True)}
         row["height_mm"] = result.block.height_mm
         for name, found in result.measures.items():

@@ -44,7 +44,9 @@ TARGETS: Mapping[str, Target] = {
     "c_back": Target(low=-inf, high=0.0, tolerance=0.1, unit="", says="C never rises on the way"),
     "c_rise": Target(low=0.05, high=inf, tolerance=0.05, unit="", says="C rises again in contact"),
     "c_light": Target(low=0.8, high=1.0, tolerance=0.1, unit="", says="C goes towards 1 under a flashlight"),
-    "e_rest": Target(low=0.0, high=0.5, tolerance=0.25, unit="bit", says="E is near 0 at rest (tau_E is 0.5)"),
+    "e_rest": Target(
+        low=0.0, high=0.5, tolerance=0.25, unit="bit", says="E at rest is below tau_E = 0.5 (a threshold, not measured)"
+    ),
     "e_near": Target(low=3.5, high=4.5, tolerance=0.5, unit="bit", says="E rises to about 4 near large objects"),
     "lead_mm": Target(
         low=10 * FRAME_MM, high=15 * FRAME_MM, tolerance=5.0, unit="mm", says="proximity is seen 10 to 15 frames before"

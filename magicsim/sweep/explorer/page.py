@@ -33,7 +33,7 @@ def render_explorer(
         sweep: What was asked for.
         results: All judged designs.
         front: Whether each is in the Pareto front.
-        trends: Checked published trends.
+        trends: Checked trends.
         failed: Why a design has no result, by its number.
     """
     title = f"Design sweep: {len(results)} designs"

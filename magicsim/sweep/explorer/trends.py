@@ -1,7 +1,7 @@
-"""Published trends, checked on the designs of a sweep that differ in one field alone.
+"""Trends, published ones and a reading of our own, checked on the designs of a sweep that differ in one field alone.
 
-A thicker skin or a thinner core is harder (Fan, Li, Zhang, arXiv 2505.24382, and its predecessor arXiv 2402.01366);
-a thicker skin is less sensitive, to depth and to force.
+Published: a thicker skin or a thinner core is harder (Fan, Li, Zhang, arXiv 2505.24382, and its predecessor arXiv
+2402.01366). That a thicker skin is less sensitive, to depth and to force, is our own reading, not the authors' words.
 
 A row of designs says something only as far as its ends differ by more than their intervals: the interval of a change is
 that of a difference of independent errors, sqrt(h1^2 + h2^2) with the half widths h. A trend is shown where the mean
@@ -34,8 +34,18 @@ class Trend:
 TRENDS = (
     Trend(statement="thicker skin, harder", field=SKIN, measure="shore_a", rises=True),
     Trend(statement="thicker skin, stiffer", field=SKIN, measure="force_1mm_n", rises=True),
-    Trend(statement="thicker skin, less sensitive to depth", field=SKIN, measure="sensitivity_per_mm", rises=False),
-    Trend(statement="thicker skin, less sensitive to force", field=SKIN, measure="sensitivity_per_n", rises=False),
+    Trend(
+        statement="thicker skin, less sensitive to depth (our reading)",
+        field=SKIN,
+        measure="sensitivity_per_mm",
+        rises=False,
+    ),
+    Trend(
+        statement="thicker skin, less sensitive to force (our reading)",
+        field=SKIN,
+        measure="sensitivity_per_n",
+        rises=False,
+    ),
     Trend(statement="deeper core, softer", field=CORE, measure="shore_a", rises=False),
     Trend(statement="deeper core, less stiff", field=CORE, measure="force_1mm_n", rises=False),
 )
@@ -77,7 +87,7 @@ class TrendCheck:
 
 
 def check_trends(results: Sequence[DesignResult]) -> list[TrendCheck]:
-    """Every published trend that some row of designs can show."""
+    """Every trend that some row of designs can show."""
     rows_of = ((trend, series(results, trend.field, trend.measure)) for trend in TRENDS)
     return [_check(trend, rows) for trend, rows in rows_of if rows]
 

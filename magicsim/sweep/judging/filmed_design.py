@@ -20,7 +20,7 @@ from magicsim.camera.exposure import Exposure, expose
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.points import unit_points
-from magicsim.scenes.rig import Camera, in_room
+from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, with_passing
 from magicsim.simulation.plan import plan_scene
@@ -113,17 +113,15 @@ class Film:
 
 
 def film_design(
-    sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, rooms: Sequence[str] = (), seed: int,
-    untouched: UntouchedStates,
-) -> list[Film]:  # fmt: skip
+    sensors: Sequence[SweptSensor], thing: ObjectConfig, quality: Quality, *, seed: int, untouched: UntouchedStates
+) -> list[Film]:
     """Simulates everything that a film shows, once for each of `quality.renderings`.
 
     Args:
-        sensor: The design and what surrounds it.
+        sensors: The design and what surrounds it, as each rendering sees it, see `renderings_of`; they share shape and
+            mechanics.
         thing: What approaches and presses.
         quality: How much is shown, and how well.
-        rooms: Still rooms, in which the renderings stand by turns, each with a camera of its own; the sensor's own room
-            and camera where there are none.
         seed: Of everything random.
         untouched: Untouched states that other scenes share.
 
@@ -133,15 +131,13 @@ def film_design(
 
     @cache
     def pressed(depth_mm: float) -> CentralPress:
-        return press_centrally(sensor.design, thing, depth_mm, cells_across=quality.cells_across)
+        return press_centrally(sensors[0].design, thing, depth_mm, cells_across=quality.cells_across)
 
-    if rooms:
-        sensor = sensor.model_copy(update={"rig": in_room(sensor.rig, rooms[0])})
-    scene = _scene(sensor, thing, quality, seed=seed)
+    scene = _scene(sensors[0], thing, quality, seed=seed)
     # What else looks at the sensor, such as the plates, has the random numbers of the first film.
     first = Sensor.for_scene(scene, untouched=untouched)
     first.warm_up(plan_scene(scene))
-    turns = [first, *(_again(first, turn, rooms) for turn in range(1, quality.renderings))]
+    turns = [first, *(_again(first, turn, each, sensors[0], quality) for turn, each in enumerate(sensors[1:], 1))]
     rests = [_untouched(each) for each in turns]
     shown = zip(*_shown(turns, pressed), strict=True)
     return [_film(*each, quality) for each in zip(turns, rests, shown, strict=True)]
@@ -163,14 +159,13 @@ def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: 
     )
 
 
-def _again(first: Sensor, turn: int, rooms: Sequence[str]) -> Sensor:
-    """A sensor with other random numbers, and where rooms are given in one of them, seen by another camera."""
+def _again(first: Sensor, turn: int, sensor: SweptSensor, base: SweptSensor, quality: Quality) -> Sensor:
+    """The first sensor with other random numbers, as another rendering sees it."""
     other = first.reseeded(turn)
-    if not rooms:
+    if sensor == base:
         return other
-    rig = in_room(first.rig, rooms[turn % len(rooms)])
-    camera = rig.camera.model_copy(update={"pattern_seed": rig.camera.pattern_seed + turn})
-    return other.with_rig(rig.model_copy(update={"camera": camera}))
+    rig = sensor.rig.model_copy(update={"camera": camera_of(sensor, quality)})
+    return other.with_rig(rig, design=None if sensor.design == base.design else followed_finely(sensor.design))
 
 
 def _untouched(simulated: Sensor) -> tuple[FloatImage, ...]:

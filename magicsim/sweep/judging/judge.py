@@ -34,6 +34,7 @@ def judge_design(task: DesignTask) -> bytes:
     """
     from magicsim.light.records.untouched_states import shared_states
     from magicsim.sweep.judging import parts
+    from magicsim.sweep.judging.renderings import renderings_of, rows_of_renderings
     from magicsim.sweep.result import DesignResult
 
     start = time.perf_counter()
@@ -61,5 +62,6 @@ def judge_design(task: DesignTask) -> bytes:
         profile=gathered.profile,
         room=", ".join(sweep.rooms) or design.sensor.rig.room,
         passes=design.sensor.rig.moving is not None,
+        drawn=rows_of_renderings(renderings_of(design.sensor, sweep)),
         seconds=time.perf_counter() - start,
     ).to_json()

@@ -22,6 +22,7 @@ from magicsim.sweep.judging.mechanics import FORCE_DEPTH_MM, hardness, press_cur
 from magicsim.sweep.judging.plates import Pattern, PlateFrames, press_plate
 from magicsim.sweep.judging.printability import printability
 from magicsim.sweep.judging.quality import Quality
+from magicsim.sweep.judging.renderings import renderings_of
 from magicsim.sweep.judging.sensitivity import approach_curve, contact_sensitivity, mean_similarity, proximity_range
 from magicsim.sweep.judging.texture import TOLD_APART, Observation, observe, smallest_spacing, try_finest_first
 from magicsim.sweep.result import Block, Curve
@@ -84,7 +85,8 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
     Raises:
         MagicsimError: The film has no valid frames.
     """
-    films = film_design(sensor, sweep.object, sweep.quality, rooms=sweep.rooms, seed=sweep.seed, untouched=untouched)
+    seen = [each.sensor for each in renderings_of(sensor, sweep)]
+    films = film_design(seen, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
     first = films[0]
     parts = Parts(pictures=_pictures(first))
     wanted, by_similarity = set(sweep.measures), ("sensitivity_per_mm", "sensitivity_per_n")

@@ -17,10 +17,10 @@ def test_rows_hold_designs_that_differ_in_one_field_alone(results: list[DesignRe
 def test_published_trend_is_found(results: list[DesignResult]):
     checks = {each.statement: each for each in check_trends(results)}
     assert set(checks) == {
-        "thicker skin, harder", "thicker skin, stiffer", "thicker skin, less sensitive to depth",
-        "thicker skin, less sensitive to force",
+        "thicker skin, harder", "thicker skin, stiffer", "thicker skin, less sensitive to depth (our reading)",
+        "thicker skin, less sensitive to force (our reading)",
     }  # fmt: skip
-    flat = checks.pop("thicker skin, less sensitive to depth")  # the fakes have the same for all designs
+    flat = checks.pop("thicker skin, less sensitive to depth (our reading)")  # the fakes have the same for all designs
     assert (flat.holds, flat.ends_right, flat.change) == (False, 0, 0.0)
     assert all(each.holds and (each.series, each.steps_right) == (2, 2) for each in checks.values())
 
@@ -65,7 +65,9 @@ def test_row_that_says_nothing_does_not_refute_the_others(results: list[DesignRe
 
 
 def test_trend_downwards_is_one_of_falling_values(results: list[DesignResult]):
-    found = {each.statement: each for each in check_trends(results)}["thicker skin, less sensitive to force"]
+    found = {each.statement: each for each in check_trends(results)}[
+        "thicker skin, less sensitive to force (our reading)"
+    ]
     assert found.high is not None
     assert found.high < 0
     assert found.holds

@@ -6,6 +6,9 @@ import pytest
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sweep.designs import list_designs
 from magicsim.sweep.judging.filmed_design import PASSED, Film, film_design
+from magicsim.sweep.judging.renderings import renderings_of
+from magicsim.sweep.sensors import SweptSensor
+from magicsim.sweep.sweep_file import SweepConfig
 from sweep.fakes import small_sweep
 
 pytestmark = pytest.mark.slow
@@ -17,11 +20,15 @@ SETTINGS = (
 SWEPT = ("quality.renderings=1", "swept=[{field='rig.room',values=['office','corridor']}]")
 
 
+def seen_by(sensor: SweptSensor, sweep: SweepConfig) -> list[SweptSensor]:
+    return [each.sensor for each in renderings_of(sensor, sweep)]
+
+
 @pytest.fixture(scope="module")
 def films() -> list[Film]:
     sweep = small_sweep(*SETTINGS, *SWEPT)
     return [
-        film_design(each.sensor, sweep.object, sweep.quality, seed=1, untouched=UntouchedStates())[0]
+        film_design([each.sensor], sweep.object, sweep.quality, seed=1, untouched=UntouchedStates())[0]
         for each in list_designs(sweep)
     ]
 
@@ -52,9 +59,7 @@ def test_states_of_the_film_see_it_move(films: list[Film]):
 def test_renderings_stand_in_rooms_of_their_own_and_have_cameras_of_their_own():
     sweep = small_sweep(*SETTINGS, "quality.renderings=3", "rooms=['window','dark']")
     sensor = list_designs(sweep)[0].sensor
-    films = film_design(
-        sensor, sweep.object, sweep.quality, rooms=sweep.rooms, seed=1, untouched=UntouchedStates()
-    )  # fmt: skip
+    films = film_design(seen_by(sensor, sweep), sweep.object, sweep.quality, seed=1, untouched=UntouchedStates())
     window, dark, again = (film.untouched.radiance.mean((0, 1)) for film in films)
     np.testing.assert_allclose(window, again, rtol=0.05)
     assert (dark < 0.99 * window).all()
@@ -62,3 +67,16 @@ def test_renderings_stand_in_rooms_of_their_own_and_have_cameras_of_their_own():
     assert (films[1].exposure.gain > films[0].exposure.gain).all()
     touched = [film.touches[0].radiance for film in films]
     assert all(np.abs(one - film.untouched.radiance).max() > 0 for one, film in zip(touched, films, strict=True))
+
+
+def test_renderings_are_of_prints_and_cameras_of_their_own_and_of_one_shape():
+    draws = ("tolerances.led_strength={low=0.5,high=0.9}", "tolerances.skin_roughness={low=0.05,high=0.2}")
+    sweep = small_sweep(*SETTINGS, *draws, "camera.full_well_e={low=3e4,high=9e4}", "quality.renderings=2")
+    sensors = seen_by(list_designs(sweep)[0].sensor, sweep)
+    films = film_design(sensors, sweep.object, sweep.quality, seed=1, untouched=UntouchedStates())
+    plain = film_design([sensors[0], sensors[0]], sweep.object, sweep.quality, seed=1, untouched=UntouchedStates())
+    assert (films[0].untouched.radiance == plain[0].untouched.radiance).all()
+    one, other, noise = (film.untouched.radiance.mean((0, 1)) for film in (films[0], films[1], plain[1]))
+    assert (np.abs(other / one - 1) > 3 * np.abs(noise / one - 1)).all()
+    assert films[0].camera.full_well_e != films[1].camera.full_well_e
+    assert [each.force_n for each in films[0].press] == [each.force_n for each in films[1].press]
