@@ -68,8 +68,8 @@ def durometer(
 
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     from magicsim.cli.output.progress import show_progress
+    from magicsim.deform.figures import figures_last
     from magicsim.deform.indentation.durometer import durometer as test
-    from magicsim.deform.solve.figures import figures_last
 
     with show_progress(f"{design}: cone") as progress:
         mounting = block.mounting.model_copy(update={"base": base})

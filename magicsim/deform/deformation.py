@@ -7,10 +7,10 @@ import numpy as np
 
 from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import ContactFace, contact_face
+from magicsim.deform.figures import PathFigures
 from magicsim.deform.lattice.relaxation import RelaxationState
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
-from magicsim.deform.solve.figures import PathFigures
 from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.geometry.pose import Pose
 from magicsim.notebook.figures import figures_table

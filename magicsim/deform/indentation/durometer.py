@@ -16,12 +16,12 @@ from typing import Literal
 import numpy as np
 
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.figures import SolveFigures
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.lattice.central import central_lattice
 from magicsim.deform.lattice.resolved import resolved_lattice
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.zone import Zone
-from magicsim.deform.solve.figures import SolveFigures
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign, Mounting

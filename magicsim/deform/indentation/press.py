@@ -12,13 +12,13 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.figures import PathFigures, figures_last
 from magicsim.deform.indentation.path_force import PathForce, as_vector
 from magicsim.deform.indentation.symmetry import left_by_mirrors, mirror_planes
 from magicsim.deform.indentation.timed import body_branches, timed_poses
 from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.effort import Progress, part_of
-from magicsim.deform.solve.figures import PathFigures, figures_last
 from magicsim.deform.solve.ladder import Rung, named
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError
