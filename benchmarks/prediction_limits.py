@@ -2,6 +2,7 @@
 
     python benchmarks/prediction_limits.py RUNS            # runs the studies below RUNS, or goes on with them
     python benchmarks/prediction_limits.py RUNS --table    # from what is there: docs/predictions.json and .md
+    python benchmarks/prediction_limits.py RUNS --missing  # only what docs/predictions.json has no result for
 
 Each part is a run of `magicsim study limits` with settings, below RUNS: presses for the skin, those above and beside
 the middle of a cell, sheared ones, and variants that change one thing, computed for the skin of 0.6 mm. Walls of 0.2 mm
@@ -10,14 +11,18 @@ no infill is soft enough for both. Nothing is fitted to results.
 """
 
 import argparse
+import hashlib
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from prediction_tables import markdown
 from predictions import RESULT, TABLE
 
+from magicsim.folder import result_file
+from magicsim.study.mechanics.limit_press import CellPress, LimitPress, LimitShear
 from magicsim.study.mechanics.limits import Limits, flow_rows
 from magicsim.study.running import run_study
 from magicsim.study.study_file import load_study
@@ -53,6 +58,38 @@ def tables_of(study: Limits, folder: Path) -> dict[str, Any]:
     return {table.name: [dict(row) for row in table.rows] for table in study.conclude(folder).tables}
 
 
+def missing(limits: dict[str, Any]) -> Iterator[tuple[list[dict[str, Any]], int, Any, Any]]:
+    """Rows without a result, those of one variant and table after those of another: table, place, function and task."""
+    for variant, tables in limits.items():
+        for name in ("presses", "cells", "beside", "sheared"):
+            rows = tables.get(name, [])
+            part = {"presses": "skin"}.get(name, name) if variant == "nominal" else variant
+            stage = getattr(study_of(part), name)
+            left = [task for task in stage.tasks if not any(_belongs(row, task) for row in rows)]
+            places = [place for place, row in enumerate(rows) if row["refused"] == "no result"]
+            for place, task in reversed(list(zip(places, left, strict=True))):
+                yield rows, place, stage.function, task
+
+
+def _belongs(row: dict[str, Any], task: LimitPress | CellPress | LimitShear) -> bool:
+    at = (task.depth_mm,) if isinstance(task, LimitShear) else task.depths_mm
+    return (row["diameter_mm"], row["skin_mm"]) == (task.diameter_mm, task.design.skin_mm) and row["depth_mm"] in at
+
+
+def compute_missing(runs: Path) -> None:
+    """Computes what has no result, a file each below `runs`, and puts every piece into the JSON when it is there."""
+    runs.mkdir(parents=True, exist_ok=True)
+    results = json.loads(RESULT.read_text())
+    for rows, place, function, task in missing(results["limits"]):
+        path = runs / f"{function.__name__}-{hashlib.sha256(repr(task).encode()).hexdigest()[:16]}.json"
+        if not path.is_file():
+            with result_file(path) as partial:
+                partial.write_bytes(function(task))
+        rows[place : place + 1] = json.loads(path.read_text())
+        RESULT.write_text(json.dumps(results, indent=1) + "\n")
+        sys.stderr.write(f"{function.__name__}, {task.diameter_mm:g} mm, skin {task.design.skin_mm:g}: done\n")
+
+
 def main() -> None:
     """Runs what is left, and writes both files."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -60,7 +97,12 @@ def main() -> None:
     parser.add_argument("--only", choices=tuple(PARTS), help="run one part, write nothing")
     parser.add_argument("--table", action="store_true", help="take what is there")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--missing", action="store_true", help="compute rows without a result")
     options = parser.parse_args()
+    if options.missing:
+        compute_missing(options.runs)
+        TABLE.write_text(markdown(json.loads(RESULT.read_text())))
+        return
     chosen = [options.only] if options.only else list(PARTS)
     for part in () if options.table else chosen:
         folder = options.runs / part.replace(" ", "-")
