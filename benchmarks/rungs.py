@@ -23,9 +23,12 @@ from magicsim.bench.stress.cases import StressPath, every_path
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.solve import condensed, line_search, load_step, newton, path, strides
-from magicsim.deform.solve.ladder import Rung
+from magicsim.deform.solve.ladder import WHY_PLAIN, Rung
 from magicsim.deform.solve.problem import Problem
 from magicsim.errors import MagicsimError
+
+LEFT_OUT = frozenset(Rung) - (WHY_PLAIN - {Rung.PATIENT})
+"""Rungs that are left out one by one; why a step is plain is told with `PLAIN`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +44,7 @@ class Row:
     ran: list[str]
     """Rungs on which its results stand."""
     without: dict[str, int]
-    """Stages that were solved without each of them."""
+    """Stages that were solved without each of `LEFT_OUT`."""
 
 
 def _ablated(rung: Rung) -> list[Any]:
@@ -105,7 +108,7 @@ def stages_passed(stress: StressPath, limit_s: float, without: Rung | None = Non
 def run(number: int, stress: StressPath, limit_s: float) -> Row:
     """One path in full, and without each rung that ran."""
     passed, ran = stages_passed(stress, limit_s)
-    without = {name: stages_passed(stress, limit_s, Rung(name))[0] for name in sorted(ran)}
+    without = {name: stages_passed(stress, limit_s, Rung(name))[0] for name in sorted(ran) if Rung(name) in LEFT_OUT}
     material = "" if stress.contrast is None else f", contrast {stress.contrast:g}, nu {stress.poisson_ratio:g}"
     return Row(
         number=number, label=stress.label + material, stages=len(stress.stages), passed=passed, ran=sorted(ran),
@@ -136,7 +139,10 @@ def summary(rows: list[Row]) -> dict[str, Any]:
         "paths": len(rows),
         "stages": sum(row.stages for row in rows),
         "passed": sum(row.passed for row in rows),
-        "rungs": {each.value: {"ran": ran[each.value], "rescued": rescued[each.value]} for each in Rung},
+        "rungs": {
+            each.value: {"ran": ran[each.value], "rescued": rescued[each.value] if each in LEFT_OUT else None}
+            for each in Rung
+        },
         "rows": [asdict(row) for row in rows],
     }
 

@@ -2,7 +2,7 @@
 
 They say how a real sensor of the same design may differ from the label, beyond what a recipe's tolerances draw. Labels
 are quasi-static: they hold for the stiffness at the time of a hardness reading, 1 s after contact; with
-`contact.rate_dependent` they follow the body's relaxation from frame to frame. A cause whose size nobody knows has None,
+`contact.rate_dependent` they follow the relaxation of the body. A cause whose size nobody knows has None,
 and so has the total.
 """
 

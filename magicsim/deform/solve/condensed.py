@@ -89,8 +89,8 @@ class Condenser:
 
     def step(
         self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
-    ) -> Iterate | None:
-        """One step of the body with the contact that belongs to it; None where this way does not lead on.
+    ) -> Iterate | Rung:
+        """One step of the body with the contact that belongs to it; where this way does not lead on, why (`WHY_PLAIN`).
 
         Args:
             problem: The lattice and its tolerances.
@@ -99,7 +99,7 @@ class Condenser:
             first: What helps the first step of a load step.
         """
         if not problem.options.is_condensed:
-            return None
+            return Rung.PATIENT
         needed = near_facets(problem.face, iterate, NEEDED_MM)
         if first is not None:
             needed = np.union1d(needed, problem.face.facet[first.pressed])
@@ -107,8 +107,9 @@ class Condenser:
             self._drop()
         while True:
             body = self._model(problem, iterate, needed)
-            if body is None or self._part is None:
-                return None
+            if isinstance(body, Rung):
+                return body
+            assert self._part is not None  # a body is condensed onto it
             if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
                 return replace(iterate, stuck=True)
             found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
@@ -119,7 +120,7 @@ class Condenser:
                 self._drop()
                 continue
             if found is None:
-                return None
+                return Rung.UNSOLVED
             missing = np.setdiff1d(problem.face.facet[found.contact.acting], self._part.facets)
             if len(missing) == 0 or found.shortened:
                 break
@@ -153,17 +154,20 @@ class Condenser:
         last = self.linearisation
         return last is not None and last.positions is iterate.positions and body.is_plain
 
-    def _model(self, problem: Problem, iterate: Iterate, needed: Index) -> Body | None:
-        """The model to step with: a new one at this state where there is none, or none that has all facets needed."""
+    def _model(self, problem: Problem, iterate: Iterate, needed: Index) -> Body | Rung:
+        """The model to step with: a new one at this state where there is none, or none that has all facets needed.
+
+        Where none can be made, why.
+        """
         last = self.linearisation
         if last is not None and len(np.setdiff1d(needed, last.facets)) == 0:
             if self._body is None:
                 self._body = self._body_of(problem, last)
-            return self._body
+            return self._body or Rung.INDEFINITE
         if len(np.setdiff1d(needed, self._facets)) > 0:
             self._facets = np.union1d(needed, _expected_facets(problem, iterate))
         if self.store.part(problem, self._facets) is None:
-            return None
+            return Rung.LARGE if len(self._facets) else Rung.UNTOUCHED
         shift = iterate.shift / 4 if iterate.shift > FIRST_SHIFT else 0.0
         while shift < problem.options.last_shift:
             last = Linearisation(
@@ -179,7 +183,7 @@ class Condenser:
                 self.linearisation = last
                 return self._body
             shift = max(FIRST_SHIFT, 4 * shift)
-        return None
+        return Rung.INDEFINITE
 
     def _body_of(self, problem: Problem, linearisation: Linearisation) -> Body | None:
         found = self.store.factor(problem, linearisation)

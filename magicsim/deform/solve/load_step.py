@@ -16,6 +16,7 @@ from magicsim.deform.lattice.table import has_settled
 from magicsim.deform.solve import newton
 from magicsim.deform.solve.condensed import Condenser, FirstStep
 from magicsim.deform.solve.iterate import Iterate, evaluated
+from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.problem import Problem
 from magicsim.deform.solve.rigid_motion import reach_mm, way_length_mm
 from magicsim.geometry.indenter import Indenter
@@ -60,8 +61,9 @@ def iterate_pose(
     first = FirstStep(predictor=None if is_short else surface, pressed=pressed)
     condenser.begin(start.linearisation if may_use_path else None)
     found = condenser.step(problem, indenter.distance, last, first=first)
-    if found is None:
-        found = newton.step(problem, surface, evaluated(problem, surface, positions, start.pressure_mpa, memory))
+    if isinstance(found, Rung):
+        state = evaluated(problem, surface, positions, start.pressure_mpa, memory)
+        found = newton.step(problem, surface, state).on(found)
         if not found.stuck:
             guess = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
             found = replace(guess, iteration=found.iteration, shift=found.shift, rungs=found.rungs)
@@ -76,7 +78,9 @@ def iterate_pose(
         if newton.terminate(problem, found):
             return found
         following = condenser.step(problem, indenter.distance, found)
-        found = following or newton.step(problem, indenter.distance, found)
+        if isinstance(following, Rung):
+            following = newton.step(problem, indenter.distance, found).on(following)
+        found = following
         note(found)
 
 

@@ -14,6 +14,8 @@ from magicsim.deform.solve import condensed as condensed_steps
 from magicsim.deform.solve import face_part, face_problem, touched
 from magicsim.deform.solve import factor as factors
 from magicsim.deform.solve.condensed import Condenser
+from magicsim.deform.solve.factor import FactorStore
+from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
@@ -48,7 +50,7 @@ def test_equilibria_are_those_of_plain_newton_steps(
     lattice: Lattice, friction: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     condensed = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())
-    monkeypatch.setattr(Condenser, "step", lambda *_, **__: None)
+    monkeypatch.setattr(Condenser, "step", lambda *_, **__: Rung.LARGE)
     plain = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())
     tolerance = 2e-3 if friction else 1e-4
     for one, other in zip(condensed, plain, strict=True):
@@ -71,10 +73,26 @@ def test_contacts_too_large_to_condense_are_plain_steps_with_all_their_iteration
     monkeypatch.setattr(factors, "MAX_UNKNOWNS", 0)
     monkeypatch.setattr(condensed_steps, "GIVEN_UP_SHARE", 0.0)
     large = solved(ContactSolver(lattice), poses()[:2])
-    monkeypatch.setattr(Condenser, "step", lambda *_, **__: None)
+    monkeypatch.setattr(Condenser, "step", lambda *_, **__: Rung.LARGE)
     plain = solved(ContactSolver(lattice), poses()[:2])
     for one, other in zip(large, plain, strict=True):
         np.testing.assert_array_equal(one.displacements_mm, other.displacements_mm)
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "value", "reason"),
+    [
+        (factors, "MAX_UNKNOWNS", 0, "large"),
+        (condensed_steps, "solve_face", lambda *_, **__: None, "unsolved"),
+        (FactorStore, "factor", lambda *_, **__: None, "indefinite"),
+    ],
+)
+def test_a_result_says_why_its_steps_were_plain(
+    lattice: Lattice, monkeypatch: pytest.MonkeyPatch, owner: object, name: str, value: object, reason: str
+) -> None:
+    assert solved(ContactSolver(lattice), poses()[:1])[0].rungs == ()
+    monkeypatch.setattr(owner, name, value)
+    assert solved(ContactSolver(lattice), poses()[:1])[0].rungs[:2] == ("plain", reason)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.6])
@@ -118,7 +136,9 @@ def test_a_step_that_condensed_iterations_cannot_take_is_taken_patiently(
     expected = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM), poses()[:2])[-1]
     monkeypatch.setattr(
         Condenser, "step",
-        lambda _, problem, __, iterate, **___: replace(iterate, stuck=True) if problem.options.is_condensed else None,
+        lambda _, problem, __, iterate, **___: (
+            replace(iterate, stuck=True) if problem.options.is_condensed else Rung.PATIENT
+        ),
     )  # fmt: skip
     found = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM), poses()[:2])[-1]
     assert found.cutbacks > 0

@@ -46,7 +46,7 @@ def test_labels_of_a_relaxing_body_say_that_they_follow_time() -> None:
 
 
 @pytest.mark.parametrize(("core_mm", "is_known"), [(1.0, False), (3.3, False), (3.4, True)])
-def test_blocks_below_5_mm_have_an_unknown_error(core_mm: float, is_known: bool) -> None:  # noqa: FBT001
+def test_blocks_below_5_mm_have_an_unknown_error(core_mm: float, is_known: bool) -> None:
     recipe = load_recipe(str(ROUND))
     thin = recipe.model_copy(update={"design": recipe.design.model_copy(update={"core_mm": core_mm})})
     assert thin.design.height_mm == pytest.approx(core_mm + 1.6)
