@@ -73,7 +73,7 @@ def _flow(variants: Variants, presses: Rows) -> list[str]:
         "the yield stress, walls resolved, above the middle of a cell. The yield stress is assumed: nobody published "
         f"one. Forces at a speed as above, for a reading after {READING_S[0]:g} s (to {READING_S[1]:g} s). Stretch and "
         "stress are those of the skin at that depth. The infill that goes with walls of 0.2 mm has a modulus of 2 kPa: "
-        "its yield strains are 2.3 and more. What was left out for time says `not computed`.", "",
+        "its yield strains are 2.3 and more.", "",
     ]  # fmt: skip
     lines += _head(
         ["variant", "indenter", "yield stress [kPa]", "depth [mm]", "force [N]", *speeds, "stretch", "stress [MPa]"]
@@ -116,7 +116,7 @@ def _beside(rows: Rows) -> list[str]:
         "## Lateral forces beside the middle of a cell", "",
         "The axis of the indenter is 0.2 mm from the middle of a cell, 0.173 mm along x and 0.1 mm along y; walls "
         "resolved below it on the whole block, nodes 0.45 mm apart at most, friction 1. Above the middle such forces "
-        "vanish by symmetry.", "",
+        "vanish by symmetry. Those of 4 mm are of the code of commit 0efec25.", "",
     ]  # fmt: skip
     names = ("fx_n", "fy_n", "fz_n", "least_infill_shear")
     lines += _head(["indenter", "depth [mm]", "Fx [N]", "Fy [N]", "Fz [N]", "least shear of a layer of the infill"])
@@ -134,7 +134,8 @@ def _sheared(variants: Iterable[tuple[str, Rows]]) -> list[str]:
     lines = [
         "## Sheared presses of a domed cylinder of 6 mm, step by step", "",
         "Skin of 0.3 mm with one layer of cells, nodes 0.5 mm apart, effective core, sheared along x. One layer tells "
-        "less than the stretch and stress at the surface.", "",
+        "less than the stretch and stress at the surface. Those with friction 0.5 are of the code of commit 0efec25.",
+        "",
     ]  # fmt: skip
     keys = ("fx_n", "fz_n", "skin_stretch", "skin_von_mises_mpa", "infill_shear")
     lines += _head(
