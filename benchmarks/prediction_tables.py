@@ -13,8 +13,8 @@ HEAD = """# Predictions
 Written before any comparison by `python benchmarks/predictions.py` (forces of presses and of sheared presses) and
 `python benchmarks/prediction_limits.py` (skin, infill, lateral forces: variants of `magicsim study limits`); their
 docstrings say what is computed. The moduli meet two hardness readings and nothing else ([Validation](validation.md));
-they are the stiffness some seconds after contact, and the tables by speed say what time does to them. Nothing was fitted
-to results.
+they are the stiffness some seconds after contact, and the tables by speed say what time does to them. Nothing was
+fitted to results.
 
 What is here: force of domed cylinders of 2 and 4 mm on skins of 0.3, 0.6 and 0.8 mm from 0.2 to 4.5 mm deep, at the
 stiffness of the readings and at 1 and 0.1 mm/s; largest forces of a dome of 6 mm under shear; largest stretch and
