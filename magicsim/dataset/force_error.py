@@ -27,7 +27,7 @@ the stiffness is 2.6 times as large after 0.1 s and 1.2 times after 60 s (docs/v
 MODULI: Share = (-0.25, 0.1)
 """What two fitted stiffnesses leave of seven other hardness readings (docs/validation.md): most are read too hard."""
 LEAST_HEIGHT_MM = 5.0
-"""Least height of blocks for which that was found out; thinner ones are read too hard by an unknown part (docs/validation.md)."""
+"""Least height for which that was found out; thinner blocks are read too hard by an unknown part."""
 
 
 def force_error(recipe: Recipe) -> dict[str, Share | None]:
