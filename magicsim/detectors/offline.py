@@ -6,6 +6,7 @@ from contextlib import closing, contextmanager
 from itertools import islice
 from pathlib import Path
 
+from magicsim.detectors.at_rest import FeatureAtRest, features_at_rest, marked
 from magicsim.detectors.combined import detect
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import References, fuse
@@ -66,17 +67,21 @@ def stream_sources(
         raise ConfigError(msg)
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
     with closing(read_source(source)) as judged:
-        references = fuse_source(reference, chosen)
+        references, resting = fuse_source(reference, chosen)
         for each in islice(judged, frames):
             with _naming(each):
                 verdict = detect(each.image, references, chosen, source=each.name)
-            yield verdict
+            yield marked(verdict, resting)
     if references.grid.frames < chosen.reference_count:
         _LOG.warning("%d reference frames instead of %d", references.grid.frames, chosen.reference_count)
 
 
-def fuse_source(reference: str | Path, profile: DetectorProfile) -> References:
-    """References from the first frames of a source of the untouched sensor; raises what `detect_sources` raises."""
+def fuse_source(reference: str | Path, profile: DetectorProfile) -> tuple[References, dict[str, FeatureAtRest]]:
+    """References from the first frames of a source of the untouched sensor, and what E, C and S are on these.
+
+    Raises:
+        MagicsimError: As `detect_sources`.
+    """
     with closing(_reference_images(reference)) as images:
         taken = list(islice(images, profile.reference_count))
     references = fuse(taken, profile)
@@ -89,7 +94,7 @@ def fuse_source(reference: str | Path, profile: DetectorProfile) -> References:
             "references are frames of the untouched sensor",
             len(odd), len(taken), odd[0], first.proximity, first.combined,
         )  # fmt: skip
-    return references
+    return references, features_at_rest(verdicts)
 
 
 def _is_untouched(verdict: Verdict) -> bool:

@@ -89,13 +89,19 @@ def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None 
         found = list(found)
         width = max((len(str(row.get("source", ""))) for row in found), default=0)
     width = max(width, len("source"))
-    words = (*WORDS, "stage") if grasp else WORDS
     following = iter(found)
     first = list(islice(following, 1))
+    words = (*WORDS, *(["weak"] if first and "weak" in first[0] else []), *(["stage"] if grasp else []))
     yield _line([f"{'source':<{width}}", *(f"{name:>11}" for name in NUMBERS), *(f"{name:<11}" for name in words)])
     for row in chain(first, following):
         numbers = [f"{row[name]:>11.4f}" for name in NUMBERS]
-        yield _line([f"{row.get('source', ''):<{width}}", *numbers, *(f"{row[name] or '-':<11}" for name in words)])
+        yield _line(
+            [f"{row.get('source', ''):<{width}}", *numbers, *(f"{_word(name, row[name]):<11}" for name in words)]
+        )
+
+
+def _word(name: str, value: float | str | bool | None) -> str:
+    return ("weak" if value else "-") if name == "weak" else str(value or "-")
 
 
 def _line(cells: Sequence[str]) -> str:

@@ -1,6 +1,6 @@
 """What the detectors say about one frame."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 
 
@@ -54,10 +54,13 @@ class Verdict:
     """Verdict from S alone: `Touched` or `Untouched`."""
     combined: Contact
     """The contact verdict, `Unknown` where proximity says `Noise`."""
+    weak: bool | None = field(default=None, compare=False)
+    """Whether it rests on less than the camera's own repeatability, see `magicsim.detectors.at_rest`; None where the
+    spread at rest is not known."""
     source: str | None = None
     """Where the frame came from, such as a file name; None for an array in memory."""
 
     def as_dict(self) -> dict[str, float | str]:
-        """The fields ready for JSON, without `source` where there is none."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        """The fields ready for JSON, without `weak` and `source` where there are none."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
         return {name: value for name, value in values.items() if value is not None}

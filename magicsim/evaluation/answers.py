@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
 from magicsim.arrays import Frame
+from magicsim.detectors.at_rest import FEATURES
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.evaluation.detector import Detection, Detector, MakeDetector
@@ -34,10 +36,10 @@ def check_detection(said: object, *, who: str) -> Detection:
     """A plug-in's answer, checked.
 
     Raises:
-        ConfigError: A field is missing, a verdict unknown, or a score not a finite number.
+        ConfigError: One of the first four fields is missing, a verdict unknown, or a score not a finite number.
     """
-    values = {}
-    for field in Detection.__slots__:
+    values: dict[str, Any] = {name: _number(getattr(said, name, None)) for name in FEATURES}
+    for field in ("proximity", "contact", "approach", "touch"):
         if not hasattr(said, field):
             msg = f"detector '{who}': step returned {type(said).__name__} without {field}; must be like Detection"
             raise ConfigError(msg)
@@ -46,12 +48,18 @@ def check_detection(said: object, *, who: str) -> Detection:
         if values[field] not in list(choices):
             raise ConfigError(f"detector '{who}': {unknown_choice(field, str(values[field]), choices)}")
     for field in ("approach", "touch"):
-        try:
-            score = float(values[field])
-        except (TypeError, ValueError):
-            score = math.nan
-        if not math.isfinite(score):
+        score = _number(values[field])
+        if score is None:
             msg = f"detector '{who}': {field} = {values[field]!r} is not allowed: must be a finite number"
             raise ConfigError(msg)
         values[field] = score
     return Detection(**values)
+
+
+def _number(value: object) -> float | None:
+    """A finite number, None where it is none."""
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None

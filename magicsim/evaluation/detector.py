@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from magicsim.arrays import Frame
+from magicsim.detectors.at_rest import FEATURES
 from magicsim.detectors.combined import behind_coat, detect
 from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profiles.profile import DetectorProfile
@@ -25,6 +26,12 @@ class Detection:
     """Score that rises with the evidence for a nearby object; any scale, used for ranking alone."""
     touch: float
     """Score that rises with the evidence for a touch; any scale, used for ranking alone."""
+    entropy: float | None = None
+    """E [bit], where the detector has it; its spread at rest is then told, and likewise that of the next two."""
+    correlation: float | None = None
+    """C."""
+    similarity: float | None = None
+    """S."""
 
 
 @runtime_checkable
@@ -37,7 +44,7 @@ class Detector(Protocol):
     def step(self, frame: Frame) -> Detection:
         """Judges the next frame of the stream; called once for every frame, in order.
 
-        Anything with the four fields of `Detection` may be returned.
+        Anything with the first four fields of `Detection` may be returned.
         """
 
 
@@ -69,6 +76,7 @@ class ProfileDetector:
             contact=verdict.combined,
             approach=verdict.p_approach,
             touch=verdict.p_touch * (1 - (0 if self.is_coated else verdict.p_noise)),
+            **{name: getattr(verdict, name) for name in FEATURES},
         )
 
 

@@ -1,13 +1,15 @@
 """What a detector says of every frame of an episode, beside the truth."""
 
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from magicsim.arrays import Array
+from magicsim.detectors.at_rest import FEATURES
 from magicsim.evaluation.answers import answered, fitted
-from magicsim.evaluation.detector import MakeDetector
+from magicsim.evaluation.detector import Detection, MakeDetector
 from magicsim.evaluation.takes.footage import EpisodeTag, Footage, Labels
 
 
@@ -23,6 +25,8 @@ class JudgedEpisode:
     """Evidence for a nearby object, shape (frames,)."""
     touch: Array
     """Evidence for a touch, shape (frames,)."""
+    features: Mapping[str, Array] = field(default_factory=dict)
+    """`entropy`, `correlation` and `similarity` as far as the detector tells them of every frame, shape (frames,)."""
     milliseconds: float = 0.0
     """Median time of one step [ms]; belongs to the machine, so nothing is compared by it."""
     frames_per_second: float = 15.0
@@ -47,6 +51,13 @@ def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEp
         contact=tuple(str(each.contact) for each in said),
         approach=np.array([each.approach for each in said], np.float64),
         touch=np.array([each.touch for each in said], np.float64),
+        features=features_of(said),
         milliseconds=round(1e3 * float(np.median(spent)), 3) if spent else 0.0,
         frames_per_second=footage.frames_per_second,
     )
+
+
+def features_of(said: Sequence[Detection]) -> dict[str, Array]:
+    """E, C and S that a detector tells of every frame, by name."""
+    values = {name: [getattr(each, name) for each in said] for name in FEATURES}
+    return {name: np.array(each, np.float64) for name, each in values.items() if each and None not in each}

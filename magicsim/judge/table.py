@@ -54,6 +54,7 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
             verdict = judgement.verdicts[number].as_dict() if number >= 0 else {}
             for key in (*NUMBERS, *WORDS):
                 row[f"{judgement.profile}_{key}"] = verdict.get(key, math.nan if key in NUMBERS else "")
+            row[f"{judgement.profile}_weak"] = bool(verdict.get("weak"))
     schema = _schema(judgements, marked=marked, touch=rows[0] if taxels else {})
     pq.write_table(pa.Table.from_pylist(rows, schema=schema), path, compression="zstd")
 
@@ -106,6 +107,7 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, A
     for judgement in judgements:
         fields += [(f"{judgement.profile}_{key}", number) for key in NUMBERS]
         fields += [(f"{judgement.profile}_{key}", pa.string()) for key in WORDS]
+        fields += [(f"{judgement.profile}_weak", pa.bool_())]
     return pa.schema(fields)
 
 

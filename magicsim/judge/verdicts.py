@@ -1,10 +1,9 @@
 """Runs the detectors over an episode and scores them against its ground truth."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
+from magicsim.detectors.at_rest import FeatureAtRest, features_at_rest, marked
 from magicsim.detectors.combined import behind_coat, detect_all
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.profiles.profile_file import load_profile
@@ -13,27 +12,10 @@ from magicsim.detectors.verdict import Verdict
 from magicsim.simulation.episode import Episode
 from magicsim.waiting import Told, on_stderr, waiting
 
-FEATURES = ("entropy", "correlation", "similarity")
-"""Measures of a frame whose spread at rest is told."""
 PROFILES = ("calibrated", "published")
 """Profiles that every report shows; scores of the first one are the headline."""
 COATED = "proximity: design.coat is opaque, and nothing outside is seen"
 """What is not judged of a coated sensor, and why."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FeatureAtRest:
-    """One of E, C and S on the untouched sensor."""
-
-    mean: float
-    sd: float
-    """From one reference frame to the next: the camera's own repeatability."""
-
-    def distance(self, value: float) -> float:
-        """How far a value is from rest, signed [standard deviations]: d' of a frame. Infinite where nothing varies."""
-        if self.sd > 0:
-            return (value - self.mean) / self.sd
-        return 0.0 if value == self.mean else float(np.copysign(np.inf, value - self.mean))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,15 +55,13 @@ def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Jud
         verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
     if episode.scene.design.is_opaque:
         verdicts = [behind_coat(each) for each in verdicts]
+    rest = features_at_rest(resting)
+    verdicts = [marked(each, rest) for each in verdicts]
     score = score_verdicts(verdicts, [frame.truth.frame_class for frame in episode.scored])
     return Judgement(
         profile=profile_name,
         thresholds={"tau_e": profile.tau_e, "tau_c": profile.tau_c, "tau_g": profile.tau_g},
         verdicts=tuple(verdicts),
         score=score,
-        at_rest={name: _at_rest([getattr(each, name) for each in resting]) for name in FEATURES},
+        at_rest=rest,
     )
-
-
-def _at_rest(values: Sequence[float]) -> FeatureAtRest:
-    return FeatureAtRest(mean=float(np.mean(values)), sd=float(np.std(values, ddof=1)) if len(values) > 1 else 0.0)

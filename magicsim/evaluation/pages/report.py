@@ -35,6 +35,8 @@ COLUMNS = {
     "onset_mm": "onset [mm]",
 }
 """Measures of the table of groups."""
+SYMBOLS = {"entropy": "E [bit]", "correlation": "C", "similarity": "S"}
+"""What the measures of a frame are called."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +97,7 @@ def render_page(found: Evaluation) -> str:
         pictures=sheet(found.footage, found.episodes, found.standard),
         changed=changed_sheet(found.footage, found.episodes, worse),
         rest=rest_rows(found.rest),
+        features=feature_rows(found.rest),
         repeatability=f"{REPEATABILITY_SD:g}",
         truth=truth,
         span=span,
@@ -135,6 +138,8 @@ def rest_lines(found: Sequence[Rest]) -> list[str]:
         alarms = f"{each.alarms} false alarms in {each.frames} untouched frames"
         hourly = f"{number(each.low, 1)} to {number(each.high, 1)} an hour"
         lines.append(f"at rest, {each.place}/{each.noise}: {'; '.join([f'{alarms} ({hourly})', *margins])}")
+        told = [f"{row[1]} {row[2]} (touch {row[3]}, near {row[4]} sd)" for row in feature_rows([each])]
+        lines += [f"at rest, {each.place}/{each.noise}: {', '.join(told)}"] if told else []
     return lines
 
 
@@ -153,6 +158,18 @@ def rest_rows(found: Sequence[Rest]) -> list[list[str]]:
             )
         rows.append(row)
     return rows
+
+
+def feature_rows(found: Sequence[Rest]) -> list[list[str]]:
+    """E, C and S at rest and their distances of touch and approach as the rows of a table, see the page's head."""
+    return [
+        [
+            f"{each.place}, {each.noise}", SYMBOLS[name], f"{number(rest.mean, 3)} ± {rest.sd:.2g}",
+            *(MISSING if d is None else f"{d:+.3g}" for d in (rest.touch_d, rest.approach_d)),
+        ]
+        for each in found
+        for name, rest in each.features.items()
+    ]  # fmt: skip
 
 
 def value_text(name: str, each: Estimate) -> str:

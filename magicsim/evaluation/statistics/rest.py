@@ -12,10 +12,11 @@ import numpy as np
 from scipy.special import gammaincinv, ndtr
 
 from magicsim.arrays import Array, Mask
+from magicsim.detectors.at_rest import FeatureAtRest
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.answers import answered, fitted
 from magicsim.evaluation.detector import MakeDetector
-from magicsim.evaluation.judged import JudgedEpisode
+from magicsim.evaluation.judged import JudgedEpisode, features_of
 from magicsim.evaluation.takes.footage import ExposedTake, Footage
 from magicsim.frame_class import FrameClass
 
@@ -24,6 +25,8 @@ REPEATABILITY_SD = 3.0
 TAIL = 0.025
 """On either side of a 95 % interval."""
 HOUR_S = 3600.0
+MOST_SD = 1e6
+"""Where nothing varies at rest, every other frame is as far as this from it [standard deviations]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +41,18 @@ class ScoreAtRest:
     """Right verdicts on frames whose d' is below `REPEATABILITY_SD`."""
     verdicts: int
     """All right verdicts of the kind."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureAtRest:
+    """E, C or S over the frames of a stream at rest, and how far from it other frames are."""
+
+    mean: float
+    sd: float
+    touch_d: float | None
+    """Median d' of frames in contact: (value - mean) / sd, signed; None without any."""
+    approach_d: float | None
+    """Median d' of near frames, likewise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +72,8 @@ class Rest:
     """What the tails of normal scores promise; None where scores are no probabilities."""
     touch: ScoreAtRest | None
     approach: ScoreAtRest | None
+    features: dict[str, MeasureAtRest]
+    """`entropy`, `correlation` and `similarity`, as far as the detector tells them."""
 
 
 def rest_streams(
@@ -108,7 +125,23 @@ def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, 
         expected_per_hour=float(sum(tails)) * film.frames_per_second * HOUR_S if tails else None,
         touch=touch,
         approach=approach,
+        features={name: _measure(values, episodes, name) for name, values in features_of(said).items()},
     )
+
+
+def _measure(values: Array, episodes: Sequence[JudgedEpisode], name: str) -> MeasureAtRest:
+    rest = FeatureAtRest(mean=float(values.mean()), sd=float(values.std(ddof=1)))
+    found = {
+        truth: [
+            rest.distance(value)
+            for each in episodes
+            for one, value in zip(each.labels.classes, each.features.get(name, ()), strict=False)
+            if one is truth
+        ]
+        for truth in (FrameClass.CONTACT, FrameClass.NEAR)
+    }
+    touch, approach = (float(np.clip(np.median(each), -MOST_SD, MOST_SD)) if each else None for each in found.values())
+    return MeasureAtRest(mean=rest.mean, sd=rest.sd, touch_d=touch, approach_d=approach)
 
 
 def _score(
@@ -130,7 +163,7 @@ def _score(
     return ScoreAtRest(
         mean=mean,
         sd=spread,
-        margin_sd=-mean / spread if spread > 0 else float(np.copysign(1e6, -mean)),
+        margin_sd=-mean / spread if spread > 0 else float(np.copysign(MOST_SD, -mean)),
         weak_verdicts=int((right < REPEATABILITY_SD * spread).sum()),
         verdicts=len(right),
     )

@@ -5,7 +5,8 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import TextIO
 
-from magicsim.detectors.combined import behind_coat, detect
+from magicsim.detectors.at_rest import features_at_rest, marked
+from magicsim.detectors.combined import behind_coat, detect, detect_all
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.profiles.profile_file import load_profile
@@ -55,7 +56,9 @@ def write_existing_verdicts(
 
 
 def _verdicts(film: Footage, profile: DetectorProfile, *, coated: bool) -> Iterator[Verdict]:
-    references = fuse(list(islice(film.images.references(), profile.reference_count)), profile)
+    untouched = list(islice(film.images.references(), profile.reference_count))
+    references = fuse(untouched, profile)
+    rest = features_at_rest(detect_all(untouched, references, profile))
     for number, frame in enumerate(film.images.frames()):
         verdict = detect(frame, references, profile, source=f"{film.tag.take}#{number}")
-        yield behind_coat(verdict) if coated else verdict
+        yield marked(behind_coat(verdict) if coated else verdict, rest)

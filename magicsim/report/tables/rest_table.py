@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magicsim.judge.verdicts import FeatureAtRest, Judgement
+from magicsim.detectors.at_rest import FeatureAtRest
+from magicsim.judge.verdicts import Judgement
 from magicsim.report.story import tell_phases
 from magicsim.report.text import number
 from magicsim.simulation.episode import SimulatedFrame

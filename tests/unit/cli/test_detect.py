@@ -23,6 +23,7 @@ def test_detect_prints_one_verdict_a_frame(shell: Shell, tmp_path: Path):
         "proximity",
         "contact",
         "combined",
+        "weak",
     }
     assert keys <= set(found["frames"][0])
     assert found["frames"][0]["proximity"] == "Normal"

@@ -9,7 +9,7 @@ import pytest
 
 from magicsim.evaluation.baseline import load_baseline, save_baseline
 from magicsim.evaluation.evaluate import Evaluation
-from magicsim.evaluation.pages.report import describe, render_page
+from magicsim.evaluation.pages.report import describe, feature_rows, render_page
 
 
 class Page(HTMLParser):
@@ -93,3 +93,14 @@ def test_hostile_names_stay_text(found: Evaluation, name: str):
     assert "<script" not in text
     assert not {"\u202e", "\x1b"} & set(text)
     assert "{{" not in name or "{{ 7 * 6 }}" in text
+
+
+def test_page_lines_and_json_tell_what_e_c_and_s_do_at_rest(found: Evaluation):
+    assert [list(each["features"]) for each in found.as_dict()["rest"]] == [
+        ["entropy", "correlation", "similarity"] for _ in found.rest
+    ]
+    text, lines = render_page(found), "\n".join(describe(found))
+    for place, measure, at_rest, touch, near in feature_rows(found.rest):
+        assert f"<td>{measure}</td><td>{at_rest}</td><td>{touch}</td><td>{near}</td>" in text
+        assert f"{measure} {at_rest} (touch {touch}, near {near} sd)" in lines
+        assert place.split(",")[0] in lines

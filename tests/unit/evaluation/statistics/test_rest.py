@@ -29,7 +29,8 @@ class Drawn:
     def step(self, frame) -> Detection:
         touch = float(expit(self.mean + self.random.standard_normal()))
         said = "Touched" if touch > 0.5 else "Untouched"
-        return Detection(proximity="Normal", contact=said, approach=0.1, touch=touch)
+        similarity = 0.9 + 0.01 * float(self.random.standard_normal())
+        return Detection(proximity="Normal", contact=said, approach=0.1, touch=touch, similarity=similarity)
 
 
 def footage(*, place: str = FIRST_PLACE, noise: str = "rig") -> Footage:
@@ -70,6 +71,21 @@ def test_right_verdicts_near_rest_are_counted_as_weak():
     touch[10:14] = expit([-3.0, 0.5, 4.0, 9.0])  # the frames in contact, all called Touched
     found = streams(-2.0, 100.0, [replace(one, touch=touch, approach=np.full(18, 0.5))])[0]
     assert (found.touch.weak_verdicts, found.touch.verdicts) == (2, 4)
+
+
+def test_measures_are_told_at_rest_and_how_far_touches_and_near_frames_are_from_it():
+    similarity = np.full(18, 0.9)
+    similarity[4:10], similarity[10:14] = 0.88, 0.7
+    found = streams(-2.0, 200.0, [replace(judged("a"), features={"similarity": similarity})])[0].features
+    assert list(found) == ["similarity"]  # what the detector does not tell is left out
+    told = found["similarity"]
+    assert (told.mean, told.sd) == (pytest.approx(0.9, abs=1e-3), pytest.approx(0.01, rel=0.05))
+    assert (told.touch_d, told.approach_d) == (pytest.approx(-20, rel=0.06), pytest.approx(-2, abs=0.2))
+
+
+def test_measures_without_frames_of_a_class_have_no_distance():
+    told = streams(-2.0, 10.0)[0].features["similarity"]
+    assert (told.touch_d, told.approach_d) == (None, None)
 
 
 def test_scores_that_are_no_probabilities_have_no_margin():
