@@ -57,6 +57,7 @@ def press(
 def durometer(
     design: str, *, place: Literal["cell", "wall"] = "cell",
     base: Annotated[Literal["table", "bonded"], Parameter(help="What the sample does below.")] = "table",
+    friction: Annotated[float, Parameter(help="Of the tool; that of the table is mounting.friction.")] = 1.0,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Press a virtual Shore A durometer into a block, on the centre of a cell or where walls cross.
@@ -73,7 +74,7 @@ def durometer(
 
     with show_progress(f"{design}: cone") as progress:
         mounting = block.mounting.model_copy(update={"base": base})
-        result = test(block, place=place, mounting=mounting, progress=progress)
+        result = test(block, place=place, friction=friction, mounting=mounting, progress=progress)
     print_result(figures_last(result), as_json=json)
 
 

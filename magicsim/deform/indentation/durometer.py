@@ -17,7 +17,7 @@ import numpy as np
 
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.figures import SolveFigures
-from magicsim.deform.indentation.press import compile_kernels
+from magicsim.deform.indentation.press import check_friction, compile_kernels
 from magicsim.deform.lattice.central import central_lattice
 from magicsim.deform.lattice.resolved import resolved_lattice
 from magicsim.deform.lattice.structure import Lattice
@@ -127,9 +127,11 @@ def durometer(
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
+        ConfigError: The friction is not allowed.
         GeometryError: The design cannot be built.
         ConvergenceError: No valid equilibrium was found; thin and soft samples are pressed almost through.
     """
+    check_friction(friction)
     compile_kernels()
     design = design.mounted(mounting)
     start = time.perf_counter()

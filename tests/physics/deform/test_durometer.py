@@ -44,6 +44,15 @@ def test_thinner_is_harder(soft: float) -> None:
     assert durometer(thin, spacing_mm=0.6).shore_a > soft + 2
 
 
+def test_friction_of_the_tip_makes_the_reading_harder(soft: float) -> None:
+    """It only holds the face; the reading in the middle is that with a coefficient of 1."""
+    slipping, sticking = [
+        durometer(sample("materials.body.youngs_modulus_mpa=1.0"), spacing_mm=0.6, friction=friction).shore_a
+        for friction in (0.2, 2.0)
+    ]
+    assert slipping < soft < sticking
+
+
 def test_foot_makes_the_reading_harder(soft: float) -> None:
     bare = durometer(sample("materials.body.youngs_modulus_mpa=1.0"), spacing_mm=0.6, hole_radius_mm=None)
     assert bare.shore_a < soft

@@ -1,5 +1,9 @@
 import pytest
 
+from magicsim.deform.indentation.durometer import FRICTION
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import Mounting
+
 from .conftest import Shell
 
 COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]
@@ -65,3 +69,29 @@ def test_file_of_a_curve_that_cannot_be_written_is_refused_before_it_is_solved(
     (tmp_path / "file").write_text("mine")
     refused = shell.refusal("press", *COARSE, *BALL, "--depth-mm", 0.2, "--curve", "file/ball.csv")
     assert "cannot write file/ball.csv: 'file' is not a folder" in refused
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (["--friction", "-0.1"], "friction = -0.1 is not allowed: must be 0 to 5 (rubber on most solids is below 2)"),
+        (["--friction", "nan"], "friction = nan is not allowed"),
+        (["--set", "mounting.friction=0.01"], "mounting.friction = 0.01 is not allowed"),
+    ],
+)
+def test_friction_of_a_durometer_is_refused_in_one_line(shell: Shell, options: list[str], named: str):
+    assert named in shell.refusal("durometer", *COARSE, *options)
+
+
+def test_durometer_presses_with_the_friction_that_it_is_given(shell: Shell, monkeypatch: pytest.MonkeyPatch):
+    asked = []
+
+    def refuse(_: object, *, friction: float, mounting: Mounting, **__: object) -> None:
+        asked.append((friction, mounting.friction))
+        msg = "friction was heard"
+        raise ConfigError(msg)
+
+    monkeypatch.setattr("magicsim.deform.indentation.durometer.durometer", refuse)
+    shell.refusal("durometer", *COARSE)
+    shell.refusal("durometer", *COARSE, "--friction", 0.15, "--set", "mounting.friction=0.1")
+    assert asked == [(FRICTION, 0.7), (0.15, 0.1)]
