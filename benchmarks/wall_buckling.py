@@ -1,13 +1,15 @@
 """How much printed walls lose when they buckle: a periodic block of 2 x 2 x 2 cells against one that cannot.
 
-    python benchmarks/wall_buckling.py          # some minutes; writes docs/benchmarks/wall-buckling.json
+    python benchmarks/wall_buckling.py          # some minutes a mode; writes docs/benchmarks/wall-buckling.json
+    python benchmarks/wall_buckling.py --only shear
 
-Cells of `mini-magictac` with walls of 0.1 mm, walls and infill meshed apart, are squeezed along z. Volume is kept, as
-below an indenter: the infill is nearly a liquid, so that a *confined* squeeze stops at some parts in a thousand and
-walls never get to buckle in it. The block is periodic over two cells each way; small random forces on the walls stand
-for what is not perfect in a print. An eighth of a cell between its mirrors cannot buckle: it is what the lattice's law
-of a core cell is made for. Both are solved with the same elements, and the lattice's own law stands beside
-them. Elements are trilinear with mean dilatation, which makes bending walls up to a quarter too stiff with two of them
+Cells of `mini-magictac` with walls of 0.1 mm, walls and infill meshed apart, are squeezed along z at constant volume
+as below an indenter, squeezed along z with the sides held (confined), and sheared along x. The block is periodic over
+two cells each way; small random forces on the walls stand for what is not perfect in a print. Beside it are cells that
+cannot buckle: an eighth of one between its mirrors, which is what the lattice's law of a core cell is made for, and
+under shear, where those are none, one periodic cell without imperfection. Both are solved with the same elements, and
+the lattice's own law stands beside them for the squeeze. A path ends at the first strain without an equilibrium.
+Elements are trilinear with mean dilatation, which makes bending walls up to a quarter too stiff with two of them
 across a wall: buckling begins somewhat earlier than found here.
 """
 
@@ -31,8 +33,12 @@ from magicsim.geometry.design import ElastomerDesign
 
 Array = npt.NDArray[np.float64]
 RESULT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks" / "wall-buckling.json"
-STRAINS = (0.1, 0.15, 0.2, 0.225, 0.25, 0.3, 0.4)
-"""Squeeze along z."""
+STRAINS = {
+    "squeeze": (0.1, 0.15, 0.2, 0.225, 0.25, 0.3, 0.4, 0.5),
+    "shear": (0.1, 0.2, 0.3, 0.4, 0.5),
+    "confined": (0.005, 0.01, 0.02, 0.05, 0.1),
+}
+"""Squeeze along z, and shear."""
 INFILL_PARTS, WALL_PARTS = 6, 2
 IMPERFECTION = 5e-3
 """Random force on each node of a wall in units of the walls' shear modulus times the area of an element."""
@@ -104,8 +110,16 @@ def _mirrors(lattice: Lattice) -> sp.csr_matrix:
     return sp.csr_matrix(sp.identity(is_free.size, format="csc")[:, np.flatnonzero(is_free)])
 
 
-def squeeze(block: Block, *, imperfection: float, seed: int = 0) -> list[dict[str, float]]:
-    """Mean stress along the path: the difference of the stresses along z and x, and whether it was stable."""
+def motion(mode: str, strain: float) -> Array:
+    """Deformation gradient of the block as a whole."""
+    if mode == "shear":
+        return np.array([[1.0, 0.0, strain], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    across = (1 - strain) ** -0.5 if mode == "squeeze" else 1.0
+    return np.diag([across, across, 1 - strain])
+
+
+def deformed(block: Block, mode: str, *, imperfection: float, seed: int = 0) -> list[dict[str, float]]:
+    """Mean stress along the path: that along x less that along z, or the shear stress, and whether it was stable."""
     lattice = block.elasticity.lattice
     rest, random = lattice.nodes_mm, np.random.default_rng(seed)
     wall_nodes = np.unique(lattice.cells[~block.is_infill])
@@ -115,9 +129,8 @@ def squeeze(block: Block, *, imperfection: float, seed: int = 0) -> list[dict[st
     pull = block.tie.T @ load.ravel()
     free, pressure, found = np.zeros(block.tie.shape[1]), np.zeros(len(lattice.cells)), []
     solver, kept = None, None
-    for strain in STRAINS:
-        stretch = np.array([(1 - strain) ** -0.5, (1 - strain) ** -0.5, 1 - strain])
-        affine, shifted = rest * stretch, 0
+    for strain in STRAINS[mode]:
+        affine, shifted = rest @ motion(mode, strain).T, 0
         for _ in range(MAX_ITERATIONS):
             positions = affine + (block.tie @ free).reshape(-1, 3)
             state = block.elasticity.evaluate(positions)
@@ -149,11 +162,11 @@ def squeeze(block: Block, *, imperfection: float, seed: int = 0) -> list[dict[st
                 part /= 2
             free, pressure = free + part * step, pressure + part * (target - pressure)
         else:
-            found.append({"strain": strain, "stress_mpa": float("nan")})
-            continue
+            return found
         forces = (state.gradient - load).T @ positions / block.elasticity.volumes.sum()
-        found.append({"strain": strain, "stress_mpa": float(forces[0, 0] - forces[2, 2]), "shifted": shifted})
-        print(found[-1], flush=True)
+        stress = float(forces[0, 2] if mode == "shear" else forces[0, 0] - forces[2, 2])
+        found.append({"strain": strain, "stress_mpa": stress, "along_z_mpa": float(forces[2, 2]), "shifted": shifted})
+        print(mode, found[-1], flush=True)
     return found
 
 
@@ -172,6 +185,7 @@ def main() -> None:
     """Solves both blocks and writes the result."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--wall", type=float, default=0.1, help="thickness of walls [mm]")
+    parser.add_argument("--only", choices=tuple(STRAINS), help="one mode; the others are kept")
     parser.add_argument("--out", type=Path, default=RESULT)
     options = parser.parse_args()
     design = load_preset(ElastomerDesign, "design", "mini-magictac", [f"wall_mm={options.wall}", "skin_mm=0.5"])
@@ -183,14 +197,23 @@ def main() -> None:
     }
     share = (design.cell_mm / (design.cell_mm + design.wall_mm)) ** 3
     cell = effective_stiffness(**moduli, infill_share=share)
-    straight = squeeze(Block.of(cells=0, share=share, **moduli), imperfection=0.0)
-    buckled = squeeze(Block.of(cells=2, share=share, **moduli), imperfection=IMPERFECTION)
-    law = [lattice_stress_mpa(each, (cell.shear_modulus_mpa, cell.wall_modulus_mpa)) for each in STRAINS]
-    rows = [
-        {"strain": strain, "straight_mpa": one["stress_mpa"], "buckled_mpa": two["stress_mpa"], "lattice_mpa": three}
-        for strain, one, two, three in zip(STRAINS, straight, buckled, law, strict=True)
-    ]
-    options.out.write_text(json.dumps({"wall_mm": options.wall, "moduli_mpa": moduli, "rows": rows}, indent=1) + "\n")
+    for mode in [options.only] if options.only else list(STRAINS):
+        perfect = Block.of(cells=1 if mode == "shear" else 0, share=share, **moduli)
+        straight = deformed(perfect, mode, imperfection=0.0)
+        buckled = deformed(Block.of(cells=2, share=share, **moduli), mode, imperfection=IMPERFECTION)
+        rows = [
+            {"strain": one["strain"], "straight_mpa": one["stress_mpa"], "buckled_mpa": two["stress_mpa"],
+             "straight_along_z_mpa": one["along_z_mpa"], "buckled_along_z_mpa": two["along_z_mpa"]}
+            for one, two in zip(straight, buckled, strict=False)
+        ]  # fmt: skip
+        if mode == "squeeze":
+            law = (cell.shear_modulus_mpa, cell.wall_modulus_mpa)
+            rows = [row | {"lattice_mpa": lattice_stress_mpa(row["strain"], law)} for row in rows]
+        reached = {"straight": straight[-1]["strain"], "buckled": buckled[-1]["strain"]}
+        kept = json.loads(options.out.read_text()) if options.out.is_file() else {}
+        modes = kept.get("modes", {}) | {mode: {"reached": reached, "rows": rows}}
+        found = {"wall_mm": options.wall, "moduli_mpa": moduli, "modes": modes}
+        options.out.write_text(json.dumps(found, indent=1) + "\n")
 
 
 if __name__ == "__main__":
