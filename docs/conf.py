@@ -18,14 +18,16 @@ extensions = [
     "sphinx.ext.napoleon",
     "command",
     "mathml",
+    "page_seconds",
     "plain_docstrings",
 ]
 exclude_patterns = ["_ext"]
 
 nb_execution_mode = "auto"
-nb_execution_timeout = 600  # of one cell, on a busy machine; a page takes less than a minute on an idle one
+nb_execution_timeout = 600  # of one cell, on a busy machine; `page_seconds` holds a page to two minutes
 nb_execution_raise_on_error = True
 nb_merge_streams = True
+nb_output_stderr = "remove"  # a call says there how long it takes, which each build would print otherwise
 nitpicky = False
 default_role = "code"
 
