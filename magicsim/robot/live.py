@@ -19,7 +19,7 @@ from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.slip import slip_share
 from magicsim.robot.travel import contact_areas_mm2, travel
-from magicsim.robot.workspace import Workspace, bounded
+from magicsim.robot.workspace import Workspace
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
@@ -80,9 +80,10 @@ class LiveSensor:
         self.workspace = workspace or Workspace()
         self.quality = find_quality(quality)
         self._told = told
-        self._scene = placed = bounded(self.quality.applied(scene), self.workspace)
+        self._scene = placed = self.quality.applied(scene)
+        states = self.workspace.states(placed)
         with waiting("building block and lattice", told):
-            sensor = Sensor.for_scene(placed, newton=self.quality.newton)
+            sensor = Sensor.for_scene(placed, states=states, newton=self.quality.newton)
             self._darkroom: Darkroom | None = Darkroom(sensor, placed.output)
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)
@@ -115,7 +116,7 @@ class LiveSensor:
 
     @property
     def scene(self) -> SceneConfig:
-        """What the sensor was made of, with its present rig; the keyframes are the corners of its workspace."""
+        """What the sensor was made of, with its present rig; the keyframes do not matter."""
         return self._scene.model_copy(update={"rig": self.sensor.rig})
 
     @property

@@ -1,7 +1,7 @@
 """Where an object may be moved: declared before the sensor is built, because the lattice is fine only there."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 from magicsim.config.ranges import check_number
@@ -9,8 +9,8 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE
 from magicsim.geometry.objects.rigid_object import MOST_TWIST_DEG
 from magicsim.scenes.rig import FARTHEST_MM
-from magicsim.scenes.scene import Keyframe, SceneConfig
-from magicsim.scenes.timeline import FrameState
+from magicsim.scenes.scene import SceneConfig
+from magicsim.scenes.timeline import UNTOUCHED, FrameState
 
 Range = tuple[float, float]
 TWIST_STEP_DEG = 30.0
@@ -78,31 +78,29 @@ class Workspace:
                 )
                 raise ConfigError(msg)
 
-    def corners(self) -> tuple[Keyframe, ...]:
-        """Poses that bound where the object can touch: every corner at the deepest press, and twists between."""
+    def corners(self) -> tuple[FrameState, ...]:
+        """States that bound where the object can touch: every corner at the deepest press, and twists between."""
         low, high = self.twist_deg
         count = math.ceil((high - low) / TWIST_STEP_DEG)
         twists = [low + (high - low) * step / count for step in range(count + 1)] if count else [low]
         poses = product(sorted(set(self.x_mm)), sorted(set(self.y_mm)), twists)
         return tuple(
-            Keyframe(frame=frame, gap_mm=self.gap_mm[0], x_mm=x, y_mm=y, twist_deg=twist)
-            for frame, (x, y, twist) in enumerate(poses)
+            replace(UNTOUCHED, gap_mm=self.gap_mm[0], x_mm=x, y_mm=y, twist_deg=twist) for x, y, twist in poses
         )
 
+    def states(self, scene: SceneConfig) -> tuple[FrameState, ...]:
+        """Where a scene's object may touch: the corners; nothing without an object.
 
-def bounded(scene: SceneConfig, workspace: Workspace) -> SceneConfig:
-    """The scene with the corners of a workspace in place of its keyframes.
-
-    Raises:
-        ConfigError: The workspace goes deeper than the block allows.
-    """
-    if scene.object is None:
-        return scene.model_copy(update={"keyframes": (Keyframe(frame=0),)})
-    deepest, limit = -workspace.gap_mm[0], MAX_DEPTH_SHARE * scene.design.height_mm
-    if deepest > limit:
-        msg = (
-            f"workspace.gap_mm = {workspace.gap_mm[0]:g} is not allowed: must be at least {-limit:g}, 90 % of the "
-            "block's height"
-        )
-        raise ConfigError(msg)
-    return scene.model_copy(update={"keyframes": workspace.corners()})
+        Raises:
+            ConfigError: The workspace goes deeper than the block allows.
+        """
+        if scene.object is None:
+            return ()
+        deepest, limit = -self.gap_mm[0], MAX_DEPTH_SHARE * scene.design.height_mm
+        if deepest > limit:
+            msg = (
+                f"workspace.gap_mm = {self.gap_mm[0]:g} is not allowed: must be at least {-limit:g}, 90 % of the "
+                "block's height"
+            )
+            raise ConfigError(msg)
+        return self.corners()

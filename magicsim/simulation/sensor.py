@@ -107,12 +107,14 @@ class Sensor:
 
     @classmethod
     def for_scene(
-        cls, scene: SceneConfig, *, untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None
-    ) -> Self:
+        cls, scene: SceneConfig, *, states: Sequence[FrameState] | None = None,
+        untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None,
+    ) -> Self:  # fmt: skip
         """The sensor of a scene, fine where the scene's object touches.
 
         Args:
-            scene: What happens; its states are those of the sensor.
+            scene: What happens.
+            states: Where the object may touch, in place of the scene's own states.
             untouched: Untouched states of sensors that other episodes share.
             newton: When a load step is good enough; the solver's own by default.
 
@@ -125,7 +127,7 @@ class Sensor:
             scene.object,
             contact=scene.contact,
             render=scene.render,
-            states=timeline(scene),
+            states=timeline(scene) if states is None else states,
             seed=scene.seed,
             step_s=1 / scene.frames_per_second,
             untouched=untouched,
