@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.deform.contact.face import contact_face
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import Lattice, box_lattice
 from magicsim.deform.solve.path import ContactSolver
@@ -132,5 +133,7 @@ def contact_radius_mm(state: Deformation, solver: ContactSolver) -> float:
 
 def mean_square_radius_mm2(state: Deformation, solver: ContactSolver, *, axis: int) -> float:
     """<r^2> of one component of the traction over the face, r from the origin [mm2]."""
-    weights = solver._problem.face.area_mm2 * state.contact_traction_mpa[:, axis]
+    lattice = solver.lattice
+    face = contact_face(lattice, point_spacing_mm=float(lattice.planes_mm[0][-1]))
+    weights = face.area_mm2 * state.contact_traction_mpa[:, axis]
     return float(weights @ (state.contact_points_mm[:, :2] ** 2).sum(1) / weights.sum())

@@ -1,7 +1,5 @@
 """A sphere on a bonded block: symmetry, balance, references, limits."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,6 +9,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.press import press
 from magicsim.deform.lattice.structure import box_lattice, build_lattice
 from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import FAR_FIELD_BOUND, ElastomerDesign
 from magicsim.geometry.indenter import place_object
@@ -92,8 +91,7 @@ def test_release_returns_to_rest(pressed: Deformation) -> None:
 
 
 def test_press_beyond_reach_raises_with_figures() -> None:
-    solver = small_solver(half=2)
-    solver._problem = replace(solver._problem, options=replace(solver._problem.options, max_iterations=3))
+    solver = ContactSolver(small_solver(half=2).lattice, options=NewtonOptions(max_iterations=3))
     with pytest.raises(ConvergenceError, match=r"iterations.*residual.*min J.*penetration.*force balance") as caught:
         solver.solve(place_object(BALL, gap_mm=-3.4))
     assert "\n" not in str(caught.value)

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from magicsim.config.models import load_preset
-from magicsim.deform.contact.face import axis_weights, face_weights, point_spacing_mm
+from magicsim.deform.contact.face import axis_weights, contact_face, face_weights, point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.press import press
 from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
@@ -115,12 +115,12 @@ def test_a_tip_on_a_plane_of_symmetry_counts() -> None:
 
 
 def test_state_of_no_contact_is_a_fault_only_below_the_object() -> None:
-    solver = ContactSolver(build_lattice(COARSE))
-    rest, face = Deformation.rest(solver.lattice), solver._problem.face
+    lattice = build_lattice(COARSE)
+    rest, face = Deformation.rest(lattice), contact_face(lattice)
     below = place_object(parse_object("sphere:radius_mm=2"), gap_mm=0.1)
     inside = place_object(parse_object("sphere:radius_mm=2"), gap_mm=-0.3)
-    assert overlap_fault(solver.lattice, face, rest, below) is None
-    assert "lies 0.3 mm inside" in str(overlap_fault(solver.lattice, face, rest, inside))
+    assert overlap_fault(lattice, face, rest, below) is None
+    assert "lies 0.3 mm inside" in str(overlap_fault(lattice, face, rest, inside))
 
 
 def test_axis_weights_are_those_of_the_face() -> None:

@@ -12,12 +12,6 @@ from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.shapes.entry import EntrySide
 
 
-@pytest.fixture(autouse=True)
-def no_kept_meshes():
-    yield
-    mesh_file._load.cache_clear()
-
-
 def written(folder: Path, mesh: trimesh.Trimesh, name: str = "part.stl") -> str:
     mesh.export(folder / name)
     return str(folder / name)

@@ -34,7 +34,7 @@ def small(name, *overrides):
 def outside_of(renderer, view):
     """What stands before the block, in a scene of its own."""
     return Outsides(renderer.rig, renderer.object_mesh, renderer.object_finish).of(
-        renderer._placed(view), view.flashlight_x_mm
+        view.indenter and view.indenter.pose.to_sensor(renderer.object_mesh.vertices), view.flashlight_x_mm
     )
 
 
