@@ -14,6 +14,8 @@ ROOM = LINE_LENGTH - 80
 """Longest account of all problems before the rest is told by its keys alone: the name of the file comes before it."""
 KEY_LENGTH = 24
 """Room for each key [characters]."""
+CALLED = {"tuple_type": "list", "list_type": "list", "dict_type": "table", "model_type": "table"}
+"""What pydantic's kinds are in TOML."""
 BOUNDS = {"ge": "of at least", "gt": "above", "le": "at most", "lt": "below"}
 
 
@@ -24,7 +26,10 @@ def describe_problems(model: type[BaseModel], error: ValidationError) -> str:
         model: What was validated.
         error: What came of it.
     """
-    problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
+    found = error.errors(include_url=False)
+    problems = sorted(
+        (each for each in found if not _follows(each, found)), key=lambda problem: problem["type"] != "extra_forbidden"
+    )
     told = _describe(model, problems[0])
     for place, problem in enumerate(problems[1:], 1):
         longer = f"{told}; {_describe(model, problem)}"
@@ -33,6 +38,14 @@ def describe_problems(model: type[BaseModel], error: ValidationError) -> str:
             return f"{told}; also wrong: {', '.join(keys)}"
         told = longer
     return told
+
+
+def _follows(problem: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether a list is too short only because its entries are wrong, of which each is told itself."""
+    place = problem["loc"]
+    return problem["type"] == "too_short" and any(
+        len(each["loc"]) > len(place) and each["loc"][: len(place)] == place for each in others
+    )
 
 
 def _key(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
@@ -57,12 +70,21 @@ def _describe(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
     if kind == "union_tag_invalid":
         tags = [tag.strip(" '") for tag in problem["ctx"]["expected_tags"].split(",")]
         return unknown_choice(f"{location}.kind", problem["ctx"]["tag"], tags)
-    reason = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
+    reason = _reason(problem)
     if kind == "value_error":
         return f"{location}: {reason}" if location else reason
     allowed = _range_at(model, problem["loc"]) if kind.startswith(NUMERIC) else ""
     value = shortened(repr(problem["input"]), LINE_LENGTH // 2)
     return f"{location} = {value} is not allowed: {allowed or reason[0].lower() + reason[1:]}"
+
+
+def _reason(problem: Mapping[str, Any]) -> str:
+    """What is wrong with a value, in the words of TOML."""
+    if problem["type"] in CALLED:
+        return f"must be a {CALLED[problem['type']]}"
+    if problem["type"] == "too_short":
+        return f"must hold at least {problem['ctx']['min_length']}"
+    return str(problem["msg"]).removeprefix("Value error, ").replace("Input should be", "must be", 1)
 
 
 def _below(model: type[BaseModel], key: str) -> str:
@@ -77,12 +99,16 @@ def _range_at(model: type[BaseModel], location: Sequence[str | int]) -> str:
     for part in location[:-1]:
         parent = _entered(parent, part)
     field = getattr(_model_in(parent, ""), "model_fields", {}).get(location[-1])
-    kinds = {field.annotation, *getattr(field.annotation, "__args__", ())} if field is not None else set()
-    if field is None or not kinds & {int, float}:
+    if field is None:
         return ""
+    members = (field.annotation, *getattr(field.annotation, "__args__", ()))
+    kinds = {getattr(each, "__origin__", each) for each in members}
+    if not kinds & {int, float}:
+        return ""
+    inner = [each for member in members for info in getattr(member, "__metadata__", ()) for each in info.metadata]
     bounds = [
         f"{word} {getattr(bound, name):g}"
-        for bound in field.metadata
+        for bound in (*field.metadata, *inner)
         for name, word in BOUNDS.items()
         if getattr(bound, name, None) is not None
     ]

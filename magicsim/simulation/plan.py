@@ -75,6 +75,8 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
             seen[look] = index
     kept, left_out = _explain(scene, frames)
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
+    if scene.rig.camera.live is not None:
+        kept.append(Decision(stage="untouched frame", reason="rig.camera.live: refused if it never settles there"))
     return ScenePlan(scene=scene, frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
 
 

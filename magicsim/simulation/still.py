@@ -13,9 +13,9 @@ from magicsim.folder import check_file, result_file
 from magicsim.light.variant import activate_variant
 from magicsim.notebook.pictures import picture_row
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import FrameState, timeline
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation.plan import can_touch
-from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.sensor import Sensor, sensor_camera
 from magicsim.waiting import Told, on_stderr, waiting
 
 LEAST_ERROR = 1e-6
@@ -125,6 +125,8 @@ def render(
 def _rendered(scene: SceneConfig, state: FrameState, *, basis: bool, relative_error: float | None) -> Rendering:
     start = time.perf_counter()
     sensor = Sensor.for_scene(scene)
+    if scene.rig.camera.live is not None:  # what `simulate` refuses is refused here too
+        sensor_camera(sensor, sensor.radiance(UNTOUCHED, sensor.rest))
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
     view = sensor.view(state, deformation)
     sensor.renderer.warm_up(view)

@@ -222,8 +222,6 @@ class SweepConfig(Config):
     def config_hash(self) -> str:
         """SHA-256 of everything that results depend on, files included; a search depends on its objectives."""
         left_out = {"timeout_s"} if self.sampling == "search" else {"timeout_s", "objectives", "search"}
-        if not self.draws:
-            left_out |= {"tolerances", "camera"}
         data = self.model_dump(mode="json", exclude=left_out)
         rooms = [room for each in self.swept if each.field == ROOM for room in each.values or ()]
         rooms += [each[ROOM] for each in self.also if ROOM in each]

@@ -165,7 +165,7 @@ def feature_rows(found: Sequence[Rest]) -> list[list[str]]:
     return [
         [
             f"{each.place}, {each.noise}", SYMBOLS[name], f"{number(rest.mean, 3)} ± {rest.sd:.2g}",
-            *(MISSING if d is None else f"{d:+.3g}" for d in (rest.touch_d, rest.approach_d)),
+            *(MISSING if d is None else f"{d:+.1f}" for d in (rest.touch_d, rest.approach_d)),
         ]
         for each in found
         for name, rest in each.features.items()

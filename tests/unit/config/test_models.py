@@ -28,6 +28,14 @@ class Layer(Config):
     hidden: bool = False
 
 
+class Step(Config):
+    gap_mm: Annotated[float, Field(ge=-12, le=2000)] | None = None
+
+
+class Way(Config):
+    steps: Annotated[tuple[Step, ...], Field(min_length=1)]
+
+
 class Table(Config):
     name: str = "table"
     count: int = 1
@@ -102,12 +110,26 @@ def test_unknown_key_inside_names_its_table_and_that_tables_keys(data: dict[str,
         ({"thing": {"kind": "bal"}}, "unknown thing.kind 'bal' (did you mean 'ball'?); available: ball, brick"),
         ({"layers": [{"depth_mm": 1}, {"depth_mm": "deep"}]}, "layers.1.depth_mm = 'deep'"),
         ({"layers": [{"depth_mm": False}]}, "layers.0: depth_mm = False"),
-        ({"layers": 3}, "layers = 3 is not allowed: must be a valid tuple"),
-        ({"options": 3}, "options = 3 is not allowed"),
+        ({"layers": 3}, "layers = 3 is not allowed: must be a list"),
+        ({"options": 3}, "options = 3 is not allowed: must be a table"),
     ],
 )
 def test_wrong_value_names_its_key_the_value_and_what_is_allowed(data: dict[str, object], named: str):
     assert named in refused(data)
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        ([{"gap_mm": 3000}], "steps.0.gap_mm = 3000 is not allowed: must be a number of at least -12 and at most 2000"),
+        ([{"gap_mm": 1}, {"gab": 2}], "unknown key in [steps.1] 'gab'; available: gap_mm"),
+        ([], "steps = [] is not allowed: must hold at least 1"),
+    ],
+)
+def test_a_list_with_wrong_entries_is_not_also_called_too_short(data: list[object], told: str):
+    with pytest.raises(ConfigError) as caught:
+        validate(Way, {"steps": data}, source="my.toml")
+    assert str(caught.value) == f"my.toml: {told}"
 
 
 def test_flag_may_be_true_or_false():

@@ -8,7 +8,7 @@ ALLOWED = {"numpy", "cv2", "magicsim"}
 LEAF = {
     "magicsim", "magicsim.errors", "magicsim.wording", "magicsim.config", "magicsim.config.documents",
     "magicsim.config.presets", "magicsim.conventions", "magicsim.frame_class",
-    "magicsim.names",
+    "magicsim.names", "magicsim.waiting", "magicsim.waiting.wait",
 }  # fmt: skip
 
 PROBE = """
