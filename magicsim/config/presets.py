@@ -22,6 +22,8 @@ FOLDERS = {
 }
 """Folder of each kind of preset, below the packaged copy or the checkout."""
 
+PATHS_START = "paths start beside the TOML file, or in the current folder"
+"""What is said where a file that a TOML file names is not there."""
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 

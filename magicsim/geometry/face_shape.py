@@ -17,6 +17,8 @@ from pydantic import Field, model_validator
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
+from magicsim.config.presets import PATHS_START, is_file
+from magicsim.errors import ConfigError
 
 Radius = Annotated[float, Field(ge=1, le=1e6)]
 MOST_SHARE = 0.6
@@ -103,7 +105,11 @@ class HeightMap(Config):
         return None
 
     def _heights(self) -> Array:
-        heights = _read(self.file, self.range_mm)
+        path = Path(self.file)
+        if not is_file(path):
+            msg = f"face.file = '{self.file}' does not exist ({PATHS_START})"
+            raise ConfigError(msg)
+        heights = _read(self.file, self.range_mm, path.stat().st_mtime_ns)
         return np.asarray(heights - heights.max())
 
     def rise_mm(self, places_mm: Array) -> Array:
@@ -123,9 +129,9 @@ class HeightMap(Config):
 
 
 @lru_cache(maxsize=4)
-def _read(file: str, range_mm: float) -> Array:
-    from magicsim.errors import ConfigError
-
+def _read(file: str, range_mm: float, written_ns: int) -> Array:
+    """Heights of a file that was last written at a time, so that a file that changes is read again [mm]."""
+    del written_ns
     path, problem = Path(file), f"face.file = '{file}' is not allowed: must be a PNG or an NPY of two dimensions"
     try:
         if path.suffix == ".npy":

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
+from magicsim.config.presets import PATHS_START, is_file
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Color = tuple[Share, Share, Share]
@@ -111,8 +112,8 @@ class PictureMarkers(Config):
 
     def problem(self, footprint_mm: tuple[float, float], height_mm: float) -> str | None:
         """Why a block cannot have this picture, or None where it can."""
-        if not Path(self.file).is_file():
-            return f"markers.file = '{self.file}' is not allowed: must be a PNG file"
+        if not is_file(Path(self.file)):
+            return f"markers.file = '{self.file}' does not exist ({PATHS_START})"
         rows, columns = self.pixels().shape[:2]
         length = self.width_mm * rows / columns
         if self.width_mm > footprint_mm[0] or length > footprint_mm[1]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from magicsim.config.presets import is_file
+from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.geometry.files.mesh_crossing import crossing_edges, inside_out_parts
 from magicsim.geometry.files.mesh_header import MAX_TRIANGLES, header_problem
@@ -42,7 +42,7 @@ def load_mesh(path: str, *, scale: float = 1.0, feature_mm: float | None = None)
         msg = f"mesh '{path}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         raise ConfigError(msg)
     if not is_file(file):
-        msg = f"mesh '{path}' does not exist (paths start beside the TOML file, or in the current folder)"
+        msg = f"mesh '{path}' does not exist ({PATHS_START})"
         raise ConfigError(msg)
     return _load(path, scale, feature_mm, file.stat().st_mtime_ns)
 

@@ -84,7 +84,7 @@ def test_face_and_markers_of_a_design_that_a_scene_or_a_setting_names_are_found_
 
 
 def test_file_in_a_setting_starts_in_the_current_folder(folder: Path, design: Path):
-    with pytest.raises(ConfigError, match=r"markers\.file = 'art/dots\.png' is not allowed"):
+    with pytest.raises(ConfigError, match=r"markers\.file = 'art/dots\.png' does not exist"):
         load_design(design, ["markers.file=art/dots.png"])
 
 

@@ -1,5 +1,7 @@
 """Domes and height maps: closed forms, the map of the block and its inverse, and what is refused."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -81,10 +83,19 @@ def test_curved_print_is_watertight_and_has_its_volume():
         ('{kind="dome",crown_mm=1}', "radius_x_mm and radius_y_mm are missing"),
         ('{kind="dome",radius_x_mm=2,crown_mm=3}', "must be at most the smaller radius"),
         ('{kind="dome",radius_x_mm=20,crown_mm=1,rim_mm=2}', "rim_mm = 2 is not allowed"),
-        ('{kind="height_map",file="none.npy",footprint_mm=[8,9]}', "must be a PNG or an NPY"),
+        ('{kind="height_map",file="none.npy",footprint_mm=[8,9]}', r"face\.file = 'none\.npy' does not exist"),
     ],
 )
 def test_face_that_cannot_be_is_told_in_one_line(face, said):
     with pytest.raises(ConfigError, match=said) as caught:
         design(f"face={face}")
     assert "\n" not in str(caught.value)
+
+
+def test_height_map_that_is_written_anew_is_read_anew(tmp_path):
+    path = tmp_path / "hill.npy"
+    face = HeightMap(kind="height_map", file=str(path), footprint_mm=(8, 9))
+    for number, height in enumerate((0.1, 0.2), 1):
+        np.save(path, height * np.outer(np.hanning(9), np.hanning(9)))
+        os.utime(path, (number, number))
+        assert face.rise_mm(np.array([[4.0, 4.5]]))[0] == pytest.approx(height)

@@ -54,4 +54,6 @@ def test_picture_has_a_marker_for_each_spot(tmp_path):
     np.testing.assert_allclose(picture.centres_mm(FACE), [[-2.8, 1.2], [2.4, -0.8]], atol=1e-9)
     assert picture.is_grey
     assert "outside" in str(picture.model_copy(update={"width_mm": 30.0}).problem(FACE, 6.6))
-    assert "must be a PNG file" in str(picture.model_copy(update={"file": "none.png"}).problem(FACE, 6.6))
+    assert "'none.png' does not exist (paths start" in str(
+        picture.model_copy(update={"file": "none.png"}).problem(FACE, 6.6)
+    )
