@@ -27,6 +27,8 @@ from laboratory.operating_point.front import met
 from laboratory.operating_point.reading import read_states, scaled
 from laboratory.operating_point.search import (
     CAMERA,
+    CAMERA_NAMES,
+    EFFECT_NAMES,
     OPTICAL,
     Candidate,
     as_row,
@@ -36,6 +38,7 @@ from laboratory.operating_point.search import (
     left_out,
     optical_fields,
     search_step,
+    value_at,
 )
 from laboratory.operating_point.tables import tables
 from laboratory.operating_point.targets import distances, total_distance
@@ -157,6 +160,8 @@ def report(path: Path, out: Path, name: str) -> None:
     summary["default"] = {name: value_of(scene, CONSTANTS[name].path) for name in (*OPTICAL, *CAMERA)}
     best = best_of(rows, 1)[0]
     summary["best"]["fields"] = optical_fields(best.optical) | camera_values(best.camera)
+    shares = zip(CAMERA_NAMES, best.camera, strict=True)
+    summary["best"]["effects"] = {each: value_at(each, share) for each, share in shares if each in EFFECT_NAMES}
     summary["best"]["grid_reading"] = grid_reading(best.camera)
     checked = checked_file(path)
     if checked.is_file():

@@ -21,7 +21,14 @@ from laboratory.operating_point.draws import first_points
 from laboratory.operating_point.filming import FilmedStates, film_states, search_scene
 from laboratory.operating_point.front import exclusive, met
 from laboratory.operating_point.reading import read_states, scaled
-from laboratory.operating_point.search import CAMERA, CAMERA_NAMES, camera_values, exposing, grid_reading
+from laboratory.operating_point.search import (
+    CAMERA,
+    CAMERA_NAMES,
+    EFFECT_NAMES,
+    camera_values,
+    exposing,
+    grid_reading,
+)
 from laboratory.operating_point.targets import TARGETS, total_distance
 
 from magicsim.camera.settings import LiveExposure
@@ -120,7 +127,9 @@ def main() -> None:
     parser.add_argument("--cameras", type=int, default=300)
     chosen = parser.parse_args()
     scene, profile = search_scene(COLUMNS, ROWS), scaled(load_profile("published"), columns=COLUMNS, full=FULL)
-    points = [point.tolist() for point in first_points(chosen.cameras, len(CAMERA_NAMES), seed=SEED)]
+    without_effects = [0.0] * len(EFFECT_NAMES)
+    drawn_points = first_points(chosen.cameras, len(CAMERA_NAMES) - len(EFFECT_NAMES), seed=SEED)
+    points = [[*without_effects, *point] for point in drawn_points.tolist()]
     found: list[Found] = []
     filmed = {}
     for room, name in OF_ROOM.items():

@@ -8,8 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from laboratory.operating_point.filming import GAPS_MM, FilmedStates
-from magicsim.camera.effects.live import corrected, metered
-from magicsim.camera.exposure import Exposure, aimed_signal, expose, meter, sensed
+from magicsim.camera.effects.dust import transmittance
+from magicsim.camera.effects.live import Gains, corrected, metered
+from magicsim.camera.effects.spread import spread_light
+from magicsim.camera.exposure import aimed_signal, meter, sensed
+from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.detectors import DetectorProfile, Proximity, References, detect, fuse
 from magicsim.fit.blocks import block_means
 from magicsim.scenes.rig import Camera
@@ -23,6 +26,8 @@ BLOCKS = (8, 6)
 """Blocks down and across in which the evenness of a colour is told."""
 SETTLING = 24
 """Frames after which a live camera counts as settled: its quickest one comes to 1e-7 of the error."""
+RATE = 15.0
+"""Frames a second, as of a scene."""
 SEED = 7
 """Of the camera's noise: the same for all cameras, so that they differ by their constants alone."""
 
@@ -53,8 +58,8 @@ def read_states(
 
     Args:
         states: Radiances.
-        camera: Exposure, tone curve and noise; its colour matrix is replaced. Where its exposure is live, each state is
-            looked at for long.
+        camera: Exposure, tone curve, noise and effects; its colour matrix is replaced. Where its exposure is live, each
+            state is looked at for long. Frames follow each other at `RATE`, so that lights flicker and drift.
         ambient: Mean radiance of the room, in the units of the strips' radiance.
         flashlight: Strength of the flashlight in units of the rendered one.
         crosstalk: Share of each pixel's signal that comes from the two other colours, half each.
@@ -66,12 +71,24 @@ def read_states(
     """
     mixed = camera.model_copy(update={"color_matrix": crosstalk_matrix(crosstalk)})
     seen_states = states.strips.plus(states.room, ambient)
-    first = meter(seen_states.rest, mixed)
     count = profile.reference_count
 
+    dust = None
+    if mixed.dust is not None:
+        dust = transmittance(mixed.dust, rows=mixed.rows, columns=mixed.columns, pattern_seed=mixed.pattern_seed)
+
+    def on_film(radiance: FloatImage) -> FloatImage:
+        spread = spread_light(radiance, None, mixed.glare)
+        return spread if dust is None else np.asarray(spread * dust[..., None], np.float32)
+
+    first = meter(on_film(seen_states.rest), mixed)
+    stream = CameraStream(camera=mixed, exposure=first, room=on_film(np.float32(ambient) * states.room.rest))
+
     def shoot(radiance: FloatImage, frame: int) -> Frame:
-        gain = first if mixed.live is None else Exposure(gain=settled_gain(radiance, mixed, first.gain))
-        return expose(radiance, gain, mixed, seed=SEED, frame=frame, base=first)
+        seen = on_film(radiance)
+        gain = first.gain if mixed.live is None else settled_gain(seen, mixed, first.gain)
+        at = Instant(seed=SEED, index=frame, time_s=frame / RATE, frames_per_second=RATE)
+        return stream.take(seen, CameraMemory(gains=Gains(now=gain)), at)[0]
 
     resting = [shoot(seen_states.rest, number) for number in range(count)]
     references: References = fuse(resting, profile)

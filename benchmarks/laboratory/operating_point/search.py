@@ -11,11 +11,13 @@ from laboratory.operating_point.draws import first_points, next_point
 from laboratory.operating_point.filming import LAMPS, PRINT, FilmedStates, film_states
 from laboratory.operating_point.reading import Reading, read_states
 from laboratory.operating_point.targets import total_distance
-from magicsim.camera.settings import LiveExposure
+from magicsim.camera.settings import Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg
+from magicsim.conventions import IMAGE_COLUMNS
 from magicsim.detectors import DetectorProfile
 from magicsim.detectors.profiles.profile import Polarity, Similarity
 from magicsim.errors import FrameError, RenderError
 from magicsim.fit.constants import CONSTANTS, Constant
+from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import SceneConfig
 
 Array = npt.NDArray[np.float64]
@@ -43,6 +45,17 @@ EXTRA = {
     "ambient": Constant(path="ambient", low=0.003, high=1.0, scale="log"),
 }
 """Beside them: see `laboratory.operating_point.reading.read_states`."""
+EFFECTS = {
+    "flicker": Constant(path="flicker.depth", low=0.0, high=0.4),
+    "led_drift": Constant(path="led_drift.share", low=0.0, high=0.01),
+    "glare": Constant(path="glare.share", low=0.0, high=0.1),
+    "vibration": Constant(path="vibration_px", low=0.0, high=0.1),
+    "dust": Constant(path="dust.opacity", low=0.0, high=0.5),
+}
+"""What a camera does besides, over the ranges that its settings name; none of it at the lower end."""
+MAINS_HZ = 60.0
+"""Of the room's lamps: an exposure of 20 ms, two periods of 50 Hz lamps, would hide those."""
+COMPRESSIONS: tuple[Mjpeg | None, ...] = (None, Mjpeg(kind="mjpeg", quality=95), Mjpeg(kind="mjpeg", quality=70))
 READINGS: tuple[tuple[Polarity, Similarity], ...] = (("dark", "recall"), ("dark", "iou"), ("bright", "iou"))
 """Readings of S that the publication leaves open and that can fall where a frame brightens: polarity and similarity."""
 OPTICAL_NAMES = (*OPTICAL, *CHOICES)
@@ -54,6 +67,12 @@ LEFT_OUT: Mapping[str, Mapping[str, float]] = {
     "a tone curve": {"gamma": 0.0},
     "an exposure that follows": {"live": 0.0},
     "another reading of S than dark, recall": {"grid_reading": 0.0},
+    "flicker of the room": {"flicker": 0.0},
+    "drift of the LEDs": {"led_drift": 0.0},
+    "glare": {"glare": 0.0},
+    "vibration": {"vibration": 0.0},
+    "dust": {"dust": 0.0},
+    "compression": {"compression": 0.0},
     "single LEDs": {"lamps": 0.0},
     "a rough print": {"print": 0.0},
     "air before the strips": {"strip_coupling": 0.0},
@@ -62,7 +81,8 @@ LEFT_OUT: Mapping[str, Mapping[str, float]] = {
 """Mechanisms, and the share of a constant's range that has them not."""
 EXPOSURES: tuple[LiveExposure | None, ...] = (None, LiveExposure(white_balance=False), LiveExposure())
 """Locked, live, live with white balance."""
-CAMERA_NAMES = (*CAMERA, *EXTRA, "live", "grid_reading")
+EFFECT_NAMES = (*EFFECTS, "compression")
+CAMERA_NAMES = (*EFFECT_NAMES, *CAMERA, *EXTRA, "live", "grid_reading")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,7 +118,7 @@ def camera_values(point: Sequence[float]) -> dict[str, float]:
 
 def constant_at(name: str, share: float) -> float:
     """Value of a constant at a share of its range."""
-    return _chosen(WALLS_MM, share) if name == "wall" else (EXTRA.get(name) or CONSTANTS[name]).at(share)
+    return _chosen(WALLS_MM, share) if name == "wall" else ((EXTRA | EFFECTS).get(name) or CONSTANTS[name]).at(share)
 
 
 def value_at(name: str, share: float) -> float | str:
@@ -107,7 +127,32 @@ def value_at(name: str, share: float) -> float | str:
         return " ".join(_chosen(READINGS, share))
     if name == "live":
         return _chosen(("locked", "live exposure", "live exposure and white balance"), share)
+    if name == "compression":
+        chosen = _chosen(COMPRESSIONS, share)
+        return "none" if chosen is None else f"mjpeg {chosen.quality}"
     return str(_chosen(CHOICES[name][1], share)) if name in CHOICES else constant_at(name, share)
+
+
+def effects(point: Sequence[float], camera: Camera) -> dict[str, object]:
+    """Settings of a camera's effects at shares of the ranges of `CAMERA_NAMES`; what is none is left out.
+
+    Args:
+        point: The shares.
+        camera: Which one; pixels of the default's image count, whose part of the field is kept.
+    """
+    scale = camera.columns / IMAGE_COLUMNS
+    shares = dict(zip(CAMERA_NAMES, point, strict=True))
+    values = {name: constant_at(name, shares[name]) for name in EFFECTS}
+    found: dict[str, object] = {
+        "vibration_px": scale * values["vibration"], "compression": _chosen(COMPRESSIONS, shares["compression"])
+    }  # fmt: skip
+    tables: dict[str, object] = {
+        "flicker": Flicker(depth=values["flicker"], mains_hz=MAINS_HZ),
+        "led_drift": LedDrift(share=values["led_drift"]),
+        "glare": Glare(share=values["glare"], radius_px=scale * Glare().radius_px),
+        "dust": Dust(opacity=values["dust"], radius_px=scale * Dust().radius_px),
+    }
+    return found | {name: table for name, table in tables.items() if values[name] > 0}
 
 
 def exposing(point: Sequence[float]) -> LiveExposure | None:
@@ -139,7 +184,9 @@ def candidate(
     try:
         reading = read_states(
             states,
-            scene.rig.camera.model_copy(update=changes | {"live": exposing(camera)}),
+            scene.rig.camera.model_copy(
+                update=changes | effects(camera, scene.rig.camera) | {"live": exposing(camera)}
+            ),
             ambient=values["ambient"],
             flashlight=values["flashlight"],
             crosstalk=values["crosstalk"],

@@ -12,6 +12,7 @@ from laboratory.operating_point.reading import (
     scaled,
     settled_gain,
 )
+from laboratory.operating_point.search import CAMERA_NAMES, EFFECT_NAMES, LEFT_OUT, effects
 
 from magicsim.camera.exposure import meter
 from magicsim.camera.settings import LiveExposure
@@ -100,3 +101,32 @@ def test_evenness_and_disparity_tell_one_sided_light_from_even_light():
 def test_blur_of_a_smaller_image_covers_the_same_part_of_the_face():
     profile = load_profile("published")
     assert [scaled(profile, columns=size, full=240).grid_blur_px for size in (240, 120, 60)] == [5, 3, 1]
+
+
+def test_every_effect_of_the_camera_changes_what_is_read_and_nothing_where_it_is_off():
+    lit = {"ambient": 0.5}
+    plain = read(CAMERA, **lit)
+    off = [0.0] * len(CAMERA_NAMES)
+    assert effects(off, CAMERA) == {"vibration_px": 0.0, "compression": None}
+    assert read(CAMERA.model_copy(update=effects(off, CAMERA)), **lit) == plain
+    for name in EFFECT_NAMES:
+        on = [1.0 if each == name else 0.0 for each in CAMERA_NAMES]
+        found = read(CAMERA.model_copy(update=effects(on, CAMERA)), **lit)
+        assert found.quantities != plain.quantities, name
+        assert any(set(change) == {name} and change[name] == 0 for change in LEFT_OUT.values()), name
+
+
+def test_frames_that_shake_show_entropy_at_rest():
+    on = [1.0 if each == "vibration" else 0.0 for each in CAMERA_NAMES]
+    found = read(CAMERA.model_copy(update=effects(on, CAMERA)), ambient=0.5)
+    assert found.quantities["e_rest"] > read(ambient=0.5).quantities["e_rest"]
+
+
+def test_effects_keep_their_part_of_the_field_in_another_image():
+    full = CAMERA.model_copy(update={"columns": 240, "rows": 320})
+    half = CAMERA.model_copy(update={"columns": 120, "rows": 160})
+    on = [0.5] * len(CAMERA_NAMES)
+    large, small = effects(on, full), effects(on, half)
+    assert large["vibration_px"] == 2 * small["vibration_px"] > 0
+    assert large["glare"].radius_px == 2 * small["glare"].radius_px
+    assert large["flicker"] == small["flicker"]
