@@ -12,6 +12,8 @@ best images without an anchor.
 
     python -m magicsim.bench.light.render rest       # one state in this process; one JSON object
     python -m magicsim.bench.light.render pressed --first-seed 101      # the same with other random numbers
+    python -m magicsim.bench.light.render gelsight-type --samples 16    # both methods compared on another scene's first
+                                                                        # frame, in a small image
 """
 
 import argparse
@@ -39,6 +41,10 @@ STATES = ("rest", "near", "pressed", "flashlight")
 """Scenes by name; their first scored frame."""
 SEEDS, QUICK_SEEDS = 8, 4
 """Independent images of each setting."""
+SMALL_IMAGE = ("rig.camera.columns=120", "rig.camera.rows=160")
+"""Of a quick benchmark, and of a comparison of both methods alone."""
+PARTICLES_A_SAMPLE, PATH_SAMPLES = 25_000, 5
+"""Of such a comparison, for each camera sample of the fluence estimator."""
 AIM = 0.05
 """Relative error at which the fluence estimator's time is reported."""
 
@@ -117,20 +123,25 @@ def run_render(*, quick: bool = False, states: Sequence[str] = STATES) -> dict[s
     }
 
 
-def measure_state(state: str, *, quick: bool, first_seed: int = 1) -> dict[str, Any]:
+def measure_state(
+    state: str, *, quick: bool, first_seed: int = 1, only: Sequence[RenderSetting] = (), overrides: Sequence[str] = ()
+) -> dict[str, Any]:
     """All settings on one state, with this process's variant.
 
     Args:
         state: Name of a scene.
         quick: Few settings and a small image.
         first_seed: Of each setting's images.
+        only: Settings instead of these.
+        overrides: `dotted.key=value` settings of the scene.
     """
     variant = activate_variant()
     settings = QUICK if quick else (*FLUENCE, *(() if state == UNTOUCHED_STATE else ANCHORED), *PATH)
-    settings = settings if variant == LLVM_VARIANT else SCALAR
+    settings = tuple(only) or (settings if variant == LLVM_VARIANT else SCALAR)
     count = QUICK_SEEDS if quick else SEEDS
     seeds = range(first_seed, first_seed + count)
-    found = {setting: _render(state, setting, seeds, quick=quick) for setting in settings}
+    sized = [*(SMALL_IMAGE if quick or only else ()), *overrides]
+    found = {setting: _render(state, setting, seeds, sized) for setting in settings}
     best = {
         estimator: max((each for each in found if each.estimator == estimator), key=lambda each: each.samples)
         for estimator in {each.estimator for each in found}
@@ -206,12 +217,24 @@ def flip(image: np.ndarray, reference: np.ndarray) -> float | None:
     return float(found[1])
 
 
-def _render(state: str, setting: RenderSetting, seeds: range, *, quick: bool) -> list[Timed]:
+def both(samples: int) -> tuple[RenderSetting, RenderSetting]:
+    """Settings that compare the two methods, at noises that are alike.
+
+    Args:
+        samples: Of the fluence estimator; `volpath` has more.
+    """
+    particles = PARTICLES_A_SAMPLE * samples
+    return (
+        RenderSetting(estimator="fluence", samples=samples, particles=particles),
+        RenderSetting(estimator="path", samples=PATH_SAMPLES * samples),
+    )
+
+
+def _render(state: str, setting: RenderSetting, seeds: range, size: Sequence[str]) -> list[Timed]:
     from magicsim.scenes.timeline import timeline
     from magicsim.simulation.plan import can_touch
     from magicsim.simulation.sensor import Sensor
 
-    size = ["rig.camera.columns=120", "rig.camera.rows=160"] if quick else []
     if setting.estimator == "anchored":
         return _render_anchored(state, setting, seeds, size)
     scene = load_scene(
@@ -279,8 +302,14 @@ def _in_own_process(state: str, *, quick: bool, variant: str) -> dict[str, Any]:
 if __name__ == "__main__":
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(message)s")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("state", choices=STATES)
+    parser.add_argument("state", help="name of a scene")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--samples", type=int, help="compare both methods alone, with so many samples a pixel")
+    parser.add_argument("--set", action="append", default=[], help="dotted.key=value of the scene")
     asked = parser.parse_args()
-    sys.stdout.write(json.dumps(measure_state(asked.state, quick=asked.quick, first_seed=asked.first_seed)) + "\n")
+    measured = measure_state(
+        asked.state, quick=asked.quick, first_seed=asked.first_seed, overrides=asked.set,
+        only=both(asked.samples) if asked.samples is not None else (),
+    )  # fmt: skip
+    sys.stdout.write(json.dumps(measured) + "\n")

@@ -1,4 +1,4 @@
-"""Coats, half mirrors and markers: against Mitsuba's path tracer, and in balance."""
+"""Coats, half mirrors, markers and domes: against Mitsuba's path tracer, and in balance."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,8 @@ DOTS = (
     *FILM,
 )
 BELOW = ('design.markers={kind="dots",pitch_mm=2,diameter_mm=1,color=[0.1,0.1,0.1],depth_mm=0.5}',)
-CASES = {"coat": COAT, "film": FILM, "dots": DOTS, "below": BELOW}
+DOME = ('design.face={kind="dome",radius_x_mm=8.0,radius_y_mm=12.0,crown_mm=0.9,rim_mm=0.2}',)
+CASES = {"coat": COAT, "film": FILM, "dots": DOTS, "below": BELOW, "dome": DOME, "coated dome": DOME + COAT}
 
 
 def images(scene, seeds):
@@ -43,11 +44,11 @@ def test_fluence_agrees_with_path_tracing(case, small_scene):
     assert np.abs(blocks[0] - blocks[1]).mean() < 0.03 * blocks[1].mean()
 
 
-@pytest.mark.parametrize("case", ["coat", "film", "dots"])
+@pytest.mark.parametrize("case", ["coat", "film", "dots", "dome", "coated dome"])
 def test_emitted_light_is_absorbed_or_escapes(case, small_scene):
     light = Sensor.for_scene(small_scene("rest", *BLOCK, *CASES[case])).renderer.light(View())
     for name in ("strip0", "strip2"):
         account = light.balance(name, particles=60_000, seed=5)
         assert account["absorbed"] + account["escaped"] == pytest.approx(account["emitted"], rel=0.005)
-    if case == "coat":
+    if "coat" in case:
         assert account["absorbed"] > 0.5 * account["emitted"]
