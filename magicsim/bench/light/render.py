@@ -42,9 +42,9 @@ STATES = ("rest", "near", "pressed", "flashlight")
 SEEDS, QUICK_SEEDS = 8, 4
 """Independent images of each setting."""
 SMALL_IMAGE = ("rig.camera.columns=120", "rig.camera.rows=160")
-"""Of a quick benchmark, and of a comparison of both methods alone."""
+"""Camera of a quick benchmark, and of a comparison of both methods alone."""
 PARTICLES_A_SAMPLE, PATH_SAMPLES = 25_000, 5
-"""Of such a comparison, for each camera sample of the fluence estimator."""
+"""Light particles and `volpath` samples of such a comparison, for each camera sample of the fluence estimator."""
 AIM = 0.05
 """Relative error at which the fluence estimator's time is reported."""
 
