@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator
+from dataclasses import asdict
 from typing import Any
 
 import cv2
@@ -95,7 +96,7 @@ def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
 
 
 def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
-    truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
+    truth, state = frame.truth, frame.truth.state
     pose = _pose(scene, state)
     depth, mask = frame.labels.depth_map_mm, frame.labels.contact_mask
     touch, taxels = frame.labels.touch, scene.output.taxels
@@ -124,10 +125,7 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         "passing_x_mm": state.passing_mm,
         "light_way": frame.way.light,
         "image_way": frame.way.image,
-        "iterations": solve.iterations,
-        "min_jacobian": solve.min_jacobian,
-        "max_penetration_mm": solve.max_penetration_mm,
-        "force_balance": solve.force_balance,
+        **asdict(truth.solve),
     }
 
 

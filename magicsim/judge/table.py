@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -112,7 +113,7 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, A
 
 
 def _row(frame: SimulatedFrame) -> dict[str, Any]:
-    truth, state, solve = frame.truth, frame.truth.state, frame.truth.solve
+    truth, state = frame.truth, frame.truth.state
     moved, mask = frame.labels.displacements_mm, frame.labels.contact_mask
     return {
         "step": truth.index,
@@ -132,10 +133,7 @@ def _row(frame: SimulatedFrame) -> dict[str, Any]:
         "contact_area_mm2": truth.contact_area_mm2,
         "light_way": frame.way.light,
         "image_way": frame.way.image,
-        "iterations": solve.iterations,
-        "min_jacobian": solve.min_jacobian,
-        "max_penetration_mm": solve.max_penetration_mm,
-        "force_balance": solve.force_balance,
+        **asdict(truth.solve),
         "contact_mask": {"bytes": _png(mask), "path": None} if mask is not None else None,
         "displacements_mm": moved.ravel() if moved is not None else None,
     }

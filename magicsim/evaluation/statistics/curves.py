@@ -8,9 +8,10 @@ import numpy as np
 from magicsim.arrays import Array, Index
 from magicsim.detectors.profiles.roc import roc_curve
 from magicsim.evaluation.judged import JudgedEpisode
-from magicsim.evaluation.statistics.intervals import CONFIDENCE, LEAST_EPISODES
+from magicsim.evaluation.statistics.intervals import LEAST_EPISODES
 from magicsim.evaluation.statistics.tally import class_scores
 from magicsim.frame_class import FrameClass
+from magicsim.sampling.bootstrap import CONFIDENCE
 
 GAPS_MM = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0)
 """Edges of the bins of distance [mm]; a bin includes its upper edge."""

@@ -9,8 +9,8 @@ from scipy.stats import binomtest, bootstrap
 from magicsim.arrays import Array, Index
 from magicsim.evaluation.statistics.measures import MEASURES, measure
 from magicsim.evaluation.statistics.tally import Tally
+from magicsim.sampling.bootstrap import CONFIDENCE, ends
 
-CONFIDENCE = 0.95
 LEAST_EPISODES = 3
 """Fewer episodes give no interval: their spread says nothing of other episodes."""
 MOST_UNDEFINED = 0.2
@@ -64,8 +64,7 @@ def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, 
                 rng=np.random.default_rng(seed),
             ).bootstrap_distribution  # fmt: skip
         if np.isnan(found).mean() <= MOST_UNDEFINED:
-            tail = 100 * (1 - CONFIDENCE) / 2
-            low, high = (float(each) for each in np.nanpercentile(found, [tail, 100 - tail]))
+            low, high = ends(found)
     return Estimate(value=value, low=low, high=high, episodes=len(labels))
 
 

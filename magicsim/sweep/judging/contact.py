@@ -13,7 +13,6 @@ import numpy as np
 from magicsim.arrays import Array, Index, Mask
 from magicsim.detectors.profiles.roc import roc_curve
 from magicsim.detectors.verdict import Contact
-from magicsim.sweep.judging.bootstrap import mean_over
 from magicsim.sweep.judging.detector import TEST, FittedDetector
 from magicsim.sweep.judging.filmed_design import REFERENCES, SPAN, Film, Shown
 from magicsim.sweep.judging.measures import Measured
@@ -78,7 +77,7 @@ def contact_auc(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
         renderings: Scores of each.
         seed: Of the bootstrap over renderings and places.
     """
-    return mean_over([partial(_area, scores) for scores in renderings], len(renderings[0].touched), seed=seed)
+    return Measured.mean_over([partial(_area, scores) for scores in renderings], len(renderings[0].touched), seed=seed)
 
 
 def contact_accuracy(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
@@ -88,7 +87,9 @@ def contact_accuracy(renderings: Sequence[ContactScores], *, seed: int) -> Measu
         renderings: Scores of each.
         seed: Of the bootstrap over renderings and places.
     """
-    return mean_over([partial(_accuracy, scores) for scores in renderings], len(renderings[0].touched), seed=seed)
+    return Measured.mean_over(
+        [partial(_accuracy, scores) for scores in renderings], len(renderings[0].touched), seed=seed
+    )
 
 
 def _area(scores: ContactScores, places: Index) -> float:

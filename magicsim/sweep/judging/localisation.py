@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array, Index
 from magicsim.detectors.frame import Frame
-from magicsim.sweep.judging.bootstrap import mean_over
 from magicsim.sweep.judging.filmed_design import Film
 from magicsim.sweep.judging.measures import Measured
 
@@ -56,7 +55,7 @@ def localisation_error(predicted: Sequence[Array], places: Array, *, seed: int) 
         return float(np.sqrt(squared[numbers].mean()))
 
     errors = [partial(error, ((each - places) ** 2).sum(1)) for each in predicted]
-    return mean_over(errors, len(places), seed=seed)
+    return Measured.mean_over(errors, len(places), seed=seed)
 
 
 def predicted_places(film: Film) -> Array:

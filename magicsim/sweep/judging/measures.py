@@ -1,8 +1,12 @@
 """What a design is judged by: names, units, and which way is better."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, Self
 
+import numpy as np
+
+from magicsim.sampling.bootstrap import Statistic, interval
 from magicsim.sweep.judging.quality import Quality
 
 Better = Literal["higher", "lower"]
@@ -121,3 +125,10 @@ class Measured:
     """Upper end."""
     note: str = ""
     """What a reader has to know, such as a bound instead of a value."""
+
+    @classmethod
+    def mean_over(cls, renderings: Sequence[Statistic], count: int, *, seed: int) -> Self:
+        """A statistic of all items, mean over renderings, with its interval (see `interval`)."""
+        low, high = interval(renderings, count, seed=seed)
+        value = float(np.mean([statistic(np.arange(count)) for statistic in renderings]))
+        return cls(value=value, low=low, high=high)

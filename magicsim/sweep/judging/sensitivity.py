@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from magicsim.arrays import Array, Index
-from magicsim.sweep.judging.bootstrap import interval, mean_over
+from magicsim.sampling.bootstrap import interval
 from magicsim.sweep.judging.detector import FittedDetector
 from magicsim.sweep.judging.filmed_design import Film, Shown
 from magicsim.sweep.judging.measures import Measured
@@ -70,7 +70,7 @@ def contact_sensitivity(light: Array, firm: Array, *, step: float, seed: int) ->
     def mean(values: Array, places: Index) -> float:
         return float(values[places].mean())
 
-    return mean_over([partial(mean, each) for each in slopes], slopes.shape[1], seed=seed)
+    return Measured.mean_over([partial(mean, each) for each in slopes], slopes.shape[1], seed=seed)
 
 
 def approach_curve(film: Film, detector: FittedDetector, draws: int) -> ApproachCurve:

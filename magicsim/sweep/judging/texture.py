@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array, Index
-from magicsim.sweep.judging.bootstrap import interval
+from magicsim.sampling.bootstrap import interval
 from magicsim.sweep.judging.measures import Measured
 from magicsim.sweep.judging.plates import LOOKED_AT_PERIODS, Pattern, PlateFrames
 

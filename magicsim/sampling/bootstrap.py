@@ -1,11 +1,10 @@
-"""Percentile intervals by drawing again with replacement (Efron and Tibshirani 1993)."""
+"""Percentile intervals by drawing with replacement (Efron and Tibshirani 1993), on two levels, which SciPy lacks."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from magicsim.arrays import Index
-from magicsim.sweep.judging.measures import Measured
+from magicsim.arrays import Array, Index
 
 Statistic = Callable[[Index], float]
 """Takes numbers of the drawn items, with repetition; NaN where it is not defined."""
@@ -34,17 +33,14 @@ def interval(renderings: Sequence[Statistic], count: int, *, seed: int) -> tuple
         chosen = random.integers(0, len(renderings), len(renderings)) if len(renderings) > 1 else [0]
         return float(np.mean([renderings[number](random.integers(0, count, count)) for number in chosen]))
 
-    values = np.array([drawn() for _ in range(RESAMPLES)])
+    return ends(np.array([drawn() for _ in range(RESAMPLES)]))
+
+
+def ends(values: Array) -> tuple[float, float]:
+    """Ends of the interval that resampled values say, those that are not finite left out; NaN twice where none is."""
     values = values[np.isfinite(values)]
     if not len(values):
         return float("nan"), float("nan")
     tail = (1 - CONFIDENCE) / 2
     low, high = np.quantile(values, [tail, 1 - tail])
     return float(low), float(high)
-
-
-def mean_over(renderings: Sequence[Statistic], count: int, *, seed: int) -> Measured:
-    """A statistic of all items, mean over renderings, with its interval (see `interval`)."""
-    low, high = interval(renderings, count, seed=seed)
-    value = float(np.mean([statistic(np.arange(count)) for statistic in renderings]))
-    return Measured(value=value, low=low, high=high)
