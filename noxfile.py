@@ -115,6 +115,7 @@ FIGURES = (
     "python benchmarks/light.py light-cost verdicts lattice blur visibility left-out --out docs/benchmarks",
     "python docs/pictures.py",
     "python docs/camera_pictures.py",
+    "python docs/preset_pictures.py",
     "python docs/rooms.py",
     "python docs/live_pictures.py",
     "python benchmarks/control_loop.py --out docs/benchmarks/control-loop.json",

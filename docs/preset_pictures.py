@@ -1,0 +1,65 @@
+"""Draws every sensor of docs/faces.md, untouched and with a small box pressed into its face.
+
+python docs/preset_pictures.py             # writes docs/presets.jpg, some minutes
+
+Each as its own camera frames it, with fewer pixels.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw
+
+from magicsim import load_scene, simulate
+
+Frame = npt.NDArray[np.uint8]
+HERE = Path(__file__).parent
+NAMES = (
+    "mini-magictac-finger", "gelsight-type", "gelsight-type-markers", "marker-type", "see-through-markers",
+    "translucent-9dtact",
+)  # fmt: skip
+PRESSED = (
+    "object={kind='box',size_mm=[4.0,6.0,4.0],edge_radius_mm=0.3,yaw_deg=25.0,color=[0.85,0.45,0.15]}",
+    "keyframes=[{frame=0},{frame=1,gap_mm=-0.6}]", "references=0", "render.samples=24", "render.particles=150000",
+    "render.anchor_samples=0",
+)  # fmt: skip
+GRAINY = {
+    "translucent-9dtact": (
+        "render.samples=128",
+        "render.particles=1500000",
+        "keyframes=[{frame=0},{frame=1,gap_mm=-1.2}]",
+    ),
+}
+"""Settings of a gel that scatters, whose light is dim."""
+SHORT_PX, LABEL_PX, ACROSS, SPACE_PX = 120, 18, 3, 4
+TILE_PX = (220, 220)
+
+
+def frames(name: str) -> list[Frame]:
+    """The untouched and the touched frame of a sensor."""
+    camera = load_scene(name).rig.camera
+    scale = SHORT_PX / min(camera.columns, camera.rows)
+    size = [f"rig.camera.{axis}={round(scale * getattr(camera, axis))}" for axis in ("columns", "rows")]
+    return [each.image for each in simulate(load_scene(name, [*PRESSED, *size, *GRAINY.get(name, ())])).frames]
+
+
+def sheet(pictures: dict[str, list[Frame]]) -> Image.Image:
+    """All sensors with their labels: untouched on the left, touched on the right."""
+    width, height = 2 * TILE_PX[0] + 3 * SPACE_PX, TILE_PX[1] + LABEL_PX + SPACE_PX
+    page = Image.new("RGB", (ACROSS * width, -(-len(pictures) // ACROSS) * height), "white")
+    draw = ImageDraw.Draw(page)
+    for number, (label, pair) in enumerate(pictures.items()):
+        left, top = (number % ACROSS) * width, number // ACROSS * height
+        draw.text((left + 2, top + 3), label, fill="black")
+        for place, frame in enumerate(pair):
+            tile = Image.fromarray(frame)
+            tile.thumbnail(TILE_PX)
+            grown = min(TILE_PX[0] / tile.width, TILE_PX[1] / tile.height)
+            tile = tile.resize((round(grown * tile.width), round(grown * tile.height)), Image.Resampling.BICUBIC)
+            page.paste(tile, (left + place * (TILE_PX[0] + SPACE_PX), top + LABEL_PX))
+    return page
+
+
+if __name__ == "__main__":
+    sheet({name: frames(name) for name in NAMES}).save(HERE / "presets.jpg", quality=86)
