@@ -14,7 +14,7 @@ of blocks, sums of channels), and the size of the frame's PNG. Each is trained o
 import argparse
 import json
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Self
@@ -59,12 +59,29 @@ CLEAN = ("rig.camera.read_noise_e=0", "rig.camera.full_well_e=1e9", "references=
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Taken:
+    """One frame, and where it must not know whether anything touches."""
+
+    case: int
+    label: bool
+    frame: Frame
+    rest: Frame
+    far: list[tuple[slice, slice]]
+    """Blocks of it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Shown:
     """One frame and what a classifier may see of it."""
 
     case: int
     label: bool
     features: dict[str, list[float]]
+
+    @classmethod
+    def of(cls, taken: Taken) -> Self:
+        """Its features."""
+        return cls(case=taken.case, label=taken.label, features=features(taken.frame, taken.rest, taken.far))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,21 +108,28 @@ class Filmed:
         return expose(radiance, self.exposure, self.sensor.rig.camera, seed=0, frame=0)
 
 
-def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
-    """Frames of one case, with the question that they belong to."""
+def film(case: int, seed: int, settings: Sequence[str] = (), block_px: int = BLOCK_PX) -> Iterator[tuple[str, Taken]]:
+    """Frames of one case, with the question that they belong to.
+
+    Args:
+        case: Draws object, place, design and light.
+        seed: Of all cases.
+        settings: Overrides of the scene.
+        block_px: Edge of the blocks that are looked at [px].
+    """
     chance = random.Random(1000 * seed + case)
     x_mm, y_mm = chance.choice(PLACES)
     deepest = f"keyframes=[{{frame=0,gap_mm=-{GAPS_MM[-1]},x_mm={x_mm},y_mm={y_mm}}}]"
-    scene = load_scene("pressed", [*CLEAN, *chance.choice(DESIGNS), deepest], seed=100 * seed + case)
+    scene = load_scene("pressed", [*CLEAN, *settings, *chance.choice(DESIGNS), deepest], seed=100 * seed + case)
     first, *others = scene.rig.strips
     share = chance.choice(DIMMED)
     dimmed = first.model_copy(update={"radiance": tuple(share * each for each in first.radiance)})
     rig = scene.rig.model_copy(update={"strips": (dimmed, *others)})
     sensor = Sensor.for_scene(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
-    far = _far_blocks(sensor.rig.camera, x_mm, y_mm)
+    far = _far_blocks(sensor.rig.camera, x_mm, y_mm, block_px)
 
-    def shown(filmed: Filmed, state: FrameState, *, label: bool) -> Shown:
-        return Shown(case=case, label=label, features=features(filmed.frame(state), filmed.rest, far))
+    def taken(filmed: Filmed, state: FrameState, *, label: bool) -> Taken:
+        return Taken(case=case, label=label, frame=filmed.frame(state), rest=filmed.rest, far=far)
 
     lit = Filmed.by(sensor)
     for gap_mm in GAPS_MM:
@@ -113,7 +137,7 @@ def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
             state = FrameState(
                 gap_mm=sign * gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0
             )
-            yield "before or after contact", shown(lit, state, label=sign < 0)
+            yield "before or after contact", taken(lit, state, label=sign < 0)
     dim = rig.flashlight.model_copy(update={"radiance": (DIM,) * 3})
     sensor = sensor.with_rig(rig.model_copy(update={"flashlight": dim, "room": None, "ambient": (0.0,) * 3}))
     sensor.renderer.metered()
@@ -123,23 +147,23 @@ def film(case: int, seed: int) -> Iterator[tuple[str, Shown]]:
             gap_mm=chance.uniform(0.5, 3), x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=shining,
             light_x_mm=chance.uniform(-4, 4),
         )  # fmt: skip
-        yield "flashlight off, or on and too dim to be seen", shown(dark, state, label=shining)
+        yield "flashlight off, or on and too dim to be seen", taken(dark, state, label=shining)
     for gap_mm in (None, 1700.0, 1900.0):
         state = FrameState(gap_mm=gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0)
-        yield "absent or too far to be seen", shown(dark, state, label=gap_mm is not None)
+        yield "absent or too far to be seen", taken(dark, state, label=gap_mm is not None)
 
 
-def _far_blocks(camera: Camera, x_mm: float, y_mm: float) -> list[tuple[slice, slice]]:
+def _far_blocks(camera: Camera, x_mm: float, y_mm: float, block_px: int) -> list[tuple[slice, slice]]:
     """Blocks of the image that are far from a place of the contact face; row 0 is at the top, +y."""
     pixel_mm = camera.field_mm / camera.columns
     blocks = []
-    for top in range(0, camera.rows - BLOCK_PX + 1, BLOCK_PX):
-        for left in range(0, camera.columns - BLOCK_PX + 1, BLOCK_PX):
-            across = (left + BLOCK_PX / 2 - camera.columns / 2) * pixel_mm
-            down = (top + BLOCK_PX / 2 - camera.rows / 2) * pixel_mm
+    for top in range(0, camera.rows - block_px + 1, block_px):
+        for left in range(0, camera.columns - block_px + 1, block_px):
+            across = (left + block_px / 2 - camera.columns / 2) * pixel_mm
+            down = (top + block_px / 2 - camera.rows / 2) * pixel_mm
             # Whichever way the image is mirrored, the block is far from the contact.
             if min(np.hypot(across - a * x_mm, down - b * y_mm) for a in (-1, 1) for b in (-1, 1)) > FAR_MM:
-                blocks.append((slice(top, top + BLOCK_PX), slice(left, left + BLOCK_PX)))
+                blocks.append((slice(top, top + block_px), slice(left, left + block_px)))
     return blocks
 
 
@@ -204,8 +228,8 @@ def main() -> None:
     chosen = parser.parse_args()
     frames: dict[str, list[Shown]] = {}
     for case in range(chosen.cases):
-        for question, shown in film(case, chosen.seed):
-            frames.setdefault(question, []).append(shown)
+        for question, taken in film(case, chosen.seed):
+            frames.setdefault(question, []).append(Shown.of(taken))
         print(json.dumps({"case": case, "frames": sum(map(len, frames.values()))}), flush=True)
     chance = np.random.default_rng(chosen.seed)
     rows = [
