@@ -109,7 +109,7 @@ class Alignment(LearnedStudy):
         units = compared_table(parts, LABELS, name="units", title="Other units, an unseen object", seed=seed)
         return StudyResult(
             headline=self.headline(seen, LABELS),
-            tables=(errors, units, curve, checks),
+            tables=(errors, units, curve, *self.beyond(folder, LABELS), checks),
             figures=(*curve_figures(curve, errors, LABELS), *answer_figures(seen, LABELS)),
             facts=self.facts(seen, "touched frames"),
             notes=NOTES,

@@ -9,7 +9,7 @@ from magicsim.learn.fitting import METHODS
 from magicsim.learn.samples import Label
 from magicsim.learn.scores import Score, mean_score
 from magicsim.study.learned.answers import Answers, read_answers
-from magicsim.study.learned.data import share_name
+from magicsim.study.learned.beyond import curve_answers
 from magicsim.study.plots import Series, plot_answers, plot_series
 from magicsim.study.result import Cell, Column, Figure, Row, Table, column_of
 from magicsim.study.stages.learning_stage import LearningStage
@@ -83,16 +83,11 @@ def compared_table(
 
 def curve_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int) -> Table:
     """Errors against the number of training frames."""
-    rows: list[Row] = []
-    for prefix in [*(share_name(share) for share in sorted(stage.settings.curve)), "press"]:
-        found = read_answers(folder, stage, prefix)
-        if found is None:
-            continue
-        frames = float(np.mean(np.unique(found.column("train_frames"))))
-        rows += [
-            error_row({"train_frames": frames}, label, absolute_error(found, "model", label, seed=seed))
-            for label in labels
-        ]
+    rows = [
+        error_row({"train_frames": frames}, label, absolute_error(found, "model", label, seed=seed))
+        for frames, found in curve_answers(folder, stage)
+        for label in labels
+    ]
     columns = (
         Column(name="label"), Column(name="train_frames", title="training frames", digits=0), Column(name="unit"),
         *ERROR_COLUMNS,

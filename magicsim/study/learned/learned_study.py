@@ -12,6 +12,7 @@ from magicsim.learn.fitting import ANSWERS, Read
 from magicsim.learn.packages import PACKAGES
 from magicsim.learn.samples import Label
 from magicsim.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
+from magicsim.study.learned.beyond import beyond_rows, beyond_tables
 from magicsim.study.learned.data import count_objects, data_stages, learning_stage, refuse_few
 from magicsim.study.learned.error_tables import (
     absolute_error,
@@ -80,6 +81,10 @@ class LearnedStudy:
             label: absolute_error(seen, "model", label, seed=self.config.seed).value for label in labels
         }
         return {f"{label.name}_{label.unit.lower()}": error for label, error in errors.items()} | {"frames": len(seen)}
+
+    def beyond(self, folder: Path, labels: Sequence[Label]) -> tuple[Table, ...]:
+        """What the learning curve promises of more frames; nothing of a curve of one point."""
+        return beyond_tables(beyond_rows(folder, self.learning, labels, seed=self.config.seed))
 
     def number_tables(self, folder: Path, labels: Sequence[Label]) -> tuple[Table, Table, Table, Table]:
         """Errors of methods and on unseen units, the learning curve, what it rests on; of labels that are numbers."""

@@ -90,7 +90,7 @@ class Localisation(LearnedStudy):
         )  # fmt: skip
         return StudyResult(
             headline=self.headline(seen, LABELS) | {"presses": len(np.unique(seen.column("press")))},
-            tables=(errors, shear, units, curve, checks),
+            tables=(errors, shear, units, curve, *self.beyond(folder, LABELS), checks),
             figures=(*curve_figures(curve, errors, LABELS), *answer_figures(seen, LABELS)),
             facts=self.facts(seen, "touched frames"),
             notes=NOTES,

@@ -107,7 +107,7 @@ class Ranging(LearnedStudy):
         headline = self.headline(seen, NUMBERS)
         return StudyResult(
             headline={**headline, **said, "frames": len(seen)},
-            tables=(found, errors, by_gap, units, curve, checks),
+            tables=(found, errors, by_gap, units, curve, *self.beyond(folder, NUMBERS), checks),
             matrices=(presence_matrix(seen),),
             figures=(gap_figure(by_gap), *curve_figures(curve, errors, NUMBERS), *answer_figures(seen, NUMBERS)),
             facts=self.facts(seen, "frames without contact"),

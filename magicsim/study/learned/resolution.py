@@ -16,6 +16,7 @@ from magicsim.learn.samples import Chosen, EpisodeRows, Label, Samples, read_sam
 from magicsim.learn.scores import mean_score
 from magicsim.learn.settings import LearningSettings
 from magicsim.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
+from magicsim.study.learned.beyond import beyond_rows, beyond_tables
 from magicsim.study.learned.data import data_stages, learning_stage, refuse_few, share_name
 from magicsim.study.learned.error_tables import SAID, error_series
 from magicsim.study.learned.settings import LearnedConfig
@@ -98,6 +99,7 @@ class Resolution:
         checks: list[Row] = []
         figures, matrices, headline = [], [], {}
         frames: dict[str, str] = {}
+        promised: list[Row] = []
         for texture, (_, learning) in self._parts.items():
             seen = answers_on_presses(folder, learning)
             own = share_rows(texture, seen, seed=seed)
@@ -109,6 +111,7 @@ class Resolution:
                 for share in learning.settings.curve
             }
             checks += checked_rows(texture, parts, seed=seed)
+            promised += [{"texture": texture, **row} for row in beyond_rows(folder, learning, [label], seed=seed)]
             figures.append(tolerance_figure(texture, own))
             matrices.append(size_matrix(texture, seen, label))
             exact = right_within(seen, "model", TOLERANCES_MM[1])
@@ -121,7 +124,11 @@ class Resolution:
         title = "Unseen units, fewer presses, and what it rests on"
         return StudyResult(
             headline=headline,
-            tables=(shares, Table(name="checks", title=title, columns=CHECK_COLUMNS, rows=tuple(checks))),
+            tables=(
+                shares,
+                *beyond_tables(promised, Column(name="texture")),
+                Table(name="checks", title=title, columns=CHECK_COLUMNS, rows=tuple(checks)),
+            ),
             matrices=tuple(matrices),
             figures=tuple(figures),
             facts=frames | {"Networks": ", ".join(self.config.learning.networks)},

@@ -26,6 +26,11 @@ def test_localisation_beats_a_constant(tmp_path: Path):
     assert errors["f_z", "small"]["error"] < errors["f_z", "constant answer"]["error"]
     assert errors["p_y", "linear fit of geometric features"]["error"] < 0.5  # the true contact's centroid
     assert {row["frames_of"] for row in rows(tmp_path, "units")} == {"presses on known units", "unknown units"}
+    promised = {row["label"]: row for row in rows(tmp_path, "beyond") if row["train_frames"] > 0}
+    learned = max(row["train_frames"] for row in rows(tmp_path, "curve"))
+    assert promised["p_x"]["train_frames"] == pytest.approx(10 * learned)
+    assert promised["p_x"]["low"] <= promised["p_x"]["error"] <= promised["p_x"]["high"]
+    assert "Extrapolated, not measured" in (tmp_path / "report.html").read_text()
     checks = {row["frames_of"] for row in rows(tmp_path, "checks")}
     assert checks == {"as they are", "without-noise", "finer-rendering"}
 
