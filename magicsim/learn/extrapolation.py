@@ -1,7 +1,7 @@
 """What a learning curve promises beyond its last point: a power law of the number of training frames.
 
-Errors of learned models fall about as a power of the amount of data between a region of small data and a floor that no
-data removes (Hestness et al. 2017, arXiv 1712.00409). Two or three points cannot tell the floor, so that none is fitted:
+Errors of learned models fall as a power of the amount of data between a region of small data and a floor that no data
+removes (Hestness et al. 2017, arXiv 1712.00409). Two or three points cannot tell the floor, so that none is fitted:
 what comes out is too low where the floor is near.
 """
 
