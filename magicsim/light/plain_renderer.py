@@ -17,6 +17,7 @@ from magicsim.light.world.finish import Finish
 from magicsim.light.world.loaded_scene import World
 from magicsim.light.world.loaded_scenes import Worlds
 from magicsim.light.world.scene_dict import lights_off
+from magicsim.scenes.near_room import flashlight_problem, object_problem
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.view import View
@@ -102,8 +103,21 @@ class PlainRenderer:
         return refinement
 
     def world(self, view: View) -> World:
-        """The Mitsuba scene that shows a view, loaded when it is first needed."""
-        return self._worlds.of(view, self._placed(view))
+        """The Mitsuba scene that shows a view, loaded when it is first needed.
+
+        Raises:
+            RenderError: Object or flashlight are outside of the room.
+        """
+        placed = self._placed(view)
+        self._check_room(view, placed)
+        return self._worlds.of(view, placed)
+
+    def _check_room(self, view: View, placed: Array | None) -> None:
+        problem = object_problem(self.rig, placed) if placed is not None else None
+        if view.flashlight_x_mm is not None:
+            problem = problem or flashlight_problem(self.rig, view.flashlight_x_mm)
+        if problem is not None:
+            raise RenderError(problem)
 
     def _placed(self, view: View) -> Array | None:
         """Vertices of the object in the sensor's frame [mm], or None where there is none."""

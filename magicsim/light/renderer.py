@@ -199,6 +199,7 @@ class Renderer(PlainRenderer):
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
         rest, placed, light_x_mm = self.light(View()), self._placed(view), view.flashlight_x_mm
+        self._check_room(view, placed)
         is_moved = self._is_moved(view, placed)
         field, light_way = self._light(view, placed, is_moved=is_moved)
         way = Way(light=light_way, image="recorded")

@@ -32,6 +32,8 @@ Coefficient = Annotated[float, Field(ge=-1, le=1)]
 Pixel = Annotated[int, Field(ge=0, le=2047)]
 PixelCount = Annotated[int, Field(ge=8, le=2048)]
 Offset = Annotated[float, Field(ge=-1024, le=1024)]
+NEAREST_MM, FARTHEST_ROOM_MM = 5.0, 1e6
+"""Distances of a room that is not infinitely far away [mm]."""
 DARK = "dark"
 DIM = (0.1, 0.1, 0.1)
 """Radiance of a room whose light nobody gives, relative to the strips': assumed."""
@@ -240,6 +242,9 @@ class Rig(Config):
     """Where that light comes from: `office`, `window`, `bench`, `corridor`, or an equirectangular image (PNG or JPEG,
     sRGB), whose middle is what the sensor looks at; none is even light, and `dark` turns the room off, whatever
     `ambient` is."""
+    room_distance_mm: Annotated[float, Field(ge=NEAREST_MM, le=FARTHEST_ROOM_MM)] | None = None
+    """Radius of a sphere around the middle of the contact face that the room's picture stands on, shining alike in all
+    directions [mm]; infinitely far away by default."""
     passing: Passing | None = None
     """What passes behind whatever approaches; that of the room by default, which has none but in `corridor`."""
     camera: Camera = Camera()
@@ -275,6 +280,12 @@ class Rig(Config):
         if self.passing is not None and not any(self.room_light):
             msg = "passing is not allowed in a dark room: give the radiance of the room as ambient"
             raise ValueError(msg)
+        if self.room_distance_mm is not None and self.moving is not None:
+            msg = (
+                f"room_distance_mm = {self.room_distance_mm:g} is not allowed where something passes in the room: must "
+                "be left out, or the room be a still one, such as 'office'"
+            )
+            raise ValueError(msg)
         return self
 
     @property
@@ -290,6 +301,11 @@ class Rig(Config):
     def room_light(self) -> Rgb:
         """Mean radiance of the room, 0 in a dark one."""
         return (0.0, 0.0, 0.0) if self.room == DARK else self.ambient
+
+    @property
+    def near_mm(self) -> float | None:
+        """Distance of the room's picture [mm], None where it is infinitely far away, or the room dark."""
+        return self.room_distance_mm if any(self.room_light) else None
 
     @property
     def lit(self) -> tuple[bool, bool, bool]:

@@ -15,6 +15,7 @@ from magicsim.geometry.design import FACET_MM, MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.markers import DotMarkers, PictureMarkers
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
+from magicsim.scenes.near_room import flashlight_problem, sensor_problem
 from magicsim.scenes.rig import PlaceMm, Rig
 from magicsim.scenes.taxels import TaxelSettings
 
@@ -207,6 +208,22 @@ class SceneConfig(Config):
                     f"something passes at rig.passing.distance_mm = {passing.distance_mm:g}; must be below that"
                 )
                 raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _check_near_room(self) -> Self:
+        rig = self.rig
+        problem = sensor_problem(self.design, rig)
+        for place, keyframe in enumerate(self.keyframes):
+            if keyframe.flashlight:
+                problem = problem or flashlight_problem(rig, keyframe.light_x_mm)
+            if rig.near_mm is not None and (keyframe.gap_mm or 0) >= rig.near_mm:
+                problem = problem or (
+                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: outside of the room, whose picture "
+                    f"is at rig.room_distance_mm = {rig.near_mm:g}; must be below that"
+                )
+        if problem is not None:
+            raise ValueError(problem)
         return self
 
     @model_validator(mode="after")

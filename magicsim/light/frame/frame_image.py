@@ -48,7 +48,7 @@ class Look:
         )
         paths, world, finish = rest.paths, self.world, self.world.content.object_finish
         seen = paths.glow(world.elements(change), pixels)
-        seen += paths.seen_outside(world.scene, self.outside, self.field.irradiance, finish, pixels)
+        seen += paths.seen_outside(world.inventory.environment, self.outside, self.field.irradiance, finish, pixels)
         seen += paths.mirrored(
             self.outside, finish, pixels, lambda starts: follow_camera(
                 world, self.outside, starts, self.field, seed=self.seed

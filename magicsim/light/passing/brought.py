@@ -127,7 +127,7 @@ class PassingLook:
         seen = paths.glow(world.elements(self.field), pixels)
         seen += paths.seen_of_room(self.light, pixels)
         if outside.object is not None or outside.flashlight is not None:
-            seen += paths.seen_outside(world.scene, outside, self.field.irradiance, finish, pixels, room=self.light)
+            seen += paths.seen_outside(None, outside, self.field.irradiance, finish, pixels, room=self.light)
         seen += paths.mirrored(
             outside, finish, pixels, lambda starts: follow_camera(
                 world, outside, starts, self.field, seed=self.seed, room=self.light

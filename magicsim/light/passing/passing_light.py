@@ -73,7 +73,7 @@ class PassingLight:
         way = way * dr.rsqrt(squared)
         solid_angle = 4 * self._half_width * self._half_height * self._distance * dr.rcp(squared * dr.sqrt(squared))
         ray, area = beam_rays(beam, way, u[2], u[3])
-        weight = mi.Color3f(room_towards(self, way)) * (area * solid_angle)
+        weight = mi.Color3f(room_towards(self, ray)) * (area * solid_angle)
         if beam.leaves_out is not None:
             weight[beam.leaves_out.has(ray)] = 0
         return ray, weight

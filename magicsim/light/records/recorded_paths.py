@@ -23,6 +23,7 @@ from magicsim.light.transport.path_starts import ObjectStarts
 from magicsim.light.transport.ray_start import leave
 from magicsim.light.transport.regions import Regions
 from magicsim.light.world.finish import Finish
+from magicsim.light.world.near_room import missed
 from magicsim.light.world.outside import Outside
 
 Follow = Callable[[ObjectStarts], Array]
@@ -114,17 +115,24 @@ class RecordedPaths:
         return found[pixels]
 
     def seen_outside(
-        self, scene: Any, outside: Outside, irradiance: Array, finish: Finish, pixels: Numbers, *, room: Any = None
+        self,
+        environment: Any,
+        outside: Outside,
+        irradiance: Array,
+        finish: Finish,
+        pixels: Numbers,
+        *,
+        room: Any = None,
     ) -> Array:
         """Radiance that some pixels get from what stands outside, less that of the room behind it, shape (pixels, 3).
 
         Args:
-            scene: The loaded scene, with nothing before the block.
+            environment: What shines from all around where nothing stands before the block, or None.
             outside: What stands there.
             irradiance: Of the object's triangles, shape (triangles, 3).
             finish: Surface of the object.
             pixels: Numbers of the pixels, row by row of the film.
-            room: What shines from all around; that of the scene by default.
+            room: What alone shines, from all around; all lights do by default.
         """
         if not len(self.owner):  # nothing leaves a black block, and the renderer cannot loop over no rays
             return np.zeros((len(pixels), 3))
@@ -132,7 +140,7 @@ class RecordedPaths:
         numbers = mi.UInt32(aligned(pixels, np.uint32))
         begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
         thing, lamps = mi.ShapePtr(outside.object), room is None
-        room = scene.environment() if lamps else room
+        room = environment if lamps else room
         met = _met_outside(outside.scene, room, thing, lit, finish, self.rays, begin, end, lamps)
         return np.array(met, np.float64).T
 
@@ -194,9 +202,7 @@ def _met_room(room: Any, rays: Any, begin: Any, end: Any) -> Any:
     number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
     while number < end:
         ray, weight = _escaped(rays, number)
-        si = dr.zeros(mi.SurfaceInteraction3f)
-        si.wi = -ray.d
-        radiance += weight * room.eval(si, number < end)
+        radiance += weight * room.eval(missed(ray), number < end)
         number += 1
     return radiance
 
@@ -239,9 +245,7 @@ def _met_outside(
         on_light = si.is_valid() & ~on_object & lamps
         found += dr.select(on_light, si.emitter(scene, on_light).eval(si, on_light), 0)
         if room is not None:
-            hidden = dr.zeros(mi.SurfaceInteraction3f)
-            hidden.wi = -ray.d
-            found -= dr.select(si.is_valid(), room.eval(hidden, si.is_valid()), 0)
+            found -= dr.select(si.is_valid(), room.eval(missed(ray), si.is_valid()), 0)
         radiance += weight * found
         number += 1
     return radiance

@@ -78,4 +78,6 @@ def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -
     ]
     if isinstance(design.face, HeightMap):
         data.append(file_hashes(design.face.model_dump(mode="json")))
+    if rig.near_mm is not None:
+        data.append({"room_distance_mm": rig.near_mm})
     return json.dumps(data, sort_keys=True)

@@ -32,6 +32,7 @@ from magicsim.light.world.medium import (
     scattered,
     scattering_stretch,
 )
+from magicsim.light.world.near_room import missed
 from magicsim.light.world.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.light.world.outside import nearer_hit
 from magicsim.light.world.shapes import Shapes
@@ -80,7 +81,7 @@ def gather_radiance(
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
     triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
     infill, body, ahead = constants.infill, constants.body, Coefficients.of(forward or media.infill)
-    environment, lamps = scene.environment() if shapes.room is None else shapes.room, shapes.room is None
+    environment, lamps = shapes.environment if shapes.room is None else shapes.room, shapes.room is None
     collisions, waiting_collisions, waiting_inside = mi.UInt32(0), mi.UInt32(0), mi.Bool(True)
     at = Whereabouts.unknown()
     coating, asked, waiting_asked = shapes.coating, mi.UInt32(0), mi.UInt32(0)
@@ -156,7 +157,7 @@ def gather_radiance(
             record.add_escape(entry, ray, arriving, active & ~valid)
             record.mark(place, dr.select(bumps, ray(bump.length), si.p), active & valid)
         if environment is not None:
-            radiance[active & ~valid] += weight * environment.eval(si, active & ~valid)
+            radiance[active & ~valid] += weight * environment.eval(missed(ray), active & ~valid)
 
         # 7. Reflection and refraction at an interface; the first way out of a path goes on in two branches.
         *smooth, scale = fresnel(si, segment, constants)

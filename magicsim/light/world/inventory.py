@@ -16,6 +16,7 @@ from magicsim.light.transport.coating import FaceCoating
 from magicsim.light.world.grid_state import GridState, GridStates
 from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
+from magicsim.light.world.near_room import surroundings
 from magicsim.light.world.outside import Outside
 from magicsim.light.world.room_light import Beam, room_beams
 from magicsim.light.world.shapes import Shapes, lights, mesh_of, shape_named, wetted
@@ -41,6 +42,8 @@ class Inventory:
             own_mesh: The object in its own frame: its smoothing must not depend on the pose that is rendered first.
         """
         self._scene, self._body, self._infill = scene, block[BODY], block.get(INFILL)
+        self.environment = surroundings(scene.environment(), rig)
+        """What shines from all around, or None."""
         self._object_mesh = own_mesh
         self._triangles_per_cell = max(elastomer.triangles_per_cell, 1)
         self._grids = GridStates(self._triangles_per_cell, CellTopology.of(elastomer))
@@ -63,6 +66,7 @@ class Inventory:
             faces=grid.faces if grid is not None else None,
             outside=outside.scene if outside is not None and outside.object is not None else None,
             coating=self._coating.on(self._body) if self._coating is not None else None,
+            environment=self.environment,
             room=room,
             scatterers=self._scatterers.on(self._infill) if self._scatterers is not None else None,
         )
@@ -110,7 +114,7 @@ class Inventory:
         """The emitter of a light by its name."""
         if outside is not None and name == FLASHLIGHT:
             return outside.flashlight.emitter()
-        return self._scene.environment() if name == ENVIRONMENT else shape_named(self._scene, name).emitter()
+        return self.environment if name == ENVIRONMENT else shape_named(self._scene, name).emitter()
 
     def beams(self, outside: Outside | None = None) -> list[Beam]:
         """The beams in which light of the room comes, see `room_beams`."""

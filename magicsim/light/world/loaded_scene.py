@@ -45,7 +45,9 @@ class World:
         """Shapes of the block by their names."""
         self._prefix = "" if for_paths else GROUPED
         entries = self.block if for_paths else in_group(self.block)
-        self.scene: Any = mi.load_dict(scene_dict(elastomer, rig, content, entries), optimize=False)
+        self.scene: Any = mi.load_dict(
+            scene_dict(elastomer, rig, content, entries, for_paths=for_paths), optimize=False
+        )
         self._parameters = mi.traverse(self.scene)
         self._radiance = {
             key: type(self._parameters[key])(self._parameters[key])

@@ -17,6 +17,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
+from magicsim.light.world.near_room import NearRoom, missed
 
 RINGS, SECTORS = 64, 128
 """Cells of equal solid angle: heights of a unit sphere, and turns around the sensor's axis."""
@@ -26,6 +27,8 @@ EVEN = 0.2
 """Share of the particles that are spread as an even room would."""
 ON_BLOCK = 0.85
 """Share of the particles that enter the opening right below the block."""
+LOOKS = 4
+"""Places of a beam along each of its two sides at which a near room is looked at: it is another from each."""
 
 
 class Beam(NamedTuple):
@@ -115,7 +118,7 @@ def room_particles(environment: Any, beam: Beam, *, u: list[Any]) -> tuple[Any, 
     way = mi.Vector3f(-sine * dr.cos(turn), -sine * dr.sin(turn), -height)
     chance = dr.gather(mi.Float, shares, cell) * (RINGS * SECTORS / (4 * dr.pi))
     ray, area = beam_rays(beam, way, u[2], u[3])
-    weight = room_towards(environment, way) * area / chance
+    weight = room_towards(environment, ray) * area / chance
     if beam.leaves_out is not None:
         weight[beam.leaves_out.has(ray)] = 0
     return ray, weight
@@ -159,21 +162,21 @@ def _shares(environment: Any, beam: Beam) -> Array:
     sine = np.sqrt(1 - height**2)
     towards = np.stack([sine * np.cos(turn), sine * np.sin(turn), height])
     across = np.ones(len(height)) if beam.block_mm is None else np.maximum(-height, 0)
-    bright = across * np.broadcast_to(
-        np.array(room_towards(environment, -mi.Vector3f(*(aligned(each, np.float32) for each in towards)))).sum(0),
-        height.shape,
-    )
+    looks = LOOKS if isinstance(environment, NearRoom) else 1
+    spots = (np.mgrid[:looks, :looks].reshape(2, -1) + 0.5) / looks
+    way = -mi.Vector3f(*(aligned(np.tile(each, looks**2), np.float32) for each in towards))
+    right, up = (mi.Float(aligned(np.repeat(each, len(height)), np.float32)) for each in spots)
+    seen = np.array(room_towards(environment, beam_rays(beam, way, right, up)[0])).sum(0)
+    bright = across * np.broadcast_to(seen, looks**2 * len(height)).reshape(-1, len(height)).mean(0)
     even = across / across.sum()
     return np.asarray(EVEN * even + (1 - EVEN) * bright / bright.sum() if bright.sum() > 0 else even)
 
 
-def room_towards(environment: Any, way: Any) -> Any:
-    """Radiance of what arrives along ways, mi.Color3f.
+def room_towards(environment: Any, ray: Any) -> Any:
+    """Radiance of what comes along rays, from behind their origins, mi.Color3f.
 
     Args:
         environment: What shines from all around.
-        way: Unit vectors, mi.Vector3f.
+        ray: The rays.
     """
-    si = dr.zeros(mi.SurfaceInteraction3f, dr.width(way))
-    si.wi = way
-    return mi.Color3f(environment.eval(si))
+    return mi.Color3f(environment.eval(missed(mi.Ray3f(ray.o, -ray.d))))

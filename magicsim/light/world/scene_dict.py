@@ -15,6 +15,7 @@ from magicsim.light.flaws.rough_material import interface_bsdf
 from magicsim.light.flaws.scatterer_shapes import scatterer_entries
 from magicsim.light.world.finish import COLORS, Finish
 from magicsim.light.world.marker_disks import marker_bsdf, marker_disks
+from magicsim.light.world.near_room import room_sphere
 from magicsim.light.world.names import (
     BLOCK,
     BODY,
@@ -29,11 +30,10 @@ from magicsim.light.world.names import (
     PLACE,
     RING,
 )
+from magicsim.scenes.near_room import housing_mm
 from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
 from magicsim.scenes.room import room_radiance
 
-HOUSING_RADIUS = 1.2
-"""Radius of the housing that keeps the light of the room from camera and lens, in half diagonals of the footprint."""
 SIDE_STEPS = 401
 AIR_GAP_MM = 0.3
 """Gap between body and an LED strip behind air [mm]."""
@@ -136,7 +136,9 @@ def _reference(name: str) -> dict[str, str]:
     return {"type": "ref", "id": name}
 
 
-def scene_dict(elastomer: Elastomer, rig: Rig, content: WorldContent, block: dict[str, Any]) -> dict[str, Any]:
+def scene_dict(
+    elastomer: Elastomer, rig: Rig, content: WorldContent, block: dict[str, Any], *, for_paths: bool = False
+) -> dict[str, Any]:
     """Everything at rest, the object where its own frame puts it.
 
     Args:
@@ -144,6 +146,7 @@ def scene_dict(elastomer: Elastomer, rig: Rig, content: WorldContent, block: dic
         rig: What surrounds it.
         content: What else is there.
         block: Entries of the block's shapes.
+        for_paths: Whether the renderer itself traces paths: a near room is then a shape.
     """
     scene: dict[str, Any] = {"type": "scene", "sensor": _camera(elastomer, rig), **block}
     for index, strip in enumerate(rig.strips):
@@ -159,7 +162,7 @@ def scene_dict(elastomer: Elastomer, rig: Rig, content: WorldContent, block: dic
     if content.furnace:
         scene[ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
     elif max(rig.room_light) > 0 and not elastomer.design.is_opaque:
-        scene |= _room(elastomer, rig)
+        scene |= _room(elastomer, rig, for_paths=for_paths)
     if content.object_mesh is not None:
         scene[content.object_name] = mesh_shape(content.object_mesh, content.object_name, content.object_finish.bsdf())
     return scene
@@ -283,14 +286,14 @@ def _rectangle(
     }
 
 
-def _room(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
+def _room(elastomer: Elastomer, rig: Rig, *, for_paths: bool) -> dict[str, Any]:
     """Light from all around, and a black housing that leaves what is below the contact face."""
-    radius = HOUSING_RADIUS * float(np.linalg.norm(elastomer.design.footprint_mm)) / 2
-    top = elastomer.design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm + 1
+    radius, top = housing_mm(elastomer.design, rig)
+    far, near_mm = _environment(rig), rig.near_mm
     black = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}}
     lid = mi.ScalarTransform4f().translate([0, 0, top]).scale([radius, radius, 1])
     return {
-        ENVIRONMENT: _environment(rig),
+        ENVIRONMENT: far if near_mm is None or not for_paths else room_sphere(far, near_mm),
         HOUSING: {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, top], "radius": radius, "bsdf": black},
         "lid": {"type": "disk", "to_world": lid, "bsdf": black},
     }

@@ -33,6 +33,8 @@ class Shapes:
     """A scene of its own that holds the object, or None where it is in the block's."""
     coating: Any = None
     """`Coating` of the contact face, or None where it is bare."""
+    environment: Any = None
+    """What shines from all around, or None."""
     room: Any = None
     """What alone shines, from all around, in place of the scene's lights; None where those do."""
     scatterers: Any = None

@@ -80,7 +80,7 @@ def test_recorded_paths_give_the_gathered_image(name, overrides):
     paths = recorded_paths(rest, seed=SEED, samples=SAMPLES)
     pixels = np.arange(24 * 28, dtype=np.uint32)
     glow = paths.glow(rest.elements(field), pixels)
-    beyond = paths.seen_outside(rest.scene, outside, field.irradiance, renderer.object_finish, pixels)
+    beyond = paths.seen_outside(rest.inventory.environment, outside, field.irradiance, renderer.object_finish, pixels)
     assert np.median(glow) > 0.005
     assert np.abs(beyond).mean() > 0.01
     # Only where rounding sends a path another way do the two differ.
