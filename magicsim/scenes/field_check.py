@@ -8,8 +8,10 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.camera.viewing import focal_px, landing_mm
+from magicsim.errors import ConfigError
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.rigid_object import ObjectBase
+from magicsim.scenes.near_room import object_problem
 from magicsim.scenes.scene import Keyframe, SceneConfig
 
 RIM_POINTS = 64
@@ -27,6 +29,27 @@ def field_warnings(scene: SceneConfig) -> list[str]:
         ConfigError: The object's file is missing.
     """
     return [*_view(scene), *_object(scene)]
+
+
+def check_room(scene: SceneConfig) -> None:
+    """Refuses an object that would be outside of a near room at a keyframe.
+
+    Args:
+        scene: What is planned.
+
+    Raises:
+        ConfigError: It would; or the object's file is missing.
+    """
+    thing = scene.object
+    if scene.rig.near_mm is None or thing is None or scene.design.is_opaque:
+        return
+    vertices = thing.surface().vertices
+    for at in scene.keyframes:
+        if at.gap_mm is not None:
+            problem = object_problem(scene.rig, _posed(thing, at).pose.to_sensor(vertices))
+            if problem is not None:
+                msg = f"keyframe {at.frame}: {problem}"
+                raise ConfigError(msg)
 
 
 def _view(scene: SceneConfig) -> list[str]:

@@ -219,8 +219,8 @@ class SceneConfig(Config):
                 problem = problem or flashlight_problem(rig, keyframe.light_x_mm)
             if rig.near_mm is not None and (keyframe.gap_mm or 0) >= rig.near_mm:
                 problem = problem or (
-                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: outside of the room, whose picture "
-                    f"is at rig.room_distance_mm = {rig.near_mm:g}; must be below that"
+                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: outside of the room, whose "
+                    f"picture is at rig.room_distance_mm = {rig.near_mm:g}; must be below that"
                 )
         if problem is not None:
             raise ValueError(problem)

@@ -56,7 +56,14 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
     Args:
         scene: What happens.
         leave_out: False plans every frame in full, for comparison.
+
+    Raises:
+        ConfigError: The object would be outside of a near room.
     """
+    if scene.rig.near_mm is not None:
+        from magicsim.scenes.field_check import check_room
+
+        check_room(scene)
     states = timeline(scene)
     frames: list[FramePlan] = []
     seen = {UNTOUCHED: UNTOUCHED_FRAME} if leave_out else {}
@@ -74,6 +81,9 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         if leave_out and earlier is None and not touching:
             seen[look] = index
     kept, left_out = _explain(scene, frames)
+    if scene.rig.near_mm is not None and not scene.design.is_opaque:
+        reason = f"its picture is {scene.rig.near_mm:g} mm away and seen from each place; no shadow falls on it"
+        kept.append(Decision(stage="near room", reason=reason))
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
     if scene.rig.camera.live is not None:
         kept.append(Decision(stage="untouched frame", reason="rig.camera.live: refused if it never settles there"))

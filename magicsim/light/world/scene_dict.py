@@ -15,7 +15,6 @@ from magicsim.light.flaws.rough_material import interface_bsdf
 from magicsim.light.flaws.scatterer_shapes import scatterer_entries
 from magicsim.light.world.finish import COLORS, Finish
 from magicsim.light.world.marker_disks import marker_bsdf, marker_disks
-from magicsim.light.world.near_room import room_sphere
 from magicsim.light.world.names import (
     BLOCK,
     BODY,
@@ -30,6 +29,7 @@ from magicsim.light.world.names import (
     PLACE,
     RING,
 )
+from magicsim.light.world.near_room import room_sphere
 from magicsim.scenes.near_room import housing_mm
 from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
 from magicsim.scenes.room import room_radiance
