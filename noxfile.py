@@ -117,6 +117,7 @@ FIGURES = (
     "python docs/camera_pictures.py",
     "python docs/preset_pictures.py",
     "python docs/rooms.py",
+    "python docs/room_pictures.py",
     "python docs/live_pictures.py",
     "python benchmarks/control_loop.py --out docs/benchmarks/control-loop.json",
     "python benchmarks/grasp_lift.py --out docs/benchmarks/grasp-lift.json",

@@ -1,4 +1,4 @@
-"""A room that is near: as bright as by path tracing before a sphere, far away the infinite one, even where it is even."""
+"""A room that is near: what path tracing sees before a sphere, far away the infinite one, even where it is even."""
 
 import numpy as np
 import pytest
@@ -77,10 +77,18 @@ def test_a_clear_block_shows_what_path_tracing_shows(spots):
     np.testing.assert_allclose(ours.mean((0, 1)), path.mean((0, 1)), rtol=0.003)
 
 
-def test_an_object_before_it_is_as_bright_as_by_path_tracing(spots):
-    settings = (spots, near(), COARSE)
-    path, path_error = means(2.0, range(100, 103), "render.estimator=path", "render.samples=160", *settings, plain=True)
-    found, error = means(2.0, range(3), "render.anchor_particles=200000", *settings)
+@pytest.mark.parametrize(
+    ("seeds", "samples", "distance_mm"),
+    [
+        (3, 160, 60),
+        pytest.param(10, 448, 60, marks=pytest.mark.slow),
+        pytest.param(10, 448, 150, marks=pytest.mark.slow),
+    ],
+)
+def test_an_object_before_it_is_as_bright_as_by_path_tracing(spots, seeds, samples, distance_mm):
+    settings, paths = (spots, near(distance_mm), COARSE), ("render.estimator=path", f"render.samples={samples}")
+    path, path_error = means(2.0, range(100, 100 + seeds), *paths, *settings, plain=True)
+    found, error = means(2.0, range(seeds), "render.anchor_particles=200000", *settings)
     noise = np.hypot(error, path_error)
     assert noise.max() < 0.01, "too noisy to tell anything"
     assert (np.abs(found / path - 1) < 0.003 + 3 * noise).all(), f"{found / path}, standard error {noise}"
