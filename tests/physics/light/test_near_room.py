@@ -20,6 +20,7 @@ SMALL = (
 
 QUICK = ("render.anchor_particles=100000", "render.particles=12000")
 COARSE = "design.cell_mm=2.09"
+"""Quick; linear fluence in so large cells is 1 % off `volpath` with any room."""
 
 
 def picture(path):
@@ -86,11 +87,11 @@ def test_a_clear_block_shows_what_path_tracing_shows(spots):
     ],
 )
 def test_an_object_before_it_is_as_bright_as_by_path_tracing(spots, seeds, samples, distance_mm):
-    settings, paths = (spots, near(distance_mm), COARSE), ("render.estimator=path", f"render.samples={samples}")
+    settings, paths = (spots, near(distance_mm)), ("render.estimator=path", f"render.samples={samples}")
     path, path_error = means(2.0, range(100, 100 + seeds), *paths, *settings, plain=True)
     found, error = means(2.0, range(seeds), "render.anchor_particles=200000", *settings)
     noise = np.hypot(error, path_error)
-    assert noise.max() < 0.01, "too noisy to tell anything"
+    assert noise.max() < 0.015, "too noisy to tell anything"
     assert (np.abs(found / path - 1) < 0.003 + 3 * noise).all(), f"{found / path}, standard error {noise}"
 
 
