@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from magicsim.config.models import validate
 from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.errors import ConfigError
 from magicsim.learn.settings import LearningSettings
 from magicsim.study.settings import StudyConfig
 
@@ -38,6 +39,9 @@ class LearnedConfig(StudyConfig):
         from magicsim.study.study_file import named_table
 
         changes = data.pop("recipe_changes", {})
+        if not isinstance(changes, dict):
+            msg = f"recipe_changes = {changes!r} is not allowed: must be a table of keys of the recipe"
+            raise ConfigError(msg)
         recipe = named_table(data.get("recipe"), "recipe", folder) | changes
         return data | {"recipe": {key: value for key, value in recipe.items() if key not in OF_STUDY}}
 

@@ -154,3 +154,8 @@ def test_geometry_of_masks_angles_and_bins():
     np.testing.assert_allclose(axis_angle_deg(matrix), 30.0)
     np.testing.assert_allclose(axis_angle_deg(-matrix), 30.0)  # an axis has no sense
     assert gap_bin(np.array([0.0, 0.5, 1.0, 24.0, 25.0])).tolist() == [1, 1, 2, 5, 5]
+
+
+def test_changes_of_the_recipe_that_are_no_table_are_one_line():
+    with pytest.raises(ConfigError, match="recipe_changes = 5 is not allowed: must be a table"):
+        load_study("localisation", ["recipe_changes=5"])
