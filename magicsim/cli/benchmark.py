@@ -38,8 +38,7 @@ def evaluate(
     detector of your own is judged there in seconds.
     """
     begun = time.perf_counter()
-    from magicsim.evaluation.baseline import default_baseline, load_baseline
-    from magicsim.evaluation.baseline import save_baseline as keep
+    from magicsim.evaluation import baseline as kept
     from magicsim.evaluation.plugin import named_detector
     from magicsim.evaluation.suite import load_suite
     from magicsim.folder import check_file, check_target
@@ -54,8 +53,8 @@ def evaluate(
     make = named_detector(detector, profile=profile)
     make()  # what cannot be made is told before anything is rendered
     is_whole = detector is None and not quick and on is None
-    file = baseline or (default_baseline(suite, profile) if is_whole else None)
-    known = load_baseline(file) if file is not None else None
+    file = baseline or (kept.default_baseline(suite, profile) if is_whole else None)
+    known = kept.load_baseline(file) if file is not None else None
     check_target(out)
     if save_baseline is not None:
         check_file(save_baseline)
@@ -63,18 +62,15 @@ def evaluate(
     from magicsim.evaluation.evaluate import evaluate_suite
     from magicsim.evaluation.pages.report import describe, write_results
 
-    name = Path(suite).stem
+    name = Path(suite).stem if on is None else str(on)
     left_out: list[str] = []
     films: Iterable[list[Footage]] | None = None
     if on is not None:
         from magicsim.evaluation.takes.existing import existing_footage
 
         config, existing = existing_footage(on, config)
-        name, films, make = (
-            str(on),
-            ([film] for film in existing),
-            named_detector(detector, profile=profile, is_coated=config.design.is_opaque),
-        )
+        films = ([film] for film in existing)
+        make = named_detector(detector, profile=profile, is_coated=config.design.is_opaque)
     elif quick:
         from magicsim.evaluation.quick import quick_films, quick_suite
 
@@ -89,7 +85,7 @@ def evaluate(
         )  # fmt: skip
     report = write_results(found, config, out)
     if save_baseline is not None:
-        keep(save_baseline, found.episodes, suite=name, detector=found.detector)
+        kept.save_baseline(save_baseline, found.episodes, suite=name, detector=found.detector)
     if json:
         print_result(found.as_dict() | {"report": str(report), "left_out": left_out}, as_json=True)
     else:

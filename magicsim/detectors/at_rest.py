@@ -7,10 +7,11 @@ import numpy as np
 
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 
-FEATURES = ("entropy", "correlation", "similarity")
-"""Measures of a frame whose spread at rest is told."""
-WEAK_BELOW = 1.0
-"""A verdict on a frame with a smaller d' rests on less than the camera's own repeatability."""
+FEATURES = {"entropy": "E [bit]", "correlation": "C", "similarity": "S"}
+"""Measures of a frame whose spread at rest is told, and what they are called."""
+REPEATABILITY_SD = 3.0
+"""A verdict nearer to rest than this rests on less than the camera's own repeatability [standard deviations]: in 95 of
+100 pairs two frames of one thing differ by at most 2.8 (ISO 5725-6)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,11 +39,11 @@ def features_at_rest(verdicts: Sequence[Verdict]) -> dict[str, FeatureAtRest]:
 
 
 def marked(verdict: Verdict, rest: Mapping[str, FeatureAtRest]) -> Verdict:
-    """A verdict with `weak`: whether it says more than rest, and the frame shows less than `WEAK_BELOW` of it.
+    """A verdict with `weak`: whether it says more than rest, and the frame is nearer to it than `REPEATABILITY_SD`.
 
     `Touched` rests on a fall of S, `Approaching` and `Noise` on a rise of E.
     """
     touched = verdict.combined is Contact.TOUCHED
     brighter = verdict.proximity is not Proximity.NORMAL
     falls, rises = -rest["similarity"].distance(verdict.similarity), rest["entropy"].distance(verdict.entropy)
-    return replace(verdict, weak=(touched and falls < WEAK_BELOW) or (brighter and rises < WEAK_BELOW))
+    return replace(verdict, weak=(touched and falls < REPEATABILITY_SD) or (brighter and rises < REPEATABILITY_SD))

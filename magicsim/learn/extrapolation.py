@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array, Index
-from magicsim.learn.scores import CONFIDENCE, RESAMPLES
+from magicsim.learn.scores import RESAMPLES
+from magicsim.sampling.bootstrap import ends
 
 LEAST_POINTS = 2
 """Points that a power law goes through."""
@@ -87,14 +88,12 @@ def promise(points: Sequence[CurvePoint], train_frames: Sequence[float], *, seed
     drawn = drawn_sums[has_errors] / drawn_counts[has_errors]
     factor, exponent = fit_power_law(frames, sums.sum(1) / counts.sum(1))
     factors, exponents = fit_power_law(frames, drawn)
-    tail = (1 - CONFIDENCE) / 2
     found = []
     for count in train_frames:
-        low, high = np.quantile(factors * count**-exponents, [tail, 1 - tail])
+        low, high = ends(factors * count**-exponents)
         found.append(
             Promise(
-                train_frames=count, value=float(factor * count**-exponent), low=float(low), high=float(high),
-                exponent=float(exponent),
+                train_frames=count, value=float(factor * count**-exponent), low=low, high=high, exponent=float(exponent)
             )
-        )  # fmt: skip
+        )
     return found

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array, Index
+from magicsim.sampling.bootstrap import ends
 
-CONFIDENCE = 0.95
 RESAMPLES = 1000
 
 
@@ -43,9 +43,8 @@ def mean_score(values: Array, press: Index, *, seed: int = 0) -> Score:
     random = np.random.default_rng([seed, len(values)])
     drawn = random.integers(0, len(sums), (RESAMPLES, len(sums)))
     means = sums[drawn].sum(1) / counts[drawn].sum(1)
-    tail = (1 - CONFIDENCE) / 2
-    low, high = np.quantile(means, [tail, 1 - tail])
+    low, high = ends(means)
     return Score(
-        value=float(values.mean()), sd=float(values.std()), low=float(low), high=float(high),
+        value=float(values.mean()), sd=float(values.std()), low=low, high=high,
         frames=len(values), presses=len(sums),
     )  # fmt: skip

@@ -113,6 +113,8 @@ class PlainRenderer:
         return self._worlds.of(view, placed)
 
     def _check_room(self, view: View, placed: Array | None) -> None:
+        if self.rig.near_mm is None:
+            return
         problem = object_problem(self.rig, placed) if placed is not None else None
         if view.flashlight_x_mm is not None:
             problem = problem or flashlight_problem(self.rig, view.flashlight_x_mm)

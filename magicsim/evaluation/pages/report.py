@@ -9,6 +9,7 @@ import tomli_w
 from markupsafe import Markup
 
 from magicsim import frame_class as truth
+from magicsim.detectors.at_rest import FEATURES, REPEATABILITY_SD
 from magicsim.evaluation.evaluate import Evaluation
 from magicsim.evaluation.pages.plots import plot_detection, plot_roc
 from magicsim.evaluation.pages.sheet import changed_sheet, sheet
@@ -16,7 +17,7 @@ from magicsim.evaluation.statistics.changed_frames import FrameRun
 from magicsim.evaluation.statistics.intervals import Estimate
 from magicsim.evaluation.statistics.measures import MEASURES
 from magicsim.evaluation.statistics.regression import Change
-from magicsim.evaluation.statistics.rest import REPEATABILITY_SD, Rest
+from magicsim.evaluation.statistics.rest import Rest
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.report.templates import page_template
@@ -35,8 +36,6 @@ COLUMNS = {
     "onset_mm": "onset [mm]",
 }
 """Measures of the table of groups."""
-SYMBOLS = {"entropy": "E [bit]", "correlation": "C", "similarity": "S"}
-"""What the measures of a frame are called."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,7 +163,7 @@ def feature_rows(found: Sequence[Rest]) -> list[list[str]]:
     """E, C and S at rest and their distances of touch and approach as the rows of a table, see the page's head."""
     return [
         [
-            f"{each.place}, {each.noise}", SYMBOLS[name], f"{number(rest.mean, 3)} ± {rest.sd:.2g}",
+            f"{each.place}, {each.noise}", FEATURES[name], f"{number(rest.mean, 3)} ± {rest.sd:.2g}",
             *(MISSING if d is None else f"{d:+.1f}" for d in (rest.touch_d, rest.approach_d)),
         ]
         for each in found

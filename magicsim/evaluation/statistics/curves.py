@@ -11,7 +11,7 @@ from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.statistics.intervals import LEAST_EPISODES
 from magicsim.evaluation.statistics.tally import class_scores
 from magicsim.frame_class import FrameClass
-from magicsim.sampling.bootstrap import CONFIDENCE
+from magicsim.sampling.bootstrap import ends
 
 GAPS_MM = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0)
 """Edges of the bins of distance [mm]; a bin includes its upper edge."""
@@ -138,8 +138,7 @@ def _curve(
 def _point(edges: tuple[float, ...], index: int, frames: int, rate: float, spread: Array | None) -> CurvePoint:
     low = high = None
     if spread is not None and np.isfinite(spread).any():
-        tail = 100 * (1 - CONFIDENCE) / 2
-        low, high = (float(each) for each in np.nanpercentile(spread, [tail, 100 - tail]))
+        low, high = ends(spread)
     return CurvePoint(
         above_mm=edges[index], to_mm=edges[index + 1], frames=frames, rate=float(rate), low=low, high=high
     )

@@ -154,10 +154,10 @@ MEASURES: Mapping[str, MeasureKind] = {
     "latency_frames": _kind("Contact frames before Touched", _mean("latency_frames"), unit="frames", better="lower"),
 }
 """All measures by the name they have in the JSON."""
-OF_PROXIMITY = frozenset(MEASURES) - {
-    "contact_balanced_accuracy", "touch_recall", "touch_precision", "touch_auc", "untouched_score", "contact_score",
-    "light_false_alarms", "onset_mm", "latency_frames",
-}  # fmt: skip
+OF_PROXIMITY = frozenset({
+    "proximity_balanced_accuracy", "clear_recall", "approach_recall", "approach_precision", "light_recall",
+    "approach_auc", "clear_score", "near_score", "light_score", "lead_mm", "lead_frames", "lead_s",
+})  # fmt: skip
 """Measures that nothing is known of behind an opaque coat."""
 
 

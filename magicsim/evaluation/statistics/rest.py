@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import gammaincinv, ndtr
 
 from magicsim.arrays import Array, Mask
-from magicsim.detectors.at_rest import FeatureAtRest
+from magicsim.detectors.at_rest import REPEATABILITY_SD, FeatureAtRest
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.answers import answered, fitted
 from magicsim.evaluation.detector import MakeDetector
@@ -20,8 +20,6 @@ from magicsim.evaluation.judged import JudgedEpisode, features_of
 from magicsim.evaluation.takes.footage import ExposedTake, Footage
 from magicsim.frame_class import FrameClass
 
-REPEATABILITY_SD = 3.0
-"""A verdict on a frame that is nearer to rest than this rests on less than the camera's own repeatability."""
 TAIL = 0.025
 """On either side of a 95 % interval."""
 HOUR_S = 3600.0

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magicsim.detectors.at_rest import FeatureAtRest
+from magicsim.detectors.at_rest import FEATURES, FeatureAtRest
 from magicsim.judge.verdicts import Judgement
 from magicsim.report.story import tell_phases
 from magicsim.report.text import number
 from magicsim.simulation.episode import SimulatedFrame
 
-MEASURES = {"entropy": ("E [bit]", "tau_e"), "correlation": ("C", "tau_c"), "similarity": ("S", "tau_g")}
-"""Measures of a verdict, how they are called, and their thresholds."""
+THRESHOLDS = {"entropy": "tau_e", "correlation": "tau_c", "similarity": "tau_g"}
+"""Threshold of each measure of a verdict."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +36,7 @@ def rest_rows(frames: Sequence[SimulatedFrame], judgement: Judgement) -> tuple[l
     phases = tell_phases(frames)
     parts = list(dict.fromkeys(phases))
     rows = []
-    for key, (name, threshold) in MEASURES.items():
+    for key, name in FEATURES.items():
         rest = judgement.at_rest.get(key)
         if rest is None:
             continue
@@ -46,7 +46,7 @@ def rest_rows(frames: Sequence[SimulatedFrame], judgement: Judgement) -> tuple[l
             RestRow(
                 name=name,
                 at_rest=f"{rest.mean:.3f} ± {rest.sd:.2g}",
-                threshold=_with_distance(judgement.thresholds[threshold], rest),
+                threshold=_with_distance(judgement.thresholds[THRESHOLDS[key]], rest),
                 parts=tuple(_with_distance(each, rest) for each in medians),
             )
         )

@@ -10,8 +10,7 @@ from scipy.stats import binomtest
 from magicsim.robot.assembly.cues import Cues
 from magicsim.robot.assembly.misaligned import Misalignment
 from magicsim.robot.assembly.stages import BEFORE, EARLY
-
-CONFIDENCE = 0.95
+from magicsim.sampling.bootstrap import CONFIDENCE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.detectors import DetectorProfile, detect_sources
-from magicsim.detectors.at_rest import features_at_rest, marked
+from magicsim.detectors.at_rest import REPEATABILITY_SD, features_at_rest, marked
 from magicsim.detectors.combined import behind_coat, judge
 
 from .conftest import grid_frame
@@ -23,9 +23,9 @@ def rest():
     return features_at_rest([verdict(entropy=1.0 + 0.3 * e, similarity=0.6 + 0.05 * s) for e, s in noise])
 
 
-def test_verdict_is_weak_where_its_feature_is_nearer_to_rest_than_one_standard_deviation(rest):
+def test_verdict_is_weak_where_its_feature_is_nearer_to_rest_than_the_camera_repeats(rest):
     entropy, similarity = rest["entropy"], rest["similarity"]
-    for distance, weak in ((0.9, True), (1.1, False), (-2.0, True)):
+    for distance, weak in ((0.9 * REPEATABILITY_SD, True), (1.1 * REPEATABILITY_SD, False), (-2.0, True)):
         touched = verdict(entropy=0.0, similarity=similarity.mean - distance * similarity.sd)
         expected = weak and touched.combined == "Touched"
         assert marked(touched, rest).weak is expected
