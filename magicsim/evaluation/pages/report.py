@@ -21,7 +21,7 @@ from magicsim.evaluation.statistics.rest import Rest
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.report.templates import page_template
-from magicsim.report.text import MISSING, number, percent, span
+from magicsim.report.text import MINUS, MISSING, number, percent, span
 
 RESULTS = "evaluation.json"
 REPORT = "report.html"
@@ -164,7 +164,7 @@ def feature_rows(found: Sequence[Rest]) -> list[list[str]]:
     return [
         [
             f"{each.place}, {each.noise}", FEATURES[name], f"{number(rest.mean, 3)} ± {rest.sd:.2g}",
-            *(MISSING if d is None else f"{d:+.1f}" for d in (rest.touch_d, rest.approach_d)),
+            *(MISSING if d is None else f"{d:+.1f}".replace("-", MINUS) for d in (rest.touch_d, rest.approach_d)),
         ]
         for each in found
         for name, rest in each.features.items()
