@@ -3,12 +3,13 @@
     python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json [--cases 24] [--seed 1]
 
 Pairs of states 0.002 to 0.05 mm before and after contact are filmed with several objects, places, seeds, designs and
-lights, by a camera without noise; so are a sensor with an object too far to be seen and one without, and a flashlight
-on and off beside an object that is near, both in the dark: in a lit room the lamp and the object cover what is behind
-them, which is to be seen. Classifiers see only what must not know: features of blocks of the image that
-lie 8 mm and more from the contact, where nothing physical changes (residual noise, high-pass statistics, noise levels
-of blocks, sums of channels), and the size of the frame's PNG. Each is trained on some cases and judged on others
-(grouped cross-validation); the area under its curve is 0.5 where nothing is told. Intervals are a bootstrap over cases.
+lights, by a camera without noise, with the flashlight off and on; so are a sensor with an object too far to be seen
+and one without, and a flashlight on and off beside an object that is near, both in the dark: in a lit room the lamp
+and the object cover what is behind them, which is to be seen. Classifiers see only what must not know: features of
+blocks of the image that lie 8 mm and more from the contact, where nothing physical changes (residual noise, high-pass
+statistics, noise levels of blocks, sums of channels), and the size of the frame's PNG. Each is trained on some cases
+and judged on others (grouped cross-validation); the area under its curve is 0.5 where nothing is told. Intervals are
+a bootstrap over cases.
 """
 
 import argparse
@@ -132,12 +133,13 @@ def film(case: int, seed: int, settings: Sequence[str] = (), block_px: int = BLO
         return Taken(case=case, label=label, frame=filmed.frame(state), rest=filmed.rest, far=far)
 
     lit = Filmed.by(sensor)
-    for gap_mm in GAPS_MM:
-        for sign in (1, -1):
-            state = FrameState(
-                gap_mm=sign * gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0
-            )
-            yield "before or after contact", taken(lit, state, label=sign < 0)
+    for question, shining in (("before or after contact", False), ("before or after contact, flashlight on", True)):
+        for gap_mm in GAPS_MM:
+            for sign in (1, -1):
+                state = FrameState(
+                    gap_mm=sign * gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=shining, light_x_mm=0
+                )
+                yield question, taken(lit, state, label=sign < 0)
     dim = rig.flashlight.model_copy(update={"radiance": (DIM,) * 3})
     sensor = sensor.with_rig(rig.model_copy(update={"flashlight": dim, "room": None, "ambient": (0.0,) * 3}))
     sensor.renderer.metered()

@@ -56,10 +56,13 @@ class Shapes:
 
 
 def lights(scene: Any) -> list[str]:
-    """Names of the lights, in a fixed order: strips, flashlight, light from all around."""
-    names = sorted(shape.id() for shape in scene.shapes() if shape.is_emitter())
-    names.sort(key=lambda name: name == FLASHLIGHT)
-    return names + ([ENVIRONMENT] if scene.environment() is not None else [])
+    """Names of the lights, in a fixed order: strips, light from all around, flashlight.
+
+    The flashlight is last: it may stand in a scene of its own, of which the other lights' random numbers must not tell.
+    """
+    names = {shape.id() for shape in scene.shapes() if shape.is_emitter()}
+    around = [ENVIRONMENT] if scene.environment() is not None else []
+    return sorted(names - {FLASHLIGHT}) + around + sorted(names & {FLASHLIGHT})
 
 
 def shape_named(scene: Any, name: str) -> Any:

@@ -97,12 +97,27 @@ def filmed() -> dict[str, list[Taken]]:
 
 @pytest.mark.slow
 def test_no_question_is_answered_by_what_must_not_know(filmed):
-    touch, flashlight, far = filmed.values()
-    for frames in (touch, flashlight):
+    *told_apart, far = filmed.values()
+    assert len(told_apart) == 3
+    for frames in told_apart:
         assert max(areas(frames)) < told_from(frames)
     for case in range(CASES):  # an object that is too far to be seen is left out
         looks = {each.frame.tobytes() for each in far if each.case == case}
         assert len(looks) == 1
+
+
+@pytest.mark.slow
+def test_frames_under_a_flashlight_share_as_much_of_their_noise_across_contact_as_others(filmed):
+    def changes(question: str) -> npt.NDArray[np.float64]:
+        """Grey levels by which places far from the contact change from before it to after it, by case and gap."""
+        frames = filmed[question]
+        pairs = zip(frames[::2], frames[1::2], strict=True)
+        return np.array([
+            np.mean([np.abs(near.frame[block].astype(float) - touched.frame[block]).mean() for block in near.far])
+            for near, touched in pairs
+        ])  # fmt: skip
+
+    assert changes("before or after contact, flashlight on").mean() < 2 * changes("before or after contact").mean()
 
 
 @pytest.mark.slow
