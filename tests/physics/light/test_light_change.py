@@ -13,8 +13,11 @@ from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
 CHEAP = ("render.samples=2", "render.particles=2000", "render.anchor_samples=4", "render.anchor_particles=40000")
-MANY = ("render.samples=16", "render.particles=400000", "render.anchor_samples=16", "render.anchor_particles=400000")
-COVERED = ("object={kind='box',size_mm=[40,50,10]}", "keyframes=[{frame=0,gap_mm=-0.1}]")
+MANY = ("render.samples=8", "render.particles=200000", "render.anchor_samples=8", "render.anchor_particles=200000")
+COVERED = (
+    "design.footprint_mm=[12,14]", "rig.camera.field_mm=10", "object={kind='box',size_mm=[14,16,10]}",
+    "keyframes=[{frame=0,gap_mm=-0.1}]",
+)  # fmt: skip
 TRACED, LEFT_OUT = "render.light_change=0", "render.light_change=1"
 
 
