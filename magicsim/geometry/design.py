@@ -11,9 +11,10 @@ from magicsim.arrays import Array
 from magicsim.config.models import Config, load_preset
 from magicsim.geometry.coat import Coat, HalfMirror, OpaqueCoat
 from magicsim.geometry.face_shape import Face, HeightMap, flattened, lifted
-from magicsim.geometry.inclusions import Inclusions
+from magicsim.geometry.flaws.inclusions import Inclusions
+from magicsim.geometry.flaws.roughness import Roughness
+from magicsim.geometry.flaws.unevenness import MIN_WALL_MM, Unevenness
 from magicsim.geometry.markers import Markers
-from magicsim.geometry.roughness import Roughness
 
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
 """From 1 Pa, a liquid more than a gel, to what is stiffer than steel [MPa]."""
@@ -112,38 +113,6 @@ class Mounting(Config):
     friction, free to lift off. The sensor is assumed to be bonded: nobody says how the print is held."""
     friction: Annotated[float, Field(ge=0.05, le=5)] = 0.7
     """Coulomb's coefficient between block and table; assumed, rubber on smooth hard surfaces 0.3 to 1.5."""
-
-
-class Unevenness(Config):
-    """How the grid of a print differs from its drawing, as far as one sees it; forces are those of the drawing."""
-
-    wall_sd_mm: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    """Standard deviation of the walls' thickness, cut off at two of them [mm]; assumed, 0 to 0.015 for a wall of 0.1:
-    half a droplet line of a 600 dpi printer is 0.02."""
-    crossing_radius_mm: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    """Radius of the fillets where walls cross [mm]; assumed, 0 to 0.15: droplets of 0.04 mm fill inner corners. Light
-    then takes longer, as the next wall is searched for among all."""
-    wave_sd_mm: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    """Standard deviation of the grid planes' places [mm]; assumed, 0 to 0.03."""
-    wave_length_mm: Annotated[float, Field(ge=0.5, le=100)] = 6.0
-    """Length of the waves [mm]; assumed, 3 to 20."""
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Seed of the print: each printed sensor has its own."""
-
-    @property
-    def is_even(self) -> bool:
-        """Whether the print is as drawn."""
-        return self.wall_sd_mm == 0 and self.wave_sd_mm == 0
-
-    @model_validator(mode="after")
-    def _check_slope(self) -> Self:
-        if 10 * self.wave_sd_mm > self.wave_length_mm:
-            msg = (
-                f"wave_sd_mm = {self.wave_sd_mm:g} is not allowed with wave_length_mm = {self.wave_length_mm:g}: "
-                "must be at most a tenth of it"
-            )
-            raise ValueError(msg)
-        return self
 
 
 FAR_FIELD_BOUND = 0.01
@@ -272,29 +241,14 @@ class ElastomerDesign(Config):
         if self.wall_mm < MIN_WALL_MM:
             msg = f"wall_mm = {self.wall_mm:g} is not allowed: must be at least {MIN_WALL_MM:g} mm"
             raise ValueError(msg)
-        thinnest = self.wall_mm - 3 * self.unevenness.wall_sd_mm
-        if thinnest < MIN_WALL_MM and self.unevenness.wall_sd_mm > 0:
-            msg = (
-                f"unevenness.wall_sd_mm = {self.unevenness.wall_sd_mm:g} is not allowed with wall_mm = "
-                f"{self.wall_mm:g}: wall_mm - 3 wall_sd_mm must be at least {MIN_WALL_MM:g} mm"
-            )
-            raise ValueError(msg)
-        if self.unevenness.crossing_radius_mm > WIDEST_FILLET * self.cell_mm:
-            msg = (
-                f"unevenness.crossing_radius_mm = {self.unevenness.crossing_radius_mm:g} is not allowed with cell_mm = "
-                f"{self.cell_mm:g}: must be at most {WIDEST_FILLET:g} cell_mm"
-            )
-            raise ValueError(msg)
+        core_mm = np.array([*self.footprint_mm, self.height_mm]) - 2 * self.skin_mm
+        problem = self.unevenness.problem(core_mm, self.skin_mm, self.cell_mm, self.wall_mm)
+        if problem is not None:
+            raise ValueError(problem)
         if self.materials.infill is None:
             msg = "materials.infill is missing: a design with cells (cell_mm > 0) needs an infill material"
             raise ValueError(msg)
         return self
-
-
-WIDEST_FILLET = 0.4
-"""Largest radius where walls cross, in units of a cell's edge."""
-MIN_WALL_MM = 0.05
-"""Thinnest wall: thinner ones could close below the renderer's safe gap when the grid deforms."""
 
 
 def load_design(name: str | Path, overrides: Sequence[str] = ()) -> ElastomerDesign:

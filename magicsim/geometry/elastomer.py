@@ -6,14 +6,15 @@ import manifold3d
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
+from magicsim.geometry.flaws.placed_inclusions import DrawnInclusions, draw_inclusions
+from magicsim.geometry.flaws.printed_cells import printed_cells
 from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
-from magicsim.geometry.placed_inclusions import DrawnInclusions, draw_inclusions
 from magicsim.geometry.refined_face import refined_face
 from magicsim.geometry.rounded_cell import FACET_TOLERANCE, cell_mesh, cell_volume_mm3
-from magicsim.geometry.unevenness import printed_cells
 
 FACE_EDGE_MM = 0.5
 """Length to which the edges of the block are split [mm]: fine enough to bend around a fingertip-sized object.
@@ -40,6 +41,9 @@ class Elastomer:
     triangles_per_cell: int
     inclusions: DrawnInclusions | None = None
     """Bubbles and flakes in the cells."""
+    drawn_cell_mm: Array | None = None
+    """Vertices of one cell about its middle as drawn, shape (vertices of a cell, 3) [mm], where a print shifts its
+    cells; None where the first one stands for all."""
 
     @property
     def boxed_cells(self) -> SurfaceMesh:
@@ -86,7 +90,8 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
         _check("infill", infill, grid.infill_volume_mm3)
     else:
         _check("infill", infill, grid.cell_count * cell_volume_mm3(grid.cell_mm, radius_mm), FACET_TOLERANCE)
-    inclusions = draw_inclusions(design.inclusions, grid, infill.vertices[: len(infill.vertices) // grid.cell_count])
+    first = infill.vertices[: len(infill.vertices) // grid.cell_count]
+    inclusions = draw_inclusions(design.inclusions, grid, first)
     infill = replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness))
     infill = _lifted(infill, design)
     if design.face is not None:
@@ -98,6 +103,7 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
         infill=infill,
         triangles_per_cell=len(infill.faces) // grid.cell_count,
         inclusions=inclusions,
+        drawn_cell_mm=first - grid.centres_mm()[0] if design.unevenness.shifts_cells else None,
     )
 
 

@@ -58,7 +58,8 @@ def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
 def _attach_infill(elastomer: Elastomer, lattice: Lattice) -> CellCorrectors | None:
     if elastomer.infill is None or elastomer.grid is None:
         return None
-    return cell_correctors(elastomer.design, elastomer.grid, lattice, elastomer.infill.vertices)
+    cells = elastomer.infill.vertices
+    return cell_correctors(elastomer.design, elastomer.grid, lattice, cells, elastomer.drawn_cell_mm)
 
 
 def deformed_vertices(

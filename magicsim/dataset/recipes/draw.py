@@ -33,6 +33,9 @@ FLAWS = (
     ("inclusions", "bubbles_per_mm3", "bubbles_per_mm3"), ("inclusions", "flakes_per_mm3", "flakes_per_mm3"),
 )  # fmt: skip
 """Tables of a design that drawn values of a print are added to, their keys there, and the names of the values."""
+UNEVEN = (("wall_sd_mm", "wall_spread_mm"), ("wave_sd_mm", "wave_mm"), ("skin_sd_mm", "skin_spread_mm"))
+"""Keys of a design's unevenness that drawn values are added to, and the names of the values."""
+CHANNELS = ("red", "green", "blue")
 KEPT = 64
 """Things that were drawn last, which are not drawn again."""
 
@@ -168,10 +171,15 @@ def _drawer(group: str, point: Array, values: Values) -> Callable[[str, Number],
 
 
 def _tolerances(recipe: Recipe) -> dict[str, Number]:
-    tolerances = recipe.tolerances
-    names = [name for name in type(tolerances).model_fields if name != "led_strength"]
-    strips = {f"led_strength.{number}": tolerances.led_strength for number in range(len(recipe.rig.strips))}
-    return {name: getattr(tolerances, name) for name in names} | strips
+    tolerances, lights = recipe.tolerances, range(len(recipe.rig.lamps))
+    several: dict[str, Sequence[object]] = {
+        "led_strength": lights,
+        "led_color": [f"{number}.{channel}" for number in lights for channel in CHANNELS],
+        "pitch_scale": "xyz",
+        "pitch_drift": "xyz",
+    }
+    found = {name: getattr(tolerances, name) for name in type(tolerances).model_fields if name not in several}
+    return found | {f"{name}.{of}": getattr(tolerances, name) for name, all_of in several.items() for of in all_of}
 
 
 def _camera(recipe: Recipe) -> dict[str, Number]:
@@ -191,8 +199,11 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
         design["cell_mm"] = round(design["cell_mm"] - drawn["wall_mm"], 9)
     uneven = design["unevenness"]
     uneven["seed"] += index
-    for key, name in (("wall_sd_mm", "wall_spread_mm"), ("wave_sd_mm", "wave_mm")):
+    for key, name in UNEVEN:
         uneven[key] = round(uneven[key] + drawn[name], 9)
+    pitches = zip("xyz", uneven["pitch_scale"], uneven["pitch_drift"], strict=True)
+    scaled = [(a * drawn[f"pitch_scale.{axis}"], b + drawn[f"pitch_drift.{axis}"]) for axis, a, b in pitches]
+    uneven["pitch_scale"], uneven["pitch_drift"] = zip(*scaled, strict=True)
     design["inclusions"]["seed"] += index
     for table, key, name in FLAWS:
         design[table][key] = round(design[table][key] + drawn[name], 9)
@@ -204,8 +215,13 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
             if modulus in material:
                 material[modulus] *= drawn["stiffness"]
     rig = recipe.rig.model_dump()
-    for number, strip in enumerate(rig["strips"]):
-        strip["radiance"] = tuple(drawn[f"led_strength.{number}"] * each for each in strip["radiance"])
+    rings = [rig["ring"]] if rig["ring"] is not None else []
+    for number, light in enumerate([*rig["strips"], *rig["leds"], *rings]):
+        colors = [drawn[f"led_color.{number}.{channel}"] for channel in CHANNELS]
+        strength = drawn[f"led_strength.{number}"]
+        light["radiance"] = tuple(
+            strength * each * color for each, color in zip(light["radiance"], colors, strict=True)
+        )
     rig["camera"]["pattern_seed"] = recipe.rig.camera.pattern_seed + index
     if recipe.rooms:
         entry = recipe.rooms[choose(float(choice[0]), tuple(each.weight for each in recipe.rooms))]

@@ -62,6 +62,12 @@ class Tolerances(Config):
     """`unevenness.wall_sd_mm` of the print, beside the design's [mm]."""
     wave_mm: Number = 0.0
     """`unevenness.wave_sd_mm` of the print, beside the design's [mm]."""
+    skin_spread_mm: Number = 0.0
+    """`unevenness.skin_sd_mm` of the print, beside the design's [mm]."""
+    pitch_scale: Number = 1.0
+    """Factor on the design's `unevenness.pitch_scale`, drawn for each axis."""
+    pitch_drift: Number = 0.0
+    """Added to the design's `unevenness.pitch_drift`, drawn for each axis."""
     skin_roughness: Number = 0.0
     """Added to the design's `roughness.skin`."""
     wall_roughness: Number = 0.0
@@ -71,7 +77,9 @@ class Tolerances(Config):
     flakes_per_mm3: Number = 0.0
     """Added to the design's `inclusions.flakes_per_mm3` [1/mm3]."""
     led_strength: Number = 1.0
-    """Factor on each LED strip, drawn for each."""
+    """Factor on each LED strip, single LED and ring, drawn for each."""
+    led_color: Number = 1.0
+    """Factor on each channel of each of them, drawn for each: LEDs of one kind differ in colour."""
 
 
 class CameraNoise(Config):

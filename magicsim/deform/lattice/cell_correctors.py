@@ -109,7 +109,7 @@ def strain_components(strain: Array) -> Array:
 
 
 def cell_correctors(
-    design: ElastomerDesign, grid: CellGrid | None, lattice: Lattice, points_mm: Array
+    design: ElastomerDesign, grid: CellGrid | None, lattice: Lattice, points_mm: Array, cell_mm: Array | None = None
 ) -> CellCorrectors | None:
     """Hangs points of the infill on the lattice and on the cell problem.
 
@@ -119,6 +119,7 @@ def cell_correctors(
         lattice: Its lattice; each node plane of the grid that it leaves out is interpolated.
         points_mm: Rest positions, the same number for each cell and the same in each, cells x-fastest, shape
             (cells * points a cell, 3) [mm], as `geometry.elastomer` tiles them.
+        cell_mm: Those of a drawn cell about its middle, shape (points a cell, 3) [mm]; the first cell's by default.
 
     Returns:
         None without a grid or without infill.
@@ -132,8 +133,9 @@ def cell_correctors(
         infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
     )
     corner = grid.centres_mm() - grid.pitch_mm / 2
-    first = design.flattened(points_mm[: len(points_mm) // grid.cell_count])
-    chi = fluctuation(fields, _unit_cell(first - corner[0], grid, fields.half_wall)) * grid.pitch_mm[:, None]
+    first = design.flattened(points_mm[: len(points_mm) // grid.cell_count]) - corner[0]
+    inside = first if cell_mm is None else cell_mm + grid.pitch_mm / 2
+    chi = fluctuation(fields, _unit_cell(inside, grid, fields.half_wall)) * grid.pitch_mm[:, None]
     return CellCorrectors(
         follow=follow_map(lattice, points_mm),
         gradient=mean_gradient(lattice, corner, grid.pitch_mm, design),

@@ -81,7 +81,9 @@ def _drawn(sensor: SweptSensor, sweep: "SweepConfig") -> list[Rendering]:
     ]
 
 
-SHAPES = ("skin_mm", "wall_mm", "wall_spread_mm", "wave_mm", "stiffness")
+SHAPES = (
+    "skin_mm", "wall_mm", "wall_spread_mm", "wave_mm", "skin_spread_mm", "pitch_scale", "pitch_drift", "stiffness"
+)  # fmt: skip
 """Tolerances that change meshes or forces, which the renderings of a design share."""
 TIMED = ("exposure_ms", "flicker_depth", "led_drift_share", "live_frames")
 """What a camera does in the course of a stream; frames of a film have no times."""

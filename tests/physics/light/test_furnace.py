@@ -30,6 +30,16 @@ def test_an_uneven_print_keeps_its_light():
     check("default, rest", *SMALL, "design.unevenness.wall_sd_mm=0.015", "design.unevenness.wave_sd_mm=0.05")
 
 
+SHIFTED = (
+    "design.unevenness.pitch_scale=[1.02,0.98,1.02]", "design.unevenness.pitch_drift=[0.04,-0.04,0.0]",
+    "design.unevenness.skin_sd_mm=0.05",
+)  # fmt: skip
+
+
+def test_a_print_of_another_pitch_and_an_uneven_skin_keeps_its_light_under_a_press():
+    check("default, 1 mm press", *SMALL, *SHIFTED)
+
+
 ROUGH = ("design.roughness.skin=0.2", "design.roughness.walls=0.2")
 INCLUSIONS = (
     "design.inclusions.bubbles_per_mm3=2", "design.inclusions.bubble_radius_mm=[0.05,0.2]",

@@ -78,6 +78,39 @@ def test_drawn_values_are_those_of_the_scene():
             assert depth == pytest.approx(values["path.depth_mm"])
 
 
+def test_each_light_has_a_strength_and_a_colour_of_its_own():
+    ring = {"radiance": (0.5, 0.6, 0.7), "radius_mm": 8.0}
+    led = {"place_mm": (0.0, 0.0, -20.0), "direction": (0.0, 0.0, 1.0), "radiance": (2.0, 3.0, 0.0)}
+    drawn = {"led_strength": {"mean": 1.0, "sd": 0.05}, "led_color": {"low": 0.9, "high": 1.1}}
+    plain = small_recipe()
+    rig = plain.rig.model_dump() | {"leds": [led], "ring": ring}
+    recipe = recipe_with(tolerances=drawn, design=plain.design.model_dump(), rig=rig)
+    one, other = draw_sensors(recipe, 2)
+    for sensor in (one, other):
+        for number, (found, nominal) in enumerate(zip(sensor.rig.lamps, recipe.rig.lamps, strict=True)):
+            strength = sensor.values[f"sensor.led_strength.{number}"]
+            colors = [sensor.values[f"sensor.led_color.{number}.{channel}"] for channel in ("red", "green", "blue")]
+            assert found == pytest.approx([strength * a * b for a, b in zip(nominal, colors, strict=True)])
+            assert 0.9 <= min(colors) < max(colors) <= 1.1
+    assert one.rig.lamps != other.rig.lamps
+    assert set(one.values) <= set(drawn_names(recipe))
+
+
+def test_each_print_has_a_pitch_and_a_skin_of_its_own():
+    recipe = small_recipe(
+        "tolerances.pitch_scale={mean=1.0,sd=0.002}", "tolerances.pitch_drift={low=-0.01,high=0.01}",
+        "tolerances.skin_spread_mm={low=0.01,high=0.02}", "design.unevenness.pitch_scale=[1.01,1.0,1.0]",
+    )  # fmt: skip
+    sensors = draw_sensors(recipe, 3)
+    for sensor in sensors:
+        found, values = sensor.design.unevenness, sensor.values
+        scales = [values[f"sensor.pitch_scale.{axis}"] for axis in "xyz"]
+        assert found.pitch_scale == pytest.approx([1.01 * scales[0], *scales[1:]])
+        assert found.pitch_drift == pytest.approx([values[f"sensor.pitch_drift.{axis}"] for axis in "xyz"])
+        assert found.skin_sd_mm == values["sensor.skin_spread_mm"]
+    assert len({sensor.design.unevenness for sensor in sensors}) == 3
+
+
 def test_walls_grow_at_the_cost_of_the_cells():
     recipe = small_recipe()
     pitch = recipe.design.cell_mm + recipe.design.wall_mm

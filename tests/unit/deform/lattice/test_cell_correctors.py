@@ -9,6 +9,7 @@ from magicsim.deform.lattice.cell_problem import cell_fields
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.geometry.design import BodyMaterial, ElastomerDesign, InfillMaterial, LatticeOptions, Materials
 from magicsim.geometry.elastomer import build_elastomer
+from magicsim.geometry.flaws.unevenness import Unevenness
 from magicsim.geometry.grid import resolve_grid
 
 FIELDS = cell_fields(body=(0.369, 18.3), infill=(0.017, 1000.0), infill_share=0.512, subcells=5)
@@ -129,6 +130,22 @@ def test_interface_lies_on_the_interface_of_unequal_pitches() -> None:
     corner = 0.5 + np.sign(local[at_corner]) * (0.5 - fields.half_wall)
     expected = fluctuation(fields, corner) * grid.pitch_mm[:, None]
     np.testing.assert_allclose(correctors.fluctuation_mm[at_corner].reshape(-1, 3, 6), expected, atol=1e-12)
+
+
+def test_cells_of_a_shifted_print_bulge_as_those_of_the_drawing() -> None:
+    """The cell at the corner, which stands for all of an even print, lies 0.08 mm beside its drawn place here."""
+    _, drawn = hung()
+    block = design().model_copy(
+        update={"unevenness": Unevenness(pitch_scale=(1.05, 1.05, 1.0), pitch_drift=(0.0, 0.1, 0.0), skin_sd_mm=0.05)}
+    )
+    elastomer, lattice = build_elastomer(block), build_lattice(block)
+    assert elastomer.infill is not None
+    hanging = block, elastomer.grid, lattice, elastomer.infill.vertices
+    by_first, shifted = cell_correctors(*hanging), cell_correctors(*hanging, elastomer.drawn_cell_mm)
+    assert shifted is not None
+    np.testing.assert_allclose(shifted.fluctuation_mm, drawn.fluctuation_mm, atol=1e-12)
+    assert by_first is not None
+    assert np.abs(by_first.fluctuation_mm - drawn.fluctuation_mm).max() > 0.3 * np.abs(drawn.fluctuation_mm).max()
 
 
 def test_block_without_grid_has_no_correctors() -> None:

@@ -49,7 +49,54 @@ def test_waves_move_cells_and_keep_their_walls():
     assert np.std(theirs - ours) < 0.1 * 0.05
 
 
+def middles(elastomer):
+    """Middles of the cells, shape (nz, ny, nx, 3) [mm]."""
+    corners = cells(elastomer)
+    nx, ny, nz = elastomer.grid.counts
+    return ((corners.min(1) + corners.max(1)) / 2).reshape(nz, ny, nx, 3)
+
+
+def test_pitch_has_a_scale_error_of_its_own_along_each_axis():
+    drawn, found = middles(built()), middles(built("unevenness.pitch_scale=[1.02,0.99,1.0]"))
+    np.testing.assert_allclose(np.diff(found[0, 0, :, 0]), 1.02 * np.diff(drawn[0, 0, :, 0]))
+    np.testing.assert_allclose(np.diff(found[0, :, 0, 1]), 0.99 * np.diff(drawn[0, :, 0, 1]))
+    np.testing.assert_array_equal(found[..., 2], drawn[..., 2])
+    np.testing.assert_allclose(found.mean((0, 1, 2)), drawn.mean((0, 1, 2)), atol=1e-12)
+
+
+def test_pitch_drifts_from_side_to_side_and_is_the_drawn_one_in_the_mean():
+    elastomer = built("unevenness.pitch_drift=[0.04,0.0,0.0]")
+    places, pitch = middles(elastomer)[0, 0, :, 0], elastomer.grid.pitch_mm[0]
+    count = elastomer.grid.counts[0]
+    steps = np.diff(places) / pitch - 1
+    np.testing.assert_allclose(np.diff(steps), 0.04 / count, rtol=1e-6)
+    assert steps.mean() == pytest.approx(0, abs=1e-12)
+
+
+def test_skin_varies_smoothly_over_the_face_and_nothing_above_it_moves():
+    drawn, found = built(), built("unevenness.skin_sd_mm=0.04", "unevenness.skin_length_mm=5")
+    moved = (cells(found) - cells(drawn))[..., 2].reshape(*reversed(drawn.grid.counts), -1)
+    is_low = np.isclose(cells(drawn)[0, :, 2], cells(drawn)[0, :, 2].min())
+    assert (moved[1:] == 0).all()
+    assert np.abs(moved[0][..., ~is_low]).max() <= np.abs(moved[0]).max() / 2 + 1e-12
+    rise = moved[0][..., is_low]
+    assert np.std(rise) == pytest.approx(0.04, rel=0.3)  # 12 x 14 mm hold few waves of 5 mm
+    assert np.abs(rise).max() <= 3 * 0.04
+    slope = np.ptp(rise, axis=-1) / drawn.grid.cell_mm[0]
+    assert np.sqrt((slope**2).mean()) < 2 * np.sqrt(2) * np.pi * 0.04 / 5  # of a corner from the one across, at most
+
+
+SHIFTED = (
+    "unevenness.pitch_scale=[1.02,0.98,1.01]",
+    "unevenness.pitch_drift=[0.02,-0.02,0.01]",
+    "unevenness.skin_sd_mm=0.04",
+)
+
+
 def test_meshes_stay_closed_and_keep_their_volume():
+    shifted = built(*SHIFTED)
+    assert shifted.infill.is_watertight()
+    assert shifted.infill.volume_mm3() == pytest.approx(1.02 * 0.98 * 1.01 * shifted.grid.infill_volume_mm3, rel=0.02)
     found = built("unevenness.wall_sd_mm=0.015", "unevenness.wave_sd_mm=0.05")
     assert found.infill.is_watertight()
     assert found.infill.volume_mm3() == pytest.approx(found.grid.infill_volume_mm3, rel=0.01)
@@ -62,7 +109,7 @@ def test_each_seed_is_a_print_of_its_own():
 
 
 def test_what_is_printed_is_the_drawing(tmp_path):
-    designs = [load_design("mini-magictac", [*SMALL, *more]) for more in ((), ("unevenness.wave_sd_mm=0.05",))]
+    designs = [load_design("mini-magictac", [*SMALL, *more]) for more in ((), ("unevenness.wave_sd_mm=0.05", *SHIFTED))]
     for name, design in zip("ab", designs, strict=True):
         export_design(design, tmp_path / f"{name}.glb")
     assert (tmp_path / "a.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
@@ -73,6 +120,13 @@ def test_what_is_printed_is_the_drawing(tmp_path):
     [
         ("unevenness.wall_sd_mm=0.02", "wall_mm - 3 wall_sd_mm must be at least 0.05 mm"),
         ("unevenness={wave_sd_mm=0.4,wave_length_mm=3}", "must be at most a tenth of it"),
+        (
+            "unevenness={skin_sd_mm=0.06,skin_length_mm=0.5}",
+            "skin_sd_mm = 0.06 is not allowed with skin_length_mm = 0.5",
+        ),
+        ("unevenness.skin_sd_mm=0.1", "must be at most 0.0667"),
+        ("unevenness.pitch_scale=[1.0,1.08,1.0]", "mm into the skin along y: must be at most 0.5 skin_mm"),
+        ("unevenness.pitch_scale=[1.2,1.0,1.0]", "less than or equal to 1.1"),
     ],
 )
 def test_prints_that_cannot_be_are_one_line(setting, message):

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array, Index, Mask
+from magicsim.geometry.flaws.inclusions import Inclusions
 from magicsim.geometry.grid import CellGrid
-from magicsim.geometry.inclusions import Inclusions
 
 STREAM = 0xB0BB
 """Keeps a print's random numbers apart from others of that seed."""

@@ -1,0 +1,125 @@
+"""How the grid of a print differs from its drawing: the configuration model of `design.unevenness`."""
+
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from magicsim.arrays import Array
+from magicsim.config.models import Config
+
+MIN_WALL_MM = 0.05
+"""Thinnest wall: thinner ones could close below the renderer's safe gap when the grid deforms."""
+WIDEST_FILLET = 0.4
+"""Largest radius where walls cross, in units of a cell's edge."""
+CUTOFF_SKIN_SD = 3.0
+"""The skin differs from the drawing by at most so many standard deviations."""
+MOST_OF_SKIN, MOST_OF_CELL = 0.5, 0.25
+"""Part of the skin that cells may move into, and of a cell that an uneven skin may take or give."""
+Scale = Annotated[float, Field(ge=0.9, le=1.1)]
+Drift = Annotated[float, Field(ge=-0.2, le=0.2)]
+Spread = Annotated[float, Field(ge=0, le=0.5)]
+WaveLength = Annotated[float, Field(ge=0.5, le=100)]
+
+
+class Unevenness(Config):
+    """How the grid of a print differs from its drawing, as far as one sees it; forces are those of the drawing."""
+
+    wall_sd_mm: Spread = 0.0
+    """Standard deviation of the walls' thickness, cut off at two of them [mm]; assumed, 0 to 0.015 for a wall of 0.1:
+    half a droplet line of a 600 dpi printer is 0.02."""
+    crossing_radius_mm: Spread = 0.0
+    """Radius of the fillets where walls cross [mm]; assumed, 0 to 0.15: droplets of 0.04 mm fill inner corners. Light
+    then takes longer, as the next wall is searched for among all."""
+    wave_sd_mm: Spread = 0.0
+    """Standard deviation of the grid planes' places [mm]; assumed, 0 to 0.03."""
+    wave_length_mm: WaveLength = 6.0
+    """Length of the waves [mm]; assumed, 3 to 20."""
+    skin_sd_mm: Spread = 0.0
+    """Standard deviation of the skin's thickness over the contact face, which the lowest cells take or give, cut off at
+    three of them [mm]; assumed, 0 to 0.05: two layers of 0.027 that a printer jets."""
+    skin_length_mm: WaveLength = 6.0
+    """Length of its waves [mm]; assumed, 3 to 20."""
+    pitch_scale: tuple[Scale, Scale, Scale] = (1.0, 1.0, 1.0)
+    """Pitch along x, y and z in units of the drawn one, about the middle of the core; assumed, 0.994 to 1.006: parts of
+    26 mm by a printer that keeps 0.05 to 0.15."""
+    pitch_drift: tuple[Drift, Drift, Drift] = (0.0, 0.0, 0.0)
+    """Relative change of the pitch from one side of the core to the other along x, y and z, the mean as drawn; assumed,
+    0 to 0.02."""
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Seed of the print: each printed sensor has its own."""
+
+    @property
+    def shifts_cells(self) -> bool:
+        """Whether cells lie or end where no wave about their drawn places has them."""
+        return self.skin_sd_mm > 0 or set(self.pitch_scale) != {1.0} or any(self.pitch_drift)
+
+    @property
+    def is_even(self) -> bool:
+        """Whether the cells are as drawn."""
+        return self.wall_sd_mm == 0 and self.wave_sd_mm == 0 and not self.shifts_cells
+
+    @model_validator(mode="after")
+    def _check_slopes(self) -> Self:
+        for part in ("wave", "skin"):
+            spread, length = getattr(self, f"{part}_sd_mm"), getattr(self, f"{part}_length_mm")
+            if 10 * spread > length:
+                msg = (
+                    f"{part}_sd_mm = {spread:g} is not allowed with {part}_length_mm = {length:g}: "
+                    "must be at most a tenth of it"
+                )
+                raise ValueError(msg)
+        return self
+
+    def shift_mm(self, places: Array, low_mm: Array, high_mm: Array) -> Array:
+        """How far a pitch that is not the drawn one moves places, shape (places, 3) [mm].
+
+        The pitch grows linearly along an axis, from scale - drift / 2 to scale + drift / 2 of the drawn one.
+
+        Args:
+            places: Shape (places, 3) [mm].
+            low_mm: Corner of the core at smallest x, y, z, shape (3,) [mm].
+            high_mm: The opposite one, shape (3,) [mm].
+        """
+        half = (high_mm - low_mm) / 2
+        along = (places - low_mm) / half - 1
+        growth = np.array(self.pitch_drift) / 4 * (along**2 - 1 / 3)
+        return np.asarray(half * ((np.array(self.pitch_scale) - 1) * along + growth))
+
+    def problem(self, core_mm: Array, skin_mm: float, cell_mm: float, wall_mm: float) -> str | None:
+        """Why a grid cannot be printed like this, in one line, or None where it can.
+
+        Args:
+            core_mm: Size of the core along x, y and z, shape (3,) [mm].
+            skin_mm: Skin on every side of it [mm].
+            cell_mm: Edge of a cell [mm].
+            wall_mm: Wall between cells [mm].
+        """
+        if wall_mm - 3 * self.wall_sd_mm < MIN_WALL_MM and self.wall_sd_mm > 0:
+            return (
+                f"unevenness.wall_sd_mm = {self.wall_sd_mm:g} is not allowed with wall_mm = {wall_mm:g}: "
+                f"wall_mm - 3 wall_sd_mm must be at least {MIN_WALL_MM:g} mm"
+            )
+        if self.crossing_radius_mm > WIDEST_FILLET * cell_mm:
+            return (
+                f"unevenness.crossing_radius_mm = {self.crossing_radius_mm:g} is not allowed with cell_mm = "
+                f"{cell_mm:g}: must be at most {WIDEST_FILLET:g} cell_mm"
+            )
+        thickest = CUTOFF_SKIN_SD * self.skin_sd_mm
+        if thickest > MOST_OF_CELL * cell_mm:
+            return (
+                f"unevenness.skin_sd_mm = {self.skin_sd_mm:g} is not allowed with cell_mm = {cell_mm:g}: must be at "
+                f"most {MOST_OF_CELL / CUTOFF_SKIN_SD * cell_mm:.3g}"
+            )
+        if not self.shifts_cells or core_mm.min() <= 0:
+            return None
+        ends = np.stack([-core_mm, core_mm]) / 2
+        reach = np.abs(self.shift_mm(ends, *ends)).max(0)
+        reach[2] += thickest
+        if (reach > MOST_OF_SKIN * skin_mm).any():
+            axis = int(reach.argmax())
+            return (
+                f"unevenness.pitch_scale, pitch_drift and skin_sd_mm move cells by up to {reach[axis]:.3g} mm into the "
+                f"skin along {'xyz'[axis]}: must be at most {MOST_OF_SKIN:g} skin_mm = {MOST_OF_SKIN * skin_mm:g} mm"
+            )
+        return None
