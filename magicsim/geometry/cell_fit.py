@@ -3,7 +3,8 @@
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.geometry.design import CELL_MM, HEIGHT_MM, MIN_WALL_MM, ElastomerDesign
+from magicsim.geometry.design import CELL_MM, HEIGHT_MM, ElastomerDesign
+from magicsim.geometry.flaws.unevenness import MIN_WALL_MM
 
 MAX_CELL_DEVIATION = 0.15
 """Largest relative difference between the resolved cell and the one asked for."""

@@ -2,7 +2,8 @@ import pytest
 
 from magicsim.config.models import validate
 from magicsim.errors import ConfigError
-from magicsim.geometry.design import MIN_WALL_MM, BodyMaterial, ElastomerDesign
+from magicsim.geometry.design import BodyMaterial, ElastomerDesign
+from magicsim.geometry.flaws.unevenness import MIN_WALL_MM
 
 from .designs import design
 
