@@ -1,6 +1,7 @@
 """What covers the contact face: an opaque coat or a half mirror. Configuration of `[coat]` in a design.
 
-Both are optical alone: their stiffness is left out.
+A coat with a thickness and a modulus stiffens the face as a membrane (`magicsim.deform.lattice.membrane`); without them
+it is seen and not felt.
 """
 
 from typing import Annotated, Literal, Self
@@ -11,9 +12,68 @@ from magicsim.config.models import Config
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Color = tuple[Share, Share, Share]
+THICKEST_SHARE = 0.1
+"""Part of the block's height that a coat may be thick: the height that it adds is left out."""
+STIFFEST_MM = 0.5
+"""Largest length over which a coat's bending may count: contacts are a few times as wide [mm]."""
 
 
-class OpaqueCoat(Config):
+class Sheet(Config):
+    """What a coat is to touch: a thin elastic layer, or nothing where neither number is given."""
+
+    thickness_mm: Annotated[float, Field(ge=0.001, le=0.5)] | None = None
+    """Thickness, at most a tenth of the block's height; given together with `modulus_mpa` [mm]."""
+    modulus_mpa: Annotated[float, Field(ge=0.001, le=1000)] | None = None
+    """Young's modulus; the coat is incompressible [MPa]."""
+
+    @property
+    def shear_n_per_mm(self) -> float:
+        """Thickness times shear modulus E / 3 [N/mm]; 0 where the coat has no stiffness."""
+        return (self.thickness_mm or 0.0) * (self.modulus_mpa or 0.0) / 3
+
+    def wrinkle_mm(self, body_mpa: float) -> float:
+        """Length of its wrinkles over 2 pi, h (E_c / 3 E_b)^(1/3), on a deep body as incompressible as itself [mm].
+
+        Over much more than that its bending does not count (Chen and Hutchinson, J. Appl. Mech. 71 (2004) 597).
+
+        Args:
+            body_mpa: Young's modulus of the body [MPa].
+        """
+        return (self.thickness_mm or 0.0) * float((self.modulus_mpa or 0.0) / (3 * body_mpa)) ** (1 / 3)
+
+    def problem(self, height_mm: float, body_mpa: float) -> str | None:
+        """Why a block cannot have this coat, or None where it can.
+
+        Args:
+            height_mm: Height of the block [mm].
+            body_mpa: Young's modulus of the body [MPa].
+        """
+        if self.thickness_mm is None or self.modulus_mpa is None:
+            return None
+        if self.thickness_mm > THICKEST_SHARE * height_mm:
+            return (
+                f"coat.thickness_mm = {self.thickness_mm:g} is not allowed: must be at most "
+                f"{THICKEST_SHARE * height_mm:.4g}, {THICKEST_SHARE:g} of the block's height of {height_mm:g} mm"
+            )
+        wrinkle = self.wrinkle_mm(body_mpa)
+        if wrinkle > STIFFEST_MM:
+            return (
+                f"coat.modulus_mpa = {self.modulus_mpa:g} is not allowed with coat.thickness_mm = "
+                f"{self.thickness_mm:g}: bending, which is left out, would count over {wrinkle:.2g} mm, "
+                f"thickness_mm * (modulus_mpa / 3 youngs_modulus_mpa)^(1/3); must be at most {STIFFEST_MM:g} mm"
+            )
+        return None
+
+    @model_validator(mode="after")
+    def _check_pair(self) -> Self:
+        if (self.thickness_mm is None) != (self.modulus_mpa is None):
+            missing, given = ("thickness_mm", "modulus_mpa")[:: 1 if self.thickness_mm is None else -1]
+            msg = f"{missing} is missing: a coat with {given} needs both, one without stiffness neither"
+            raise ValueError(msg)
+        return self
+
+
+class OpaqueCoat(Sheet):
     """A pigmented layer: what is outside is not seen, the face is."""
 
     kind: Literal["opaque"]
@@ -25,7 +85,7 @@ class OpaqueCoat(Config):
     """Root mean square slope of the facets that mirror."""
 
 
-class HalfMirror(Config):
+class HalfMirror(Sheet):
     """A metal film so thin that some light passes: tactile under bright lights, see-through under dim ones."""
 
     kind: Literal["half_mirror"]

@@ -224,6 +224,8 @@ class ElastomerDesign(Config):
             raise ValueError(problem)
         problem = self.markers.problem(self.footprint_mm, self.height_mm) if self.markers is not None else None
         problem = problem or self.inclusions.problem(self.cell_mm)
+        if problem is None and self.coat is not None:
+            problem = self.coat.problem(self.height_mm, self.materials.body.youngs_modulus_mpa)
         if problem is None and self.roughness.skin > 0 and isinstance(self.coat, HalfMirror):
             problem = (
                 f"roughness.skin = {self.roughness.skin:g} is not allowed with coat.kind = 'half_mirror': must be 0, "

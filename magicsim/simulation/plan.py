@@ -142,6 +142,12 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
     if solved:
         left_out += _rough_edges(scene)
+    if solved and scene.design.coat is not None and scene.design.coat.shear_n_per_mm > 0:
+        wrinkle = scene.design.coat.wrinkle_mm(scene.design.materials.body.youngs_modulus_mpa)
+        stretch = f"it resists stretch with {3 * scene.design.coat.shear_n_per_mm:.3g} N/mm (modulus times thickness)"
+        kept.append(Decision(stage="coat as a membrane", reason=f"{solved} of {total} frames: {stretch}"))
+        bound = f"it counts where the face bends over {wrinkle:.2g} mm or less; contacts should be some times as wide"
+        left_out.append(Decision(stage="bending of the coat", reason=bound))
     if solved and scene.render.still_mm > 0:
         bound = f"displacements below {scene.render.still_mm:g} mm are not rendered, and none is off by more"
         left_out.append(Decision(stage="light through what hardly moved", reason=bound))

@@ -1,6 +1,6 @@
 """Energy, gradient and Hessian of the lattice.
 
-    W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2 + walls
+    W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2 + walls + coat
 
 The network springs have no rest length (the structural springs of printed walls, in `walls`, have one). J is the
 Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the exact trilinear volume over V0 (the Jacobian is
@@ -19,6 +19,7 @@ from magicsim.arrays import Array, Mask
 from magicsim.deform.lattice.cell_kernels import add_stiffness, evaluate_cells
 from magicsim.deform.lattice.halves import in_halves
 from magicsim.deform.lattice.hexahedron import CORNERS, EDGES, gauss_geometry
+from magicsim.deform.lattice.membrane import Membrane
 from magicsim.deform.lattice.pattern import BlockPattern
 from magicsim.deform.lattice.springs import network_matrices, spring_matrices
 from magicsim.deform.lattice.structure import Lattice
@@ -37,7 +38,7 @@ class ElasticState:
     """What the lattice's energy is at given positions."""
 
     energy_mj: float
-    """Springs, logarithm, walls and table, without the volume term, zero at rest [N mm]."""
+    """Springs, logarithm, walls, coat and table, without the volume term, zero at rest [N mm]."""
     gradient: Array
     """Gradient of the whole energy, the volume term included, shape (nodes, 3) [N]."""
     jacobian: Array
@@ -73,6 +74,8 @@ class Elasticity:
     """Rest length of the edges, shape (cells, 12) [mm]."""
     table: Table | None = None
     """What the base lies on; None where it is bonded."""
+    coat: Membrane | None = None
+    """The coat on the contact face; None where there is none, or it has no stiffness."""
 
     @classmethod
     def of(cls, lattice: Lattice) -> "Elasticity":
@@ -101,6 +104,7 @@ class Elasticity:
             wall_ratio=lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY),
             edges_mm=np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2),
             table=Table.below(lattice),
+            coat=Membrane.on(lattice),
         )
 
     def evaluate(self, positions: Array) -> ElasticState:
@@ -123,13 +127,16 @@ class Elasticity:
             )  # fmt: skip
 
         in_halves(evaluate, count)
-        gradient = gradients.sum(0)
+        gradient, total = gradients.sum(0), float(energy.sum())
         below = None
         if self.table is not None:
             below = self.table.evaluate(positions)
             gradient[self.table.first :] -= below.node_force_n
+            total += below.energy_mj
+        if self.coat is not None:
+            total += self.coat.evaluate(positions, gradient)
         return ElasticState(
-            energy_mj=float(energy.sum()) + (below.energy_mj if below is not None else 0.0),
+            energy_mj=total,
             gradient=gradient,
             jacobian=jacobian,
             volume_gradient=volume_gradient,
@@ -168,6 +175,8 @@ class Elasticity:
         values += halves[1]
         if self.table is not None:
             self.table.add_stiffness(positions, pattern.indptr, values)
+        if self.coat is not None:
+            self.coat.add_stiffness(positions, pattern, values, shift=shift)
         return values
 
 

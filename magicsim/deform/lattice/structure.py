@@ -72,6 +72,8 @@ class Lattice:
     """What the base lies on; None where it is bonded."""
     face: Dome | HeightMap | None = None
     """Shape of the contact face; planes and sizes then are those of the box that is mapped. None is flat."""
+    coat_n_per_mm: float = 0.0
+    """Thickness times shear modulus of the coat on the contact face [N/mm]; 0 where it has none, or no stiffness."""
 
     def flattened(self, points_mm: Array) -> Array:
         """Points of the block where the box of its planes has them, shape (..., 3) [mm]."""
@@ -168,6 +170,8 @@ def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -
     if design.mounting.base == "table":
         weight = WEIGHT_N_PER_MM3 * design.height_mm
         lattice = replace(lattice, table=TableTop(friction=design.mounting.friction, weight_mpa=weight))
+    if design.coat is not None:
+        lattice = replace(lattice, coat_n_per_mm=design.coat.shear_n_per_mm)
     if grid is None or infill is None:
         return curved(lattice, design)
     core = effective_stiffness(

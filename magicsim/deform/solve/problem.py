@@ -171,7 +171,8 @@ class Problem:
     def is_well_conditioned(self) -> bool:
         """Whether a factor of single precision is good enough to iterate with."""
         lattice = self.elasticity.lattice
-        return bool(lattice.lame_mpa.max() < MOST_CONTRAST * lattice.shear_modulus_mpa.min())
+        stiffest = max(lattice.lame_mpa.max(), lattice.coat_n_per_mm / self.smallest_edge_mm)
+        return bool(stiffest < MOST_CONTRAST * lattice.shear_modulus_mpa.min())
 
     @property
     def smallest_edge_mm(self) -> float:
