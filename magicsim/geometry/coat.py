@@ -14,7 +14,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 Color = tuple[Share, Share, Share]
 THICKEST_SHARE = 0.1
 """Part of the block's height that a coat may be thick: the height that it adds is left out."""
-STIFFEST_MM = 0.5
+STIFFEST_MM = 0.25
 """Largest length over which a coat's bending may count: contacts are a few times as wide [mm]."""
 
 
@@ -23,7 +23,7 @@ class Sheet(Config):
 
     thickness_mm: Annotated[float, Field(ge=0.001, le=0.5)] | None = None
     """Thickness, at most a tenth of the block's height; given together with `modulus_mpa` [mm]."""
-    modulus_mpa: Annotated[float, Field(ge=0.001, le=1000)] | None = None
+    modulus_mpa: Annotated[float, Field(ge=0.001, le=100)] | None = None
     """Young's modulus; the coat is incompressible [MPa]."""
 
     @property
