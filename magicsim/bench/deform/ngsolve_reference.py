@@ -3,6 +3,7 @@
 It shares no code with the package: a quarter of the block by symmetry, graded hexahedra of degree 2 or 3, the volume
 term with an independent discontinuous pressure p that is condensed out, p (J - 1) - p^2 / 2 lambda, and contact by a
 penalty at its own quadrature points with the exact condition, the deformed point's distance to the sphere's centre.
+A coat with stiffness is a neo-Hookean membrane on the contact face.
 Two penalties are extrapolated to a rigid contact. Newton starts from an extrapolation of the last two steps; the
 independent pressure is what lets it converge in few iterations.
 """
@@ -216,6 +217,12 @@ def _quarter(problem: SphereOnBlock, elements: int, order: int) -> Quarter:
     form = ngs.BilinearForm(space, symmetric=True, condense=True)
     form += ngs.Variation(solid * ngs.dx)
     form += ngs.Variation(penalty / 2 * overlap(u)[0] ** 2 * ngs.ds("bottom", bonus_intorder=CONTACT_ORDER))
+    coat = problem.design.coat
+    if coat is not None and coat.shear_n_per_mm > 0:
+        along = ngs.Id(3) + ngs.Grad(u).Trace()  # maps the normal to itself
+        normal = ngs.Cof(along) * ngs.specialcf.normal(3)
+        sheet = ngs.InnerProduct(along, along) - 1 + 1 / ngs.InnerProduct(normal, normal) - 3
+        form += ngs.Variation(coat.shear_n_per_mm / 2 * sheet * ngs.ds("bottom"))
     return Quarter(
         mesh=mesh, form=form, state=ngs.GridFunction(space), depth=depth, penalty=penalty,
         fine_mm=_zone_mm(problem) / elements, overlap=overlap,
