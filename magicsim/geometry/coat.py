@@ -4,6 +4,7 @@ A coat with a thickness and a modulus stiffens the face as a membrane (`magicsim
 it is seen and not felt.
 """
 
+from math import cbrt
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -39,7 +40,7 @@ class Sheet(Config):
         Args:
             body_mpa: Young's modulus of the body [MPa].
         """
-        return (self.thickness_mm or 0.0) * float((self.modulus_mpa or 0.0) / (3 * body_mpa)) ** (1 / 3)
+        return (self.thickness_mm or 0.0) * cbrt((self.modulus_mpa or 0.0) / (3 * body_mpa))
 
     def problem(self, height_mm: float, body_mpa: float) -> str | None:
         """Why a block cannot have this coat, or None where it can.

@@ -135,19 +135,16 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
     reasons = Counter(_why_no_solve(frame) for frame in frames if not frame.solve)
     solved = sum(frame.solve for frame in frames)
     if solved:
-        kept.append(Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"))
+        kept += [
+            Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"),
+            *_felt_coat(scene),
+        ]
     lattice = scene.design.lattice
     if solved and lattice.growth > 1:
         bound = f"node spacings grow by {lattice.growth:g} there; {_force_bound(lattice)}"
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
     if solved:
-        left_out += _rough_edges(scene)
-    if solved and scene.design.coat is not None and scene.design.coat.shear_n_per_mm > 0:
-        wrinkle = scene.design.coat.wrinkle_mm(scene.design.materials.body.youngs_modulus_mpa)
-        stretch = f"it resists stretch with {3 * scene.design.coat.shear_n_per_mm:.3g} N/mm (modulus times thickness)"
-        kept.append(Decision(stage="coat as a membrane", reason=f"{solved} of {total} frames: {stretch}"))
-        bound = f"it counts where the face bends over {wrinkle:.2g} mm or less; contacts should be some times as wide"
-        left_out.append(Decision(stage="bending of the coat", reason=bound))
+        left_out += _rough_edges(scene) + _bending_coat(scene)
     if solved and scene.render.still_mm > 0:
         bound = f"displacements below {scene.render.still_mm:g} mm are not rendered, and none is off by more"
         left_out.append(Decision(stage="light through what hardly moved", reason=bound))
@@ -209,6 +206,25 @@ def _behind_coat(scene: SceneConfig) -> list[Decision]:
         return []
     reason = "design.coat is opaque: what is outside is not seen, only what it does to the face"
     return [Decision(stage="object, flashlight and room in the optical scene", reason=reason)]
+
+
+def _felt_coat(scene: SceneConfig) -> list[Decision]:
+    """What a coat with thickness and modulus adds to the deformation."""
+    coat = scene.design.coat
+    if coat is None or coat.shear_n_per_mm == 0:
+        return []
+    reason = f"it resists stretch with {3 * coat.shear_n_per_mm:.3g} N/mm, its modulus times its thickness"
+    return [Decision(stage="coat as a membrane", reason=reason)]
+
+
+def _bending_coat(scene: SceneConfig) -> list[Decision]:
+    """What such a coat would do besides."""
+    coat = scene.design.coat
+    if coat is None or coat.shear_n_per_mm == 0:
+        return []
+    wrinkle = coat.wrinkle_mm(scene.design.materials.body.youngs_modulus_mpa)
+    reason = f"it counts where the face bends over {wrinkle:.2g} mm or less; contacts should be some times as wide"
+    return [Decision(stage="bending of the coat", reason=reason)]
 
 
 def _changes_light(scene: SceneConfig, frame: FramePlan) -> bool:

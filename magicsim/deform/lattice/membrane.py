@@ -99,7 +99,7 @@ class Membrane:
 
 
 def _invariants(tangents: Array) -> tuple[Array, Array, Array]:
-    """Of C at Gauss points with tangents of shape (..., 2, 3): trace, determinant, half its gradient by the tangents."""
+    """Trace and determinant of C, and half the latter's gradient by the tangents, which are of shape (..., 2, 3)."""
     metric = tangents @ tangents.swapaxes(-1, -2)
     cofactor = metric[..., ::-1, ::-1] * np.array([[1.0, -1.0], [-1.0, 1.0]])
     trace = metric[..., 0, 0] + metric[..., 1, 1]

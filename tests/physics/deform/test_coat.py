@@ -113,7 +113,8 @@ def test_coat_in_a_design_is_felt_only_with_thickness_and_modulus() -> None:
     stiff = block("coat.thickness_mm=0.05", "coat.modulus_mpa=5")
     assert build_lattice(stiff).coat_n_per_mm == pytest.approx(0.05 * 5 / 3)
     bare, seen, felt = (
-        press(design, BALL, depth_mm=0.5).force_n for design in (block("coat.specular=0"), block(), stiff)
+        press(design, BALL, depth_mm=0.5).force_n
+        for design in (block().model_copy(update={"coat": None}), block(), stiff)
     )
     assert bare == seen
     assert felt[2] > 1.1 * seen[2]
@@ -140,5 +141,5 @@ def test_coated_face_sticks_and_slides() -> None:
     assert stuck.converged
     assert slid.converged
     assert 0 < stuck.force_n[0] < 0.9 * friction * stuck.force_n[2]
-    assert slid.force_n[0] == pytest.approx(friction * slid.force_n[2], rel=0.15)
+    assert slid.force_n[0] == pytest.approx(friction * slid.force_n[2], rel=0.15)  # the ball's dent is inclined
     assert max(stuck.force_balance, slid.force_balance) < 1e-6

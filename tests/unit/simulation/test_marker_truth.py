@@ -36,5 +36,13 @@ def test_plan_of_a_coated_sensor_renders_touches_alone_and_says_why():
     assert rendered
     assert all(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in rendered)
     assert any("coat is opaque" in decision.reason for decision in plan.left_out)
+    assert not any("membrane" in decision.stage for decision in plan.kept)
     everything = plan_scene(scene, leave_out=False)
     assert all(frame.same_as is None for frame in everything.frames)
+
+
+def test_plan_says_what_a_coat_adds_that_is_felt():
+    felt = ["design.coat.thickness_mm=0.05", "design.coat.modulus_mpa=2"]
+    plan = plan_scene(load_scene("gelsight-type", felt))
+    assert any(each.stage == "coat as a membrane" and "0.1 N/mm" in each.reason for each in plan.kept)
+    assert any(each.stage == "bending of the coat" and "0.082 mm" in each.reason for each in plan.left_out)

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("ngsolve")
 
-from magicsim.bench.deform.lattice_method import solve_lattice
+from magicsim.bench.deform.lattice_method import graded_quarter, solve_lattice
 from magicsim.bench.deform.ngsolve_reference import graded_axis, solve_ngsolve
 from magicsim.bench.deform.problem import Observation, sphere_on_block
 
@@ -16,6 +16,16 @@ def test_axis_is_even_in_the_zone_and_grows_to_the_edge(length):
     np.testing.assert_allclose(np.diff(axis)[:8], 0.25)
     assert axis[-1] == pytest.approx(length)
     assert (np.diff(axis)[8:] > 0).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("modulus_mpa", [10.0, 100.0])
+def test_coated_block_is_as_stiff_as_that_of_the_reference(modulus_mpa):
+    coat = f"coat={{kind='opaque',thickness_mm=0.05,modulus_mpa={modulus_mpa}}}"
+    problem = sphere_on_block("footprint_mm=[6.0, 6.0]", "core_mm=3.0", coat).down_to(0.5)
+    (reference,) = solve_ngsolve(problem, 1, elements=4, order=2)
+    (own,) = solve_lattice(problem, 1, spacing_mm=0.5, tolerance_mm=0.002, build=graded_quarter)
+    assert own.force_n == pytest.approx(reference.force_n, rel=0.01)
 
 
 @pytest.mark.slow
