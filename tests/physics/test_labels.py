@@ -37,6 +37,12 @@ COATED = [
     "render.particles=60000", "render.anchor_samples=0", "object={kind='punch',radius_mm=1.5}", "contact.friction=0",
 ]  # fmt: skip
 """A flat punch seen from behind a coat: its image changes around the rim, where the coat leans, and not below it."""
+DOT_PITCH_MM, DOT_MM = 1.6, 0.7
+MARKED = [
+    *COATED[:-2], "contact.friction=1", "design.coat.specular=0", "render.samples=128",
+    f"design.markers={{kind='dots',pitch_mm={DOT_PITCH_MM},diameter_mm={DOT_MM},color=[0.02,0.02,0.02]}}",
+]  # fmt: skip
+"""Black dots on a grey coat, or between coat and camera; without gloss, so that what is dark is a dot."""
 PRESS = """
 schema_version = 1
 design = "mini-magictac"
@@ -52,6 +58,7 @@ friction = 1.0
 STORIES = {
     "small": [(0, "gap_mm = -0.25"), (1, "gap_mm = -0.5")],
     "aside": [(0, "gap_mm = -0.3\nx_mm = 0.4\ny_mm = -0.6"), (1, "gap_mm = -0.8\nx_mm = 0.4\ny_mm = -0.6")],
+    "sheared": [(0, "gap_mm = -0.3"), (1, "gap_mm = -0.5\nx_mm = 0.5\ny_mm = 0.3")],
     "full": [
         (0, "gap_mm = -0.2"),
         (3, "gap_mm = -0.5"),
@@ -190,3 +197,34 @@ def test_contact_mask_covers_what_is_seen_of_the_contact(case: str, tmp_path: Pa
         np.testing.assert_allclose(np.argwhere(seen).mean(0), np.argwhere(mask).mean(0), atol=1.0)
     # contact that was labelled a quarter of the field away would not pass
     assert (np.roll(seen, 20, 1) & mask).sum() / (np.roll(seen, 20, 1) | mask).sum() < 0.5
+
+
+def dots_px(image: npt.NDArray[np.uint8], near_px: Array, reach_px: float) -> Array:
+    """Centres of black dots near some places, by their darkness, shape (places, 2)."""
+    grey = image.astype(np.float32).mean(2)
+    column, row = np.meshgrid(np.arange(grey.shape[1]), np.arange(grey.shape[0]))
+    found = []
+    for place in near_px:
+        inside = np.hypot(column - place[0], row - place[1]) < reach_px
+        light, dark = np.percentile(grey[inside], [80, 2])
+        weight = np.clip((light + dark) / 2 - grey, 0, None) * inside
+        found.append([(weight * each).sum() / weight.sum() for each in (column, row)])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("depth_mm", [0.0, 0.6])
+def test_labelled_markers_are_the_dots_in_the_image(depth_mm: float, tmp_path: Path):
+    found = episode("sheared", tmp_path, *MARKED, f"design.markers.depth_mm={depth_mm}")
+    camera = found.scene.rig.camera
+    scale, rest = camera.columns / camera.field_mm, found.scored[0].labels.markers_px
+    reach = DOT_PITCH_MM * scale / 2
+    seen = ((rest > 1.5 * reach) & (rest < camera.columns - 1.5 * reach)).all(1)
+    assert seen.sum() >= 9
+    for frame in found.scored:
+        assert frame.labels.markers_mm.shape == (len(rest), 3)
+        labelled = frame.labels.markers_px[seen]
+        missed = np.linalg.norm(dots_px(frame.image, labelled, reach) - labelled, axis=1)
+        assert np.median(missed) < 0.3
+        assert missed.max() < 1.0
+    moved = np.linalg.norm(found.scored[1].labels.markers_px - rest, axis=1)[seen]
+    assert moved.max() > 2.0  # labels that stayed behind would not pass

@@ -34,6 +34,8 @@ LONGEST_STEP, SHORTEST_STEP = 0.4, 1 / 16
 """Motion of the sphere between two solves: the first in units of the smallest element, the shortest in units of it."""
 CONTACT_ORDER, AREA_ORDER = 4, 20
 """Additional quadrature order of contact forces and of the contact area, whose integrand jumps."""
+FACE_SPACING_MM, GEOMETRY_ORDER = 0.02, 2
+"""Places between which a curved face is read linearly, and polynomial degree of the elements' own shape."""
 
 
 class NoConvergenceError(RuntimeError):
@@ -190,9 +192,11 @@ def _copy(vector: Any) -> Any:  # noqa: ANN401
     return copy
 
 
-def _zone_mm(problem: SphereOnBlock) -> float:
-    """Extent of the fine elements across the contact [mm]."""
-    return float(ZONE * (problem.effective_radius_mm * problem.depths_mm[-1]) ** 0.5)
+def _zones_mm(problem: SphereOnBlock) -> tuple[float, float]:
+    """Extent along x and y of the fine elements across the contact, at most to the sides of the block [mm]."""
+    reach = (ZONE * (radius * problem.depths_mm[-1]) ** 0.5 for radius in problem.effective_radii_mm)
+    x, y = (float(min(each, half)) for each, half in zip(reach, problem.half_mm, strict=True))
+    return x, y
 
 
 def _quarter(problem: SphereOnBlock, elements: int, order: int) -> Quarter:
@@ -225,34 +229,50 @@ def _quarter(problem: SphereOnBlock, elements: int, order: int) -> Quarter:
         form += ngs.Variation(coat.shear_n_per_mm / 2 * sheet * ngs.ds("bottom"))
     return Quarter(
         mesh=mesh, form=form, state=ngs.GridFunction(space), depth=depth, penalty=penalty,
-        fine_mm=_zone_mm(problem) / elements, overlap=overlap,
+        fine_mm=min(_zones_mm(problem)) / elements, overlap=overlap,
     )  # fmt: skip
 
 
 def _mesh(problem: SphereOnBlock, elements: int) -> Any:  # noqa: ANN401
     """Hexahedra; `bottom` is the contact face, `top` the bonded one, `back` is x = 0 and `left` is y = 0."""
     half_x, half_y = problem.half_mm
-    zone = _zone_mm(problem)
+    zones, height = _zones_mm(problem), problem.design.height_mm
+    deep = min(min(zones) / 2, height)
     planes = [
-        graded_axis(elements, zone, half_x),
-        graded_axis(elements, zone, half_y),
-        graded_axis(elements // 2, zone / 2, problem.design.height_mm),
+        graded_axis(elements, zones[0], half_x),
+        graded_axis(elements, zones[1], half_y),
+        graded_axis(elements // 2, deep, height),
     ]
 
     def place(*unit: float) -> tuple[float, ...]:
-        box = [
+        return tuple(
             float(np.interp(value * (len(axis) - 1), np.arange(len(axis)), axis))
             for value, axis in zip(unit, planes, strict=True)
-        ]
-        return tuple(problem.design.lifted(np.array(box)).tolist())
+        )
 
     nx, ny, nz = (len(axis) - 1 for axis in planes)
-    return MakeStructured3DMesh(hexes=True, nx=nx, ny=ny, nz=nz, mapping=place)
+    mesh = MakeStructured3DMesh(hexes=True, nx=nx, ny=ny, nz=nz, mapping=place)
+    if problem.design.face is not None:
+        mesh.SetDeformation(_lift(problem, mesh))
+    return mesh
+
+
+def _lift(problem: SphereOnBlock, mesh: Any) -> Any:  # noqa: ANN401
+    """Displacement from the box to the block with its curved face, in which flat facets would lie too deep."""
+    (half_x, half_y), height = problem.half_mm, problem.design.height_mm
+    x, y = (np.linspace(0, half, round(half / FACE_SPACING_MM) + 1) for half in (half_x, half_y))
+    rise = problem.design.rise_mm(np.stack(np.meshgrid(x, y), -1))
+    face = ngs.VoxelCoefficient((0, 0, 0), (half_x, half_y, height), np.stack([rise, rise]), linear=True)
+    lift = ngs.GridFunction(ngs.VectorH1(mesh, order=GEOMETRY_ORDER))
+    lift.Set(ngs.CF((0, 0, face * (1 - ngs.z / height))))
+    return lift
 
 
 def graded_axis(count: int, zone_mm: float, length_mm: float, *, growth: float = 1.5) -> Array:
     """Boundaries of elements from 0 to a length: `count` even ones in the zone, growing beyond it [mm]."""
     near = np.linspace(0, zone_mm, count + 1)
+    if zone_mm >= length_mm:
+        return near * (length_mm / zone_mm)
     widths = near[1] * growth ** np.arange(1, 100)
     reached = np.cumsum(widths)
     last = max(1, int(np.argmin(np.abs(reached - (length_mm - zone_mm)))) + 1)

@@ -36,12 +36,12 @@ class SphereOnBlock:
         return self.design.footprint_mm[0] / 2, self.design.footprint_mm[1] / 2
 
     @property
-    def effective_radius_mm(self) -> float:
-        """Radius of the ball that touches a flat face as this one touches a dome, by its less curved axis [mm]."""
+    def effective_radii_mm(self) -> tuple[float, float]:
+        """Radii along x and y of the body that touches a flat face as the sphere touches a dome [mm]."""
         face = self.design.face
-        radii = (face.radius_x_mm, face.radius_y_mm) if isinstance(face, Dome) else ()
-        flattest = max((radius or np.inf for radius in radii), default=np.inf)
-        return float(1 / (1 / self.radius_mm + 1 / flattest))
+        radii = (face.radius_x_mm, face.radius_y_mm) if isinstance(face, Dome) else (None, None)
+        x, y = (1 / (1 / self.radius_mm + 1 / (radius or np.inf)) for radius in radii)
+        return float(x), float(y)
 
     @property
     def shear_modulus_mpa(self) -> float:
