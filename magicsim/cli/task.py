@@ -52,6 +52,8 @@ def assembly(
     scene: str = "assembly", *, out: Out,
     trials: Annotated[int, Parameter(help="How many, by thirds beside, at an angle, aligned; --resume adds.")] = 16,
     quality: Annotated[str, Parameter(help="control, or full: slower and finer.")] = "control",
+    samples: Annotated[int, Parameter(help="Pairs of frames of each stage, 1 to 20.")] = 1,
+    base: Annotated[bool, Parameter(help="Whether the base is in the picture.")] = True,
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's run.")] = False,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
@@ -67,8 +69,9 @@ def assembly(
 
     with show_progress("task assembly") as progress:
         summary = run_assembly(
-            loaded, out, trials=trials, seed=loaded.seed, quality=quality, resume=resume, progress=progress
-        )
+            loaded, out, trials=trials, seed=loaded.seed, quality=quality, samples=samples, shows_base=base,
+            resume=resume, progress=progress,
+        )  # fmt: skip
     print_result(fields_of(summary), as_json=json)
 
 

@@ -45,6 +45,16 @@ class Pose:
         return (*self.position_mm.tolist(), *self.rotation.ravel().tolist())
 
     @classmethod
+    def from_key(cls, key: tuple[float, ...]) -> Self:
+        """The pose of a `key`."""
+        return cls(position_mm=np.array(key[:3]), rotation=np.array(key[3:]).reshape(3, 3))
+
+    def seen_from(self, other: "Pose") -> Self:
+        """This pose in the frame of another one of the same sensor."""
+        position = other.to_object(self.position_mm[None])[0]
+        return replace(self, position_mm=position, rotation=other.rotation.T @ self.rotation)
+
+    @classmethod
     def from_degrees(cls, position_mm: Array, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Self:
         """Rotations about the fixed axes x (roll), then y (pitch), then z (yaw) [degrees]."""
         (sr, sp, sy), (cr, cp, cy) = (

@@ -228,7 +228,7 @@ class Renderer(PlainRenderer):
 
     def _is_moved(self, view: View, placed: Array | None) -> bool:
         """Whether a view needs paths through the block as it is deformed."""
-        return not view.is_undeformed or _reaches(placed) or not self.leaves_out_unmoved
+        return not view.is_undeformed or self._may_touch(placed) or not self.leaves_out_unmoved
 
     def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> tuple[LightField, LightWay]:
         """Light in the block and on the object, and by which way it was made."""
@@ -255,7 +255,15 @@ class Renderer(PlainRenderer):
 
     def _free(self, view: View, placed: Array | None) -> Array | None:
         """The object where it last did not touch."""
-        return self._lifted(view, placed) if placed is not None and _reaches(placed) else placed
+        return self._lifted(view, placed) if placed is not None and self._may_touch(placed) else placed
+
+    def _touching(self, placed: Array) -> Array:
+        """Vertices of what may touch: here of all that is outside."""
+        return placed
+
+    def _may_touch(self, placed: Array | None) -> bool:
+        """Whether an object is so close to the contact face that it may touch it."""
+        return placed is not None and bool(self._touching(placed)[:, 2].max(initial=-np.inf) >= -CLEAR_MM)
 
     def _lifted(self, _view: View, placed: Array) -> Array:
         """Object vertices of the last state before contact, the same for all depths of one press [mm]."""
@@ -274,7 +282,8 @@ class Renderer(PlainRenderer):
         if placed is None or self.object_mesh is None:
             return None
         faces = self.object_mesh.faces
-        return SurfaceMesh(vertices=placed, faces=faces[(placed[faces, 2] >= -CLEAR_MM).any(1)])
+        is_near = (placed[faces, 2] >= -CLEAR_MM).any(1) & (faces[:, 0] < len(self._touching(placed)))
+        return SurfaceMesh(vertices=placed, faces=faces[is_near])
 
     def _before_contact(self, placed: Array | None) -> Before:
         """Light of the last state before contact, kept for other depths of one press."""
@@ -332,8 +341,3 @@ class Renderer(PlainRenderer):
 
 def _known(placed: Array | None) -> Array:
     return np.zeros((0, 3)) if placed is None else placed
-
-
-def _reaches(placed: Array | None) -> bool:
-    """Whether an object is so close to the contact face that it may touch it."""
-    return placed is not None and bool(placed[:, 2].max() >= -CLEAR_MM)

@@ -10,8 +10,10 @@ from typing import Self
 
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, MagicsimError
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.kinds import AnyObject
-from magicsim.robot.fingers import ObjectPlace, half_extents_mm, seen_by
+from magicsim.geometry.pose import Pose
+from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents_mm, seen_by
 from magicsim.robot.grip.floating import BALANCE_N, float_between
 from magicsim.robot.grip.held import settle
 from magicsim.robot.grip.linkage import Linkage
@@ -51,6 +53,7 @@ class Gripper:
         linkage: Linkage | None = None,
         quality: str | Quality = "full",
         sees_other: bool = True,
+        companion: SurfaceMesh | None = None,
         told: Told = on_stderr,
     ) -> None:
         """Builds both fingers.
@@ -63,6 +66,8 @@ class Gripper:
             linkage: What moves the fingers.
             quality: `full`, or `control` for coarser and faster sensors, see `magicsim.robot.quality`.
             sees_other: Whether each finger is in the other's picture.
+            companion: What both see beside the object where `accompany` puts it, with colours, in its own frame, such
+                as a hand; it touches nothing. Needs `sees_other`.
             told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
@@ -71,6 +76,9 @@ class Gripper:
         """
         if scene.object is None:
             msg = "object is missing: a gripper needs one between its fingers"
+            raise ConfigError(msg)
+        if companion is not None and not sees_other:
+            msg = "companion is not allowed with sees_other = False: it is drawn with the other finger"
             raise ConfigError(msg)
         workspace = workspace or Workspace(tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG))
         self.linkage, self._extents_mm = linkage or Linkage(), half_extents_mm(scene.object)
@@ -83,9 +91,11 @@ class Gripper:
             raise ConfigError(msg)
         self._told = told
         with waiting("building both fingers", told):
-            self.upper = LiveSensor(scene, workspace=workspace, quality=quality, told=told)
+            self.upper = LiveSensor(scene, workspace=workspace, quality=quality, companion=companion, told=told)
             facing = _facing(lower or _with_next_pattern(scene), scene.object)
-            self.lower = LiveSensor(facing, workspace=_facing_range(workspace), quality=quality, told=told)
+            self.lower = LiveSensor(
+                facing, workspace=_facing_range(workspace), quality=quality, companion=companion, told=told
+            )
             self._pair = Pair(self.upper, self.lower, scene.object, sees_other=sees_other)
             self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
             self.reset()
@@ -135,6 +145,11 @@ class Gripper:
     def outcome(self) -> Hold:
         """What became of the object in the last motion."""
         return self._state.hold
+
+    @property
+    def has_companion(self) -> bool:
+        """Whether the gripper was built with something that `accompany` can put beside the object."""
+        return self.upper.sensor.companion is not None
 
     @property
     def touching_width_mm(self) -> float:
@@ -212,6 +227,18 @@ class Gripper:
         """Takes the object away; the fingers stay where they are, and `close` puts it between them again."""
         self._pair.take_away(self.width_mm)
         self._state = GripState(width_mm=self.width_mm, place=self.place, hold=Hold.AWAY)
+
+    def accompany(self, pose: Pose | None) -> None:
+        """Puts what is seen beside the object somewhere until the object is removed, or takes it away.
+
+        Args:
+            pose: From its own frame to the gripper's, as the fingers stand now; None takes it away.
+
+        Raises:
+            ConfigError: The gripper was built without a companion.
+        """
+        for side, finger in zip(SIDES, self.fingers, strict=True):
+            finger.accompany(None if pose is None else pose.seen_from(finger_pose(side, self.width_mm)))
 
     def turn_to(self, angle_deg: float, *, dt_s: float, load: Load | None = None, floats: bool = False) -> Hold:
         """Turns the cranks towards an angle for some time, no faster than they can, and stops where the motors stall.

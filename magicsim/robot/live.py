@@ -14,6 +14,8 @@ from magicsim.camera.stream import CameraMemory
 from magicsim.config.ranges import check_number
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.quality import Quality, find_quality
@@ -53,6 +55,7 @@ class LiveSensor:
         *,
         workspace: Workspace | None = None,
         quality: str | Quality = "full",
+        companion: SurfaceMesh | None = None,
         told: Told = on_stderr,
     ) -> None:
         """Builds geometry and lattice; the renderer loads when the first frame is taken.
@@ -61,6 +64,7 @@ class LiveSensor:
             scene: Design, rig, object, contact and render settings; its keyframes do not matter.
             workspace: Where the object may go. The lattice is fine where it can touch, so a small one is faster.
             quality: `full`, or `control` for a coarser and faster sensor, see `magicsim.robot.quality`.
+            companion: What is seen beside the object where `accompany` puts it, with colours, in its own frame.
             told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
@@ -84,6 +88,7 @@ class LiveSensor:
         states = self.workspace.states(placed)
         with waiting("building block and lattice", told):
             sensor = Sensor.for_scene(placed, states=states, newton=self.quality.newton)
+            sensor.companion = companion
             self._darkroom: Darkroom | None = Darkroom(sensor, placed.output)
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)
@@ -231,6 +236,22 @@ class LiveSensor:
         if distance_mm is not None:
             check_number("distance_mm", distance_mm, LEAST_WIDTH_MM, FARTHEST_MM)
         self._state = replace(self._state, facing_mm=None if distance_mm is None else float(distance_mm))
+
+    def accompany(self, pose: Pose | None) -> None:
+        """Puts what is seen beside the object somewhere, or takes it away; it touches nothing.
+
+        It is in the picture only while another finger is (`face`), and goes with the object when that is removed.
+
+        Args:
+            pose: From its own frame to the sensor's; None takes it away.
+
+        Raises:
+            ConfigError: The sensor was built without a companion.
+        """
+        if self.sensor.companion is None and pose is not None:
+            msg = "companion is missing: build the sensor with what is to be seen beside its object"
+            raise ConfigError(msg)
+        self._state = replace(self._state, companion=None if pose is None else pose.key())
 
     def shine(self, *, on: bool = True, x_mm: float = 0.0) -> None:
         """Turns the flashlight on, shifted along x [mm], or off.

@@ -26,6 +26,8 @@ class FrameState:
 
     passing_mm: float | None = None
     """Where something that passes in the room is along x [mm]; None while it is out of sight."""
+    companion: tuple[float, ...] | None = None
+    """Pose of what is seen beside the object and touches nothing, as `Pose.key` has it; None while it is away."""
 
     @property
     def has_object(self) -> bool:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from magicsim.arrays import Array
 from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.pose import Pose
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +29,8 @@ class View:
     """Whether a deformed block is touched no more, and only a dent is left."""
     passing_mm: float | None = None
     """Where something that passes in the room is along x [mm]; None while it is out of sight."""
+    companion: Pose | None = None
+    """Pose of what is seen beside the object and touches nothing; None while it is away."""
 
     @property
     def is_untouched(self) -> bool:

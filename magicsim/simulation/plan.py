@@ -106,7 +106,7 @@ def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
     """
     if not design.is_opaque:
         return state
-    hidden = replace(state, flashlight=False, light_x_mm=0.0, facing_mm=None, passing_mm=None)
+    hidden = replace(state, flashlight=False, light_x_mm=0.0, facing_mm=None, passing_mm=None, companion=None)
     return hidden if can_touch(state) else UNTOUCHED
 
 

@@ -27,7 +27,9 @@ from magicsim.deform.solve.rigid_motion import is_there
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase
+from magicsim.geometry.pose import Pose
 from magicsim.light.frame.way import Way
 from magicsim.light.passing.renderer import PassingRenderer
 from magicsim.light.records.untouched_states import UntouchedStates
@@ -102,6 +104,9 @@ class Sensor:
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = self._build_renderer(untouched)
         self._facing: Renderer | None = None
+        self.companion: SurfaceMesh | None = None
+        """What may be seen beside the object and touches nothing, with colours, in its own frame; set before a view
+        with a facing finger is rendered."""
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
@@ -269,10 +274,12 @@ class Sensor:
         state = as_seen(self.design, state)
         indenter = self.indenter(state)
         light = state.light_x_mm if state.flashlight else None
+        companion = Pose.from_key(state.companion) if state.companion is not None else None
         if deformation.is_rest or (indenter is None and not self.contact.recovers):
             return View(
-                indenter=indenter, flashlight_x_mm=light, facing_mm=state.facing_mm, passing_mm=state.passing_mm
-            )
+                indenter=indenter, flashlight_x_mm=light, facing_mm=state.facing_mm, passing_mm=state.passing_mm,
+                companion=companion,
+            )  # fmt: skip
         body, infill = deformed_vertices(
             self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm
         )
@@ -284,7 +291,8 @@ class Sensor:
             markers = self.meshes.markers.displaced(deformation.displacements_mm)
         return View(
             body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light,
-            facing_mm=state.facing_mm, passing_mm=state.passing_mm, is_released=not can_touch(state),
+            facing_mm=state.facing_mm, passing_mm=state.passing_mm, companion=companion,
+            is_released=not can_touch(state),
         )  # fmt: skip
 
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
@@ -302,7 +310,7 @@ class Sensor:
         if self._facing is None:
             from magicsim.light.facing.renderer import FacingRenderer
 
-            self._facing = FacingRenderer.beside(self.renderer)
+            self._facing = FacingRenderer.beside(self.renderer, self.companion)
         return self._facing
 
 

@@ -55,6 +55,8 @@ class FrameRow:
     """Way of sliding in the last motion [mm]."""
     light: bool
     """Whether a flashlight is on."""
+    hand_mm: float | None = None
+    """How far a hand is from where it holds the item [mm]; None while none is near."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,4 +149,5 @@ def _row(
         lower_n=truth.lower.force_n[2],
         slid_mm=truth.slid_mm,
         light=happened.light,
+        hand_mm=world.hand_mm,
     )

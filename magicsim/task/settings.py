@@ -89,6 +89,8 @@ class GraspConfig(Config):
     """Slowest and fastest approach of the hand [mm/s]."""
     near_mm: Annotated[tuple[PositiveMm, PositiveMm], AfterValidator(in_order)] = (1.0, 4.0)
     """Nearest and farthest gap to the watched finger at which the hand offers an item [mm]."""
+    hand: bool = True
+    """Whether the hand is in the picture while it holds the item, comes and goes, see `magicsim.task.hand`."""
     pull_share: Annotated[float, Field(ge=0, le=1)] = 0.5
     """Share of the episodes in which a hand pulls the item away."""
     pull_n_s: Annotated[float, Field(gt=0, le=1000)] = 30.0

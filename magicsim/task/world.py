@@ -14,6 +14,7 @@ from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
 from magicsim.task.carriage import Carriage, driven
 from magicsim.task.flashlight import Since
+from magicsim.task.hand import WAY_MM, hand_mesh, hand_pose
 from magicsim.task.item import Item
 from magicsim.task.policy import Command
 from magicsim.task.settings import GraspConfig
@@ -55,7 +56,7 @@ class World:
         self._frame, self._transport, self._offered = 0, -1, -1
         self._since = {Since.BEGINNING: 0}
         self._hand_y_mm, self._is_delivered, self._has_come = BEYOND_MM, False, False
-        self._pull_n, self._has_stalled = 0.0, False
+        self._pull_n, self._has_stalled, self._let_go = 0.0, False, 0
         gripper.close(self.open_mm, place=ObjectPlace())
         gripper.remove_object()
 
@@ -79,6 +80,21 @@ class World:
         """Whether the carriage stands at B."""
         return self.carriage.place_mm == self.config.distance_mm
 
+    @property
+    def hand_mm(self) -> float | None:
+        """How far in front of where it holds the item a hand is [mm]; None while none is near."""
+        if self.gripper.outcome is Hold.PLACED:
+            return None if self._is_delivered else 0.0
+        if not self.is_held:
+            return None
+        if self._pull_n > 0:
+            return 0.0
+        frames = [self._frame - self._let_go]
+        if self.story.pull is not None and self._transport >= 0:
+            frames.append(self.story.pull - self._transport)
+        away_mm = min(frames) * self.story.speed_mm_s * self._dt_s
+        return away_mm if away_mm < WAY_MM else None
+
     def step(self, stage: GraspStage, asked: Command) -> Happened:
         """Lets one frame's time pass.
 
@@ -96,6 +112,9 @@ class World:
         event = "" if self._is_delivered else self._hands(stage, frame)
         self._drive(asked)
         event = self._move_fingers(asked) or event
+        away_mm = self.hand_mm
+        if self.config.hand:
+            self.gripper.accompany(None if away_mm is None else hand_pose(self.gripper.place, away_mm))
         return Happened(event=event, light=self._shine(frame, asked))
 
     def deliver(self) -> str:
@@ -120,6 +139,7 @@ class World:
         if gripper.outcome is Hold.PLACED and self._hand_y_mm > 0:
             return self._bring(frame)
         if gripper.outcome is Hold.PLACED and stage is GraspStage.TRANSPORTING and self._has_stalled:
+            self._let_go = frame + 1
             lost = gripper.hold(load=self._load()) is Hold.DROPPED
             return "dropped" if lost else "let_go"
         if self.is_held and story.pull is not None and self._transport >= story.pull:
@@ -264,5 +284,6 @@ def build_gripper(scene: SceneConfig, config: GraspConfig) -> Gripper:
         beyond_mm=BEYOND_MM + Linkage().link_mm,
     )  # fmt: skip
     return Gripper(
-        scene, workspace=space, linkage=replace(Linkage(), force_limit_n=config.grip_n), quality=config.quality
-    )
+        scene, workspace=space, linkage=replace(Linkage(), force_limit_n=config.grip_n), quality=config.quality,
+        companion=hand_mesh(scene.object) if config.hand and scene.object is not None else None,
+    )  # fmt: skip

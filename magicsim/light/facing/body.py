@@ -1,10 +1,12 @@
 """The facing finger as a thing before the block: a box behind a contact face, in one mesh with the object.
 
-The renderer knows one thing that light falls on, so finger and object share a mesh, each triangle with its reflectance.
+The renderer knows one thing that light falls on, so the finger, the object and what may accompany it share a mesh, each
+triangle with its reflectance.
 The finger is this sensor turned by half a turn about y, its face parallel to the face of this one.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -18,7 +20,8 @@ QUAD_MM = 2.0
 HOUSING = 0.05
 """Diffuse reflectance of the housing behind the face; assumed: black plastic."""
 APART_MM = 1000.0
-"""Where the finger is in the mesh that smoothing is made for, so that nothing spreads from it to the object [mm]."""
+"""Where the finger is in the mesh that smoothing is made for, so that nothing spreads from it to the object [mm]; the
+object's companion is twice as far."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,41 +87,51 @@ class FingerBody:
 
 
 def with_object(
-    body: FingerBody, thing: SurfaceMesh | None, finish: Finish, reflectance: Array
-) -> tuple[SurfaceMesh, Finish]:
-    """One mesh of object and finger, in the frame that smoothing is made for, and its surface.
+    body: FingerBody, thing: SurfaceMesh | None, finish: Finish, reflectance: Array,
+    companion: SurfaceMesh | None = None,
+) -> tuple[SurfaceMesh, Finish]:  # fmt: skip
+    """One mesh of object, companion and finger, in the frame that smoothing is made for, and its surface.
 
     Args:
         body: The finger.
         thing: The object in its own frame, or None.
-        finish: Its surface.
+        finish: Its surface, whose share of mirrored light the others take on.
         reflectance: Of the finger's face, shape (3,).
+        companion: What stands beside the object, with colours, in its own frame, or None.
     """
     colors = np.full((len(body.mesh.vertices), 3), HOUSING)
     colors[: body.face_vertices] = reflectance
-    finger = SurfaceMesh(vertices=body.placed(APART_MM), faces=body.mesh.faces, colors=colors)
+    parts = [SurfaceMesh(vertices=body.placed(APART_MM), faces=body.mesh.faces, colors=colors)]
+    if companion is not None:
+        apart = companion.vertices - np.array([0.0, 0.0, 2 * APART_MM])
+        parts.insert(0, replace(companion, vertices=apart))
     if thing is None:
-        return finger, Finish(vertex_colors=True)
+        return _joined(parts), Finish(vertex_colors=True)
     own = thing.colors if thing.colors is not None else np.tile(np.array(finish.color), (len(thing.vertices), 1))
-    mesh = SurfaceMesh(
-        vertices=np.concatenate([thing.vertices, finger.vertices]),
-        faces=np.concatenate([thing.faces, finger.faces + len(thing.vertices)]).astype(np.int32),
-        colors=np.concatenate([own, colors]),
-    )
+    mesh = _joined([replace(thing, colors=own), *parts])
     return mesh, Finish(vertex_colors=True, specular=finish.specular, roughness=finish.roughness)
 
 
-def both_placed(body: FingerBody, distance_mm: float, thing: Array | None, thing_vertices: int) -> Array:
-    """Vertices of object and finger where they are, shape (vertices, 3) [mm].
+def _joined(parts: Sequence[SurfaceMesh]) -> SurfaceMesh:
+    """Meshes with colours as one, in their order."""
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+    return SurfaceMesh(
+        vertices=np.concatenate([part.vertices for part in parts]),
+        faces=np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=True)]).astype(np.int32),
+        colors=np.concatenate([part.colors for part in parts if part.colors is not None]),
+    )
+
+
+def all_placed(body: FingerBody, distance_mm: float, *things: tuple[Array | None, int]) -> Array:
+    """Vertices of object, companion and finger where they are, shape (vertices, 3) [mm].
 
     Args:
         body: The finger.
         distance_mm: Of the contact faces [mm].
-        thing: The object's vertices; None where it is away: it then has no surface, at a point inside the finger.
-        thing_vertices: How many it has.
+        things: Vertices of what is before the finger, and how many it has; None where it is away: it then has no
+            surface, at a point inside the finger.
     """
     finger = body.placed(distance_mm)
-    if thing is None:
-        inside = np.array([0.0, 0.0, (finger[:, 2].min() - distance_mm) / 2])
-        thing = np.tile(inside, (thing_vertices, 1))
-    return np.concatenate([thing, finger])
+    inside = np.array([0.0, 0.0, (finger[:, 2].min() - distance_mm) / 2])
+    shown = [np.tile(inside, (count, 1)) if thing is None else thing for thing, count in things]
+    return np.concatenate([*shown, finger])

@@ -6,10 +6,11 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.light.facing.body import FingerBody, both_placed, with_object
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.facing.body import FingerBody, all_placed, with_object
 from magicsim.light.facing.glow import Glow
 from magicsim.light.facing.shine import facing_light
-from magicsim.light.frame.frame_light import lifted
+from magicsim.light.frame.frame_light import LIFTED_DIGITS, lifted
 from magicsim.light.renderer import Renderer
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.lit_world import LitWorld
@@ -28,23 +29,34 @@ class FacingRenderer(Renderer):
     body: FingerBody
 
     @classmethod
-    def beside(cls, plain: Renderer) -> Self:
-        """For the sensor of a renderer, with the same object."""
+    def beside(cls, plain: Renderer, companion: SurfaceMesh | None = None) -> Self:
+        """For the sensor of a renderer, with the same object.
+
+        Args:
+            plain: Renders the sensor without another finger.
+            companion: What may be seen beside the object and touches nothing, with colours, in its own frame.
+        """
         design, rig = plain.elastomer.design, plain.rig
         depth = design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm
         body = FingerBody.of(design.footprint_mm, depth)
         glow = Glow.of(plain.light(View()), plain.careful().light, design, body)
-        mesh, finish = with_object(body, plain.object_mesh, plain.object_finish, glow.reflectance)
+        mesh, finish = with_object(body, plain.object_mesh, plain.object_finish, glow.reflectance, companion)
         found = cls(
             plain.elastomer, rig, plain.settings, seed=plain.seed, object_mesh=mesh, object_finish=finish,
             untouched=plain.untouched_states,
         )  # fmt: skip
         found.body, found.glow = body, glow
-        found._object_vertices = plain.object_mesh.vertices if plain.object_mesh is not None else np.zeros((0, 3))
+        found._object_vertices, found._companion_vertices = (
+            each.vertices if each is not None else np.zeros((0, 3)) for each in (plain.object_mesh, companion)
+        )
+        last = mesh.faces.shape[0] - body.mesh.faces.shape[0]
+        found._beside = (last - (len(companion.faces) if companion is not None else 0), last)
         found._own = found._own_irradiance(mesh.faces.shape[0], finish.specular)
         return found
 
     _object_vertices: Array
+    _companion_vertices: Array
+    _beside: tuple[int, int]
     _own: Array
 
     def _own_irradiance(self, triangles: int, specular: float) -> Array:
@@ -57,13 +69,30 @@ class FacingRenderer(Renderer):
     def _placed(self, view: View) -> Array | None:
         if view.facing_mm is None:
             return None
-        thing = view.indenter.pose.to_sensor(self._object_vertices) if view.indenter is not None else None
-        return both_placed(self.body, view.facing_mm, thing, len(self._object_vertices))
+        poses = (view.indenter.pose if view.indenter is not None else None, view.companion)
+        rigid = (self._object_vertices, self._companion_vertices)
+        things = [
+            (None if pose is None else pose.to_sensor(own), len(own)) for pose, own in zip(poses, rigid, strict=True)
+        ]
+        return all_placed(self.body, view.facing_mm, *things)
+
+    def light(self, view: View) -> LitWorld:
+        """As of every renderer; few rays go out from what stands beside the object."""
+        world = super().light(view)
+        world.beside = self._beside
+        return world
+
+    def _touching(self, placed: Array) -> Array:
+        return placed[: len(self._object_vertices)]
 
     def _lifted(self, view: View, placed: Array) -> Array:
-        """The object lifted, the finger at whole millimetres: what is common to both states cancels, whatever it is."""
-        thing = lifted(placed[: len(self._object_vertices)])
-        return both_placed(self.body, max(1.0, round(view.facing_mm or 0.0)), thing, len(thing))
+        """The object lifted, all else at whole millimetres: what is common to both states cancels, whatever it is."""
+        thing, companion = lifted(self._touching(placed)), None
+        if view.companion is not None:
+            near = replace(view.companion, position_mm=np.round(view.companion.position_mm))
+            companion = np.round(near.to_sensor(self._companion_vertices), LIFTED_DIGITS)
+        things = ((thing, len(thing)), (companion, len(self._companion_vertices)))
+        return all_placed(self.body, max(1.0, round(view.facing_mm or 0.0)), *things)
 
     def _within_reach(self, view: View) -> View:
         return view

@@ -80,6 +80,8 @@ class LitWorld(World):
         """Cells along x, y and z."""
         self._followed = forward_collisions if self.media.infill.anisotropy else 0
         self._inside, self._off = frozenset(lights_inside(rig)), frozenset(lights_off(rig))
+        self.beside = (0, 0)
+        """First of the object's triangles that are seen at the edge at most, and the first one after these."""
 
     @property
     def voxel_counts(self) -> tuple[int, int, int] | None:
@@ -208,7 +210,8 @@ class LitWorld(World):
         if shapes.object is None:
             return field
         stream = SEEDS_PER_RENDER * seed + ON_OBJECT
-        sent = object_rays(self.scene, shapes, max(1, round(RAYS_PER_PARTICLE * particles)), seed=stream)
+        count = max(1, round(RAYS_PER_PARTICLE * particles))
+        sent = object_rays(self.scene, shapes, count, seed=stream, beside=self.beside)
         met = np.array(self.camera_pass(field, sent.starts, stream=stream, outside=outside, room=room), np.float64)
         count = shapes.object_triangles
         weights = [np.pi * sent.area_mm2 * channel for channel in met]

@@ -27,6 +27,8 @@ RAYS_PER_MM2 = 50.0
 """Rays for each mm2 of a surface that faces the block at no distance: where there are fewer, they are doubled."""
 DOUBLINGS = 2
 """How often, at most."""
+BESIDE = 0.1
+"""Share of its rays that a surface keeps which is seen at the edge of the picture at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +42,9 @@ class ObjectRays:
     """Area that each stands for [mm2]."""
 
 
-def object_rays(scene: Any, shapes: Shapes, count: int, *, seed: int) -> ObjectRays:
+def object_rays(
+    scene: Any, shapes: Shapes, count: int, *, seed: int, beside: tuple[int, int] = (0, 0)
+) -> ObjectRays:  # fmt: skip
     """Spreads rays over the object, most of them where it is close to the block and faces it.
 
     Args:
@@ -48,6 +52,7 @@ def object_rays(scene: Any, shapes: Shapes, count: int, *, seed: int) -> ObjectR
         shapes: Its shapes by their role, an object among them.
         count: Number of rays; a large object gets twice or four times as many.
         seed: Random stream.
+        beside: First triangle that is at the edge of the picture at most, and the first one after these.
     """
     mesh = mesh_of(shapes.object)
     corners = mesh.vertices[mesh.faces]
@@ -56,6 +61,7 @@ def object_rays(scene: Any, shapes: Shapes, count: int, *, seed: int) -> ObjectR
     normals = cross / np.maximum(2 * area, 1e-30)[:, None]
     away_mm = np.maximum(-corners[:, :, 2].mean(1), 0)
     share = area * np.maximum((1 + normals[:, 2]) / 2, LEAST_FACING) / (1 + away_mm / NEAR_MM) ** 2
+    share[slice(*beside)] *= BESIDE
     ends = np.cumsum(share)
     wanted = np.log2(max(1.0, RAYS_PER_MM2 * float(ends[-1]) / count))
     count *= 2 ** min(DOUBLINGS, int(np.ceil(wanted)))

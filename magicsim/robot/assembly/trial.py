@@ -5,10 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from magicsim.arrays import Array, Frame
+from magicsim.arrays import Frame
 from magicsim.errors import ConfigError
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.plug import PlugObject
 from magicsim.geometry.pose import Pose
+from magicsim.robot.assembly.base_body import base_body
 from magicsim.robot.assembly.jack import Jack, jack_pose
 from magicsim.robot.assembly.meeting import FORWARD, Contact, MetLoad
 from magicsim.robot.assembly.misaligned import Misalignment
@@ -31,6 +33,8 @@ MOST_SLIDE_MM = 6.0
 """Way of the plug in the grip in one step beyond which it is lost [mm]; assumed."""
 LONGEST_STEP_MM = 0.5
 """Longest way of the carriage between two equilibria while the pin may meet the base [mm]."""
+FROM_MM = 8.0
+"""From how far before the end of a step the base comes that was not there before it [mm]; assumed."""
 SPACE = Workspace(
     x_mm=(-1.5, 1.5), y_mm=(0.0, 8.0), twist_deg=(-15.0, 15.0), tilt_x_deg=(-15.0, 15.0), tilt_y_deg=(-15.0, 15.0),
     gap_mm=(-1.5, 20.0),
@@ -51,6 +55,9 @@ class Setup:
     timeline: Sequence[Step] = TIMELINE
     references: int = 30
     """Frames of the untouched fingers, for the detectors."""
+    samples: int = 1
+    """Pairs of frames of each step, the last one at its end, the others evenly along its way, which is solved so much
+    more finely; fewer where a step ends before it is cut into as many."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,6 +91,19 @@ class Gripped:
     """Its weight, no base yet."""
     references: tuple[list[Frame], list[Frame]]
     """Frames of the upper and of the lower finger with nothing between them."""
+    closing: tuple[GripMoment, ...] = ()
+    """The fingers on their way to the plug, of which further pairs of frames of the first step are taken."""
+
+
+def base_of(plug: PlugObject, setup: Setup | None = None) -> SurfaceMesh:
+    """The base's body, which a gripper shows that was built with it as its `companion`.
+
+    Args:
+        plug: Held by its handle.
+        setup: Jack and grip.
+    """
+    setup = setup or Setup()
+    return base_body(setup.jack, apart_mm=2 * plug.radius_mm - setup.squeeze_mm)
 
 
 def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) -> Gripped:
@@ -105,11 +125,17 @@ def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) ->
         MetLoad.of_mass(MASS_G, down=(0.0, 1.0, 0.0)), elements=plug_elements(plug), jack=setup.jack,
         contact=setup.contact,
     )  # fmt: skip
-    gripper.close(gripper.touching_width_mm - setup.squeeze_mm, place=setup.place)
+    touching, closing = gripper.touching_width_mm, []
+    for left in range(setup.samples - 1, 0, -1):
+        gripper.close(touching + OPEN_MM * left / setup.samples, place=setup.place)
+        closing.append(gripper.now())
+    gripper.close(touching - setup.squeeze_mm, place=setup.place)
     if gripper.hold(load=load) is Hold.DROPPED:
         msg = f"squeeze_mm = {setup.squeeze_mm:g} is not allowed: a plug of {load.weight_n:.3g} N drops at once"
         raise ConfigError(msg)
-    return Gripped(plug=plug, setup=setup, moment=gripper.now(), load=load, references=references)
+    return Gripped(
+        plug=plug, setup=setup, moment=gripper.now(), load=load, references=references, closing=tuple(closing)
+    )
 
 
 def play(
@@ -137,34 +163,45 @@ def play(
         ConvergenceError: A place has no valid equilibrium.
     """
     gripper.reset(seed=seed)
-    gripper.go_back(gripped.moment)
-    plug, load = gripped.plug, gripped.load
+    plug, load, setup = gripped.plug, gripped.load, gripped.setup
     moments: list[Moment] = []
+    for before in gripped.closing:
+        gripper.go_back(before)
+        moments.append(_moment(gripper, plug, setup.timeline[0], load, 0.0))
+    gripper.go_back(gripped.moment)
     axis = object_pose(plug, gripper.place)
     depth: float | None = None
     tip = plug.length_mm / 2 + plug.pin_length_mm
-    for step in gripped.setup.timeline:
+    for step in setup.timeline:
         if tell is not None:
             tell(step.stage)
-        slid = 0.0
+        walked: list[tuple[GripMoment, MetLoad, float]] = []
         if step.stage is Stage.OPEN:
-            gripper.close(gripper.touching_width_mm + OPEN_MM, place=gripper.place)
             load = load.at(load.base, way=0.0)
+            for number in range(1, setup.samples + 1):
+                gripper.close(gripper.touching_width_mm + OPEN_MM * number / setup.samples, place=gripper.place)
+                walked.append((gripper.now(), load, 0.0))
         elif step.depth_mm is not None:
             if step.is_aligned and not (moments and moments[-1].step.is_aligned):
                 # Lifted off and brought above the jack by sight
                 gripper.hold(load=load.at(None, way=0.0), most_slide_mm=MOST_SLIDE_MM)
                 axis, depth = object_pose(plug, gripper.place), None
-            for each in _ways(depth, step.depth_mm):
+            for each in _ways(depth, step.depth_mm, setup.samples):
                 base = _base(axis, tip, each, None if step.is_aligned else misalignment)
                 load, depth = load.at(base, way=FORWARD), each
                 gripper.hold(load=load, most_slide_mm=MOST_SLIDE_MM)
-                slid += gripper.truth().slid_mm
+                walked.append((gripper.now(), load, gripper.truth().slid_mm))
                 met = load.met(object_pose(plug, gripper.place))
                 if gripper.outcome is Hold.DROPPED or np.linalg.norm(met[:3]) > step.push_n:
                     break
-        met = load.met(object_pose(plug, gripper.place))
-        moments.append(_moment(gripper, step, met, slid))
+        else:
+            walked.append((gripper.now(), load, 0.0))
+        first = 0
+        for end in _evenly(len(walked), setup.samples):
+            moment, acting, _ = walked[end - 1]
+            gripper.go_back(moment)
+            moments.append(_moment(gripper, plug, step, acting, sum(slid for _, _, slid in walked[first:end])))
+            first = end
         if gripper.outcome is Hold.DROPPED:
             break
     return tuple(moments)
@@ -191,12 +228,24 @@ def _references(gripper: Gripper, count: int) -> tuple[list[Frame], list[Frame]]
     return frames
 
 
-def _ways(start: float | None, end: float) -> list[float]:
-    """Places of the carriage between two steps, the last one being the end; one alone where it is not near the base."""
+def _evenly(count: int, samples: int) -> list[int]:
+    """How many of so many places have passed at each sample: whole numbers up to all of them."""
+    return sorted({round(count * number / samples) for number in range(1, samples + 1)} - {0})
+
+
+def _ways(start: float | None, end: float, samples: int) -> list[float]:
+    """Places of the carriage between two steps, the last one being the end; one a sample where it is not near the base.
+
+    Args:
+        start: Where it was; None where it was not there.
+        end: Where it goes [mm].
+        samples: Pairs of frames of the step.
+    """
     if start is None or max(start, end) <= 0:
-        return [end]
-    first = min(max(start, 0.0), end)
-    count = max(1, int(np.ceil(abs(end - first) / LONGEST_STEP_MM - 1e-9)))
+        first, count = end - FROM_MM, samples
+    else:
+        first = min(max(start, 0.0), end)
+        count = samples * max(1, int(np.ceil(abs(end - first) / LONGEST_STEP_MM - 1e-9)))
     return [first + (end - first) * (number + 1) / count for number in range(count)]
 
 
@@ -210,10 +259,12 @@ def _base(axis: Pose, tip_mm: float, depth_mm: float, misalignment: Misalignment
     return jack_pose(mouth_mm=mouth, tilt_x_deg=off.tilt_x_deg, tilt_z_deg=off.tilt_z_deg)
 
 
-def _moment(gripper: Gripper, step: Step, met: Array, slid_mm: float) -> Moment:
+def _moment(gripper: Gripper, plug: PlugObject, step: Step, load: MetLoad, slid_mm: float) -> Moment:
+    if gripper.has_companion:
+        gripper.accompany(load.base)
     pair = gripper.frames()
     truth = pair.truth
-    force = [float(each) for each in met]
+    force = [float(each) for each in load.met(object_pose(plug, gripper.place))]
     return Moment(
         step=step,
         outcome=truth.hold,

@@ -16,7 +16,7 @@ from magicsim.errors import MagicsimError
 from magicsim.light.variant import activate_variant
 from magicsim.robot.assembly.cues import PROFILE, Reader, check_references, structural_similarity
 from magicsim.robot.assembly.misaligned import Misalignment, draw_misalignments
-from magicsim.robot.assembly.trial import SPACE, Gripped, Moment, Setup, check_plug, play, take_plug
+from magicsim.robot.assembly.trial import SPACE, Gripped, Moment, Setup, base_of, check_plug, play, take_plug
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim.robot.quality import find_quality
@@ -27,7 +27,7 @@ from magicsim.task.folder import RESULTS
 from magicsim.task.growing import Played, Progress, Run, as_json, grow
 from magicsim.task.resolved import plain_values, resolved_scene
 
-MOST_TRIALS = 1000
+MOST_TRIALS, MOST_SAMPLES = 1000, 20
 NOISE = 41
 """Keeps the seeds of the frames' noise apart from others."""
 TRIALS, PLOT = "trials.json", "series.png"
@@ -36,19 +36,24 @@ TRIALS, PLOT = "trials.json", "series.png"
 class Stage:
     """Builds the gripper, lets it take the plug, and plays trials with it from there."""
 
-    def __init__(self, scene: SceneConfig, *, seed: int, quality: str) -> None:
+    def __init__(
+        self, scene: SceneConfig, *, seed: int, quality: str, samples: int = 1, shows_base: bool = True
+    ) -> None:
         """Checks everything that a run needs before it begins.
 
         Args:
             scene: The fingers, and a plug between them.
             seed: Of the misalignments, and of the noise of the trials' frames.
             quality: Of the sensors, see `magicsim.robot.quality`.
+            samples: Pairs of frames of each stage.
+            shows_base: Whether the base is in the picture.
 
         Raises:
             ConfigError: No plug in the scene, too few references, an unknown quality, or scikit-image is missing.
         """
         self.scene, self.seed, self.quality = scene, seed, quality
-        self.plug, self.setup = check_plug(scene.object), Setup(references=scene.references)
+        self.plug, self.setup = check_plug(scene.object), Setup(references=scene.references, samples=samples)
+        self.shows_base = shows_base
         check_references(scene.references)
         find_quality(quality)
         structural_similarity()
@@ -57,6 +62,7 @@ class Stage:
     def settings(self) -> dict[str, Any]:
         """What trials depend on, with the content of every file."""
         held = {"jack": asdict(self.setup.jack), "contact": asdict(self.setup.contact)}
+        held["picture"] = {"samples": self.setup.samples, "base": self.shows_base}
         content = resolved_scene(self.scene) | {"profile": asdict(load_profile(PROFILE))} | held
         settings: dict[str, Any] = plain_values({"seed": self.seed, "quality": self.quality, "resolved": content})
         return settings
@@ -72,7 +78,8 @@ class Stage:
             MagicsimError: The fingers cannot be built, or not take the plug.
         """
         if self._built is None:
-            gripper = Gripper(self.scene, workspace=SPACE, quality=self.quality)
+            body = base_of(self.plug, self.setup) if self.shows_base else None
+            gripper = Gripper(self.scene, workspace=SPACE, quality=self.quality, companion=body)
             gripped = take_plug(gripper, self.plug, self.setup)
             self._built = (gripper, gripped, Reader.learned(gripped.references))
         gripper, gripped, reader = self._built
@@ -92,8 +99,9 @@ class Stage:
 
 
 def run_assembly(
-    scene: SceneConfig, out: Path, *, trials: int, seed: int, quality: str = "control", resume: bool = False,
-    progress: Progress | None = None, variant: Callable[[], str] = activate_variant,
+    scene: SceneConfig, out: Path, *, trials: int, seed: int, quality: str = "control", samples: int = 1,
+    shows_base: bool = True, resume: bool = False, progress: Progress | None = None,
+    variant: Callable[[], str] = activate_variant,
 ) -> AssemblySummary:  # fmt: skip
     """Plays trials, or what an earlier run left of them, and writes their folder.
 
@@ -103,6 +111,8 @@ def run_assembly(
         trials: How many; a third each are beside the axis, at an angle, and aligned. A finished folder grows by more.
         seed: Of the misalignments, and of the noise of the trials' frames.
         quality: Of the sensors, see `magicsim.robot.quality`.
+        samples: Pairs of frames of each stage, the last one at its end, at most 20.
+        shows_base: Whether the base is in the picture.
         resume: Whether to go on with the run in the folder.
         progress: Told how far it is: trials done, all of them, a note.
         variant: Names the renderer's variant, and makes it active.
@@ -113,7 +123,9 @@ def run_assembly(
         MagicsimError: The fingers cannot be built, or not take the plug.
     """
     check_number("trials", trials, 1, MOST_TRIALS, whole=True)
-    stage, drawn = Stage(scene, seed=seed, quality=quality), draw_misalignments(trials, seed)
+    check_number("samples", samples, 1, MOST_SAMPLES, whole=True)
+    stage = Stage(scene, seed=seed, quality=quality, samples=samples, shows_base=shows_base)
+    drawn = draw_misalignments(trials, seed)
 
     def played(number: int) -> Played:
         trial, moments = stage.play(number, drawn[number])
@@ -142,7 +154,8 @@ def run_assembly(
 
 def in_a_strip(moments: Sequence[Moment]) -> bytes:
     """A PNG: the frames at the end of each step beside each other, the upper finger's above the lower one's."""
-    rows = [np.concatenate([moment.images[finger] for moment in moments], axis=1) for finger in range(2)]
+    ends = {moment.step: moment.images for moment in moments}.values()
+    rows = [np.concatenate([images[finger] for images in ends], axis=1) for finger in range(2)]
     file = io.BytesIO()
     Image.fromarray(np.concatenate(rows)).save(file, format="PNG")
     return file.getvalue()

@@ -89,3 +89,18 @@ def test_far_finger_is_as_none_and_a_near_one_is_the_brighter_the_nearer(small_s
     assert (nearer > near).all()
     share = sensor._facing.glow.reflectance
     assert ((share > 0.05) & (share < 0.6)).all()
+
+
+def test_companion_is_lit_and_seen_as_an_object_in_its_place(small_scene):
+    anchored = ("render.anchor_samples=4", "render.anchor_particles=60000", "render.particles=6000")
+    sensor = Sensor.for_scene(small_scene("near", *anchored, "object.radius_mm=3"))
+    twin = sensor.object.surface()
+    colors = np.tile(np.array(sensor.object.color), (len(twin.vertices), 1))
+    sensor.companion = replace(twin, colors=colors)
+    alone = replace(UNTOUCHED, facing_mm=DISTANCE_MM)
+    there = replace(alone, gap_mm=0.5, x_mm=1.0)
+    beside = replace(alone, companion=sensor.indenter(there).pose.key())
+    without, as_object, as_companion = (sensor.radiance(each, sensor.rest) for each in (alone, there, beside))
+    changed = np.abs(as_object - without).mean()
+    assert changed > 0.01 * without.mean(), "too little changes to tell anything"
+    assert np.abs(as_companion - as_object).mean() < 0.02 * changed

@@ -1,10 +1,12 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from magicsim.detectors.grasp import GraspStage
 from magicsim.geometry.objects.kinds import parse_object
+from magicsim.robot.grip.outcome import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim.scenes.scene import load_scene
 from magicsim.task.flashlight import Flashlight, Since
@@ -81,6 +83,35 @@ def test_pull_takes_the_item_out_of_the_fingers(gripper: Gripper):
     assert told[0] == "let_go"
     assert "pulled" in told[1:]
     assert not world.has_item
+
+
+def test_hand_comes_with_the_item_leaves_when_it_lets_go_and_comes_back_to_pull(gripper: Gripper):
+    world = gripped(gripper, pull=6, pull_deg=0.0)
+    fingers = gripper.fingers
+    assert world.hand_mm == 0
+    away = []
+    for _ in range(9):
+        world.step(GraspStage.TRANSPORTING, command(GraspStage.TRANSPORTING, is_open=False))
+        away.append(world.hand_mm)
+        poses = [each.state.companion for each in fingers]
+        assert [pose is None for pose in poses] == [away[-1] is None] * 2
+        if away[-1] is not None:
+            upper, lower = (np.array(pose[:3]) for pose in poses if pose is not None)
+            place = gripper.place
+            shift = np.array([0.0, 0.0, gripper.width_mm / 2])
+            np.testing.assert_allclose(upper + shift, [place.x_mm, place.y_mm + away[-1], place.z_mm], atol=1e-9)
+            np.testing.assert_allclose(lower + shift, [-place.x_mm, place.y_mm + away[-1], -place.z_mm], atol=1e-9)
+    assert away[:6] == pytest.approx([0, 60, 120, None, 120, 60])
+    assert away[-1] is None  # gone with the item
+    assert gripper.outcome is Hold.DROPPED
+
+
+def test_hand_that_is_switched_off_is_not_shown(gripper: Gripper):
+    gripper.reset()
+    world = World(gripper, ITEM, STORY, CONFIG.model_copy(update={"hand": False}))
+    events(world, [GraspStage.WAITING] * 3)
+    assert world.hand_mm == 0
+    assert gripper.upper.state.companion is None
 
 
 def test_flashlights_follow_what_happens(gripper: Gripper):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.facing.body import APART_MM, HOUSING, FingerBody, both_placed, with_object
+from magicsim.light.facing.body import APART_MM, HOUSING, FingerBody, all_placed, with_object
 from magicsim.light.world.finish import Finish
 
 BODY = FingerBody.of((4.0, 6.0), 10.0)
@@ -42,7 +42,19 @@ def test_object_and_finger_keep_their_colours_and_a_missing_object_has_no_surfac
     assert mesh.colors[3] == pytest.approx([0.3, 0.2, 0.1])
     assert mesh.colors[-1] == pytest.approx([HOUSING] * 3)
     assert mesh.vertices[3:, 2].max() == -APART_MM
-    placed = both_placed(BODY, 5.0, None, 3)
+    placed = all_placed(BODY, 5.0, (None, 3))
     assert np.ptp(placed[:3], axis=0) == pytest.approx([0, 0, 0])
     assert -15 < placed[0, 2] < -5
     assert placed[3:, 2].max() == -5
+
+
+def test_companion_stands_between_object_and_finger_in_the_mesh():
+    skin = SurfaceMesh(vertices=2 * np.eye(3), faces=TRIANGLE.faces, colors=np.full((3, 3), 0.6))
+    mesh, _ = with_object(BODY, TRIANGLE, Finish(), np.full(3, 0.3), skin)
+    assert mesh.colors is not None
+    assert mesh.colors[[0, 3, 6]] == pytest.approx(np.array([[0.7] * 3, [0.6] * 3, [0.3] * 3]))
+    np.testing.assert_array_equal(mesh.faces[:3], [[0, 1, 2], [3, 4, 5], BODY.mesh.faces[0] + 6])
+    assert mesh.vertices[3:6, 2].max() < mesh.vertices[6:, 2].min()
+    placed = all_placed(BODY, 5.0, (np.eye(3), 3), (None, 3))
+    np.testing.assert_array_equal(placed[:3], np.eye(3))
+    assert np.ptp(placed[3:6], axis=0) == pytest.approx([0, 0, 0])

@@ -1,11 +1,13 @@
 """A trial from grip to open fingers, on sensors small enough for a test."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from magicsim.robot.assembly.misaligned import Misalignment
 from magicsim.robot.assembly.stages import Stage, Step
-from magicsim.robot.assembly.trial import Setup, check_plug, play, take_plug
+from magicsim.robot.assembly.trial import Setup, _evenly, _ways, base_of, check_plug, play, take_plug
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
@@ -36,6 +38,7 @@ def scene() -> SceneConfig:
 def test_plug_meets_the_base_beside_the_jack_and_goes_in_on_its_axis(scene: SceneConfig):
     setup = Setup(place=ObjectPlace(y_mm=3.0), timeline=SHORT, references=2, squeeze_mm=1.2)
     with Gripper(scene, workspace=SPACE, quality="control", sees_other=False) as gripper:
+        assert not gripper.has_companion
         gripped = take_plug(gripper, check_plug(scene.object), setup)
         beside = play(gripper, gripped, Misalignment(kind="offset", x_mm=4.0))
         aligned = play(gripper, gripped, Misalignment(kind="aligned"))
@@ -51,3 +54,34 @@ def test_plug_meets_the_base_beside_the_jack_and_goes_in_on_its_axis(scene: Scen
     assert aligned[2].place.y_mm == pytest.approx(aligned[1].place.y_mm, abs=1e-3)
     assert np.abs(met.images[0].astype(int) - beside[1].images[0]).max() > 3
     assert len(gripped.references[0]) == 2
+
+
+def test_finer_ways_end_where_the_coarse_ones_do_and_pass_their_places():
+    for start, end in ((-0.5, 2.0), (2.0, 4.0), (0.0, 0.3)):
+        coarse, fine = _ways(start, end, 1), _ways(start, end, 4)
+        assert fine[3::4] == pytest.approx(coarse)
+    assert _ways(None, 8.0, 1) == [8.0]
+    assert _ways(None, -0.5, 1) == [-0.5]
+    assert _ways(None, 8.0, 4) == pytest.approx([2.0, 4.0, 6.0, 8.0])
+
+
+@pytest.mark.parametrize(("count", "samples"), [(1, 4), (3, 4), (4, 4), (16, 3), (7, 1)])
+def test_samples_are_spread_over_a_step_and_hold_its_end(count: int, samples: int):
+    found = _evenly(count, samples)
+    assert found[-1] == count
+    assert len(found) == min(count, samples)
+    gaps = [after - before for before, after in pairwise([0, *found])]
+    assert max(gaps) - min(gaps) <= 1
+
+
+@pytest.mark.slow
+def test_each_stage_has_its_samples_and_a_dark_base_is_in_the_picture(scene: SceneConfig):
+    plug = check_plug(scene.object)
+    setup = Setup(place=ObjectPlace(y_mm=3.0), timeline=SHORT, references=2, squeeze_mm=1.2, samples=3)
+    with Gripper(scene, workspace=SPACE, quality="control", companion=base_of(plug, setup)) as gripper:
+        gripped = take_plug(gripper, plug, setup)
+        moments = play(gripper, gripped, Misalignment(kind="aligned"))
+        gripper.accompany(None)
+        bare = gripper.frames()
+    assert [each.step.stage for each in moments] == [step.stage for step in SHORT for _ in range(3)]
+    assert bare.upper.image.mean() > moments[-1].images[0].mean() + 0.5
