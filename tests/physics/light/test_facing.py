@@ -100,7 +100,12 @@ def test_companion_is_lit_and_seen_as_an_object_in_its_place(small_scene):
     alone = replace(UNTOUCHED, facing_mm=DISTANCE_MM)
     there = replace(alone, gap_mm=0.5, x_mm=1.0)
     beside = replace(alone, companion=sensor.indenter(there).pose.key())
+    sensor._facing_renderer()._beside = (0, 0)  # as many rays as the object's
     without, as_object, as_companion = (sensor.radiance(each, sensor.rest) for each in (alone, there, beside))
     changed = np.abs(as_object - without).mean()
     assert changed > 0.01 * without.mean(), "too little changes to tell anything"
     assert np.abs(as_companion - as_object).mean() < 0.02 * changed
+    sensor._facing = None
+    fewer = sensor.radiance(beside, sensor.rest)
+    change, noisier = ((each - without).mean((0, 1)) for each in (as_object, fewer))
+    np.testing.assert_allclose(noisier, change, rtol=0.3)
