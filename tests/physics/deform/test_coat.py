@@ -11,6 +11,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.press import press
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.membrane import Membrane
+from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.design import ElastomerDesign
@@ -143,3 +144,17 @@ def test_coated_face_sticks_and_slides() -> None:
     assert 0 < stuck.force_n[0] < 0.9 * friction * stuck.force_n[2]
     assert slid.force_n[0] == pytest.approx(friction * slid.force_n[2], rel=0.15)  # the ball's dent is inclined
     assert max(stuck.force_balance, slid.force_balance) < 1e-6
+
+
+def test_coat_stays_elastic_beside_branches_that_relax() -> None:
+    """A sudden press is that of the stiffer body under the coat, and after a long time that of the long-term one."""
+    block, added = quarter(0.5), 0.6
+    branches = Branches(times_s=np.array([1.0]), shear_modulus_mpa=np.full((1, len(block.cells)), added))
+    at_once, later = (
+        ContactSolver(block, tolerance_mm=1e-5, branches=branches).solve(place_object(BALL, gap_mm=-0.5), dt_s=dt)
+        for dt in (0.0, np.inf)
+    )
+    stiff = replace(block, shear_modulus_mpa=block.shear_modulus_mpa + added)
+    assert at_once.force_n[2] == pytest.approx(pressed(stiff, 0.5).force_n[2], rel=1e-4)
+    # the penalty of contact goes with the instantaneous stiffness
+    assert later.force_n[2] == pytest.approx(pressed(block, 0.5).force_n[2], rel=1e-4)

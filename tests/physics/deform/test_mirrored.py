@@ -16,19 +16,21 @@ DEPTH = np.linspace(0.0, 3.0, 7)
 BALL = parse_object("sphere:radius_mm=3")
 
 
-def lattice(*, quarter: bool) -> Lattice:
+def lattice(*, quarter: bool, coat_n_per_mm: float = 0.0) -> Lattice:
     side = HALF if quarter else np.concatenate([-HALF[:0:-1], HALF])
     block = box_lattice((side, side, DEPTH), shear_modulus_mpa=0.4, lame_mpa=20.0)
-    return replace(block, is_mirrored=quarter)
+    return replace(block, is_mirrored=quarter, coat_n_per_mm=coat_n_per_mm)
 
 
 def pressed(block: Lattice, friction: float) -> Deformation:
     return ContactSolver(block, friction=friction).solve(place_object(BALL, gap_mm=-0.8))
 
 
-@pytest.mark.parametrize("friction", [0.0, 1.0])
-def test_a_quarter_carries_a_quarter_of_the_force(friction: float) -> None:
-    whole, quarter = pressed(lattice(quarter=False), friction), pressed(lattice(quarter=True), friction)
+@pytest.mark.parametrize(("friction", "coat_n_per_mm"), [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5)])
+def test_a_quarter_carries_a_quarter_of_the_force(friction: float, coat_n_per_mm: float) -> None:
+    whole, quarter = (
+        pressed(lattice(quarter=is_quarter, coat_n_per_mm=coat_n_per_mm), friction) for is_quarter in (False, True)
+    )
     assert 4 * quarter.force_n[2] == pytest.approx(whole.force_n[2], rel=5e-3)
     nodes = lattice(quarter=False).nodes_mm
     kept = (nodes[:, :2] > -1e-9).all(1)
