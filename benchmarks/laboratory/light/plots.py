@@ -108,7 +108,7 @@ def plot_light_cost(data: Mapping[str, Any], target: Path) -> None:
 def plot_left_out(data: Mapping[str, Any], target: Path) -> None:
     """Seconds with and without each rule, one row a rule, with what it changes."""
     rows = data["results"]
-    figure = Figure(figsize=(9, 0.55 * len(rows) + 1.4), layout="constrained")
+    figure = Figure(figsize=(12, 0.55 * len(rows) + 1.4), layout="constrained")
     axes = figure.subplots()
     for place, row in enumerate(rows):
         axes.plot([row["seconds"], row["seconds_full"]], [place, place], color="#bbbbbb", linewidth=1)
