@@ -11,6 +11,7 @@ from magicsim.errors import GeometryError
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.flaws.placed_inclusions import DrawnInclusions, draw_inclusions
 from magicsim.geometry.flaws.printed_cells import printed_cells
+from magicsim.geometry.flaws.torn_walls import FusedCells, draw_fused_cells
 from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.refined_face import refined_face
@@ -41,6 +42,8 @@ class Elastomer:
     triangles_per_cell: int
     inclusions: DrawnInclusions | None = None
     """Bubbles and flakes in the cells."""
+    fused: FusedCells | None = None
+    """How cells hang together to light where walls are missing; None where none is."""
     drawn_cell_mm: Array | None = None
     """Vertices of one cell about its middle as drawn, shape (vertices of a cell, 3) [mm], where a print shifts its
     cells; None where the first one stands for all."""
@@ -92,6 +95,7 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
         _check("infill", infill, grid.cell_count * cell_volume_mm3(grid.cell_mm, radius_mm), FACET_TOLERANCE)
     first = infill.vertices[: len(infill.vertices) // grid.cell_count]
     inclusions = draw_inclusions(design.inclusions, grid, first)
+    fused = draw_fused_cells(design.unevenness.torn_share, design.unevenness.seed, grid, infill)
     infill = replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness))
     infill = _lifted(infill, design)
     if design.face is not None:
@@ -103,6 +107,7 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
         infill=infill,
         triangles_per_cell=len(infill.faces) // grid.cell_count,
         inclusions=inclusions,
+        fused=fused,
         drawn_cell_mm=first - grid.centres_mm()[0] if design.unevenness.shifts_cells else None,
     )
 

@@ -3,7 +3,7 @@
 import manifold3d
 import numpy as np
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Index
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 
 FACET_TOLERANCE = 0.005
@@ -49,3 +49,18 @@ def cell_volume_mm3(edges_mm: Array, radius_mm: float) -> float:
     a, b, c = (float(edge) - 2 * radius_mm for edge in edges_mm)
     r = radius_mm
     return a * b * c + 2 * r * (a * b + b * c + c * a) + np.pi * r**2 * (a + b + c) + 4 / 3 * np.pi * r**3
+
+
+def facing_vertices(cell: Array, axis: int) -> tuple[Index, Index]:
+    """Vertices of a cell on its upper face along an axis, and those opposite them; a printed face is not quite flat.
+
+    Args:
+        cell: All of its vertices, shape (vertices, 3) [mm].
+        axis: 0 to 2.
+    """
+    places, rows = cell[:, axis], np.sqrt((len(cell) - 2) / 6)
+    slack = np.ptp(places) / (2 * rows)  # half of the way to the next row of vertices
+    high, low = np.flatnonzero(places > places.max() - slack), np.flatnonzero(places < places.min() + slack)
+    across = np.delete(cell, axis, axis=1)
+    opposite = np.linalg.norm(across[high, None] - across[low], axis=2).argmin(1)
+    return high, low[opposite]

@@ -1,13 +1,13 @@
 """Walls that the renderer can still tell apart: thinner ones would let light through and must not become an image."""
 
 import numpy as np
-import numpy.typing as npt
 
 from magicsim.arrays import Array
 from magicsim.errors import RenderError
 from magicsim.geometry.grid import CellGrid
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.rounded_cell import facing_vertices
 
 SAFE_GAP_MM = 0.01
 """Least thickness of a wall [mm]: rays leave surfaces by 0.15 micrometres (`volpath`: 1.5), and flat walls of 0.5 keep
@@ -76,7 +76,7 @@ def thinnest_wall(infill: Array, rest: SurfaceMesh, grid: CellGrid) -> tuple[flo
     for axis in range(3):
         if grid.counts[axis] == 1:
             continue
-        high, low = _facing(cell, axis)
+        high, low = facing_vertices(cell, axis)
         ahead = np.moveaxis(moved, 2 - axis, 0)
         near, far = ahead[:-1][..., high, :], ahead[1:][..., low, :]
         across = (far - near).reshape(-1, len(high), 3)
@@ -88,16 +88,6 @@ def thinnest_wall(infill: Array, rest: SurfaceMesh, grid: CellGrid) -> tuple[flo
             least = float(thickness[wall, vertex])
             where = ((near + far) / 2).reshape(-1, len(high), 3)[wall, vertex]
     return least, where
-
-
-def _facing(cell: Array, axis: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Vertices of a cell on its upper face along an axis, and those opposite them; a printed face is not quite flat."""
-    places, rows = cell[:, axis], np.sqrt((len(cell) - 2) / 6)
-    slack = np.ptp(places) / (2 * rows)  # half of the way to the next row of vertices
-    high, low = np.flatnonzero(places > places.max() - slack), np.flatnonzero(places < places.min() + slack)
-    across = np.delete(cell, axis, axis=1)
-    opposite = np.linalg.norm(across[high, None] - across[low], axis=2).argmin(1)
-    return high, low[opposite]
 
 
 def _normals(faces: Array, rest: Array, axis: int) -> Array:

@@ -33,7 +33,10 @@ FLAWS = (
     ("inclusions", "bubbles_per_mm3", "bubbles_per_mm3"), ("inclusions", "flakes_per_mm3", "flakes_per_mm3"),
 )  # fmt: skip
 """Tables of a design that drawn values of a print are added to, their keys there, and the names of the values."""
-UNEVEN = (("wall_sd_mm", "wall_spread_mm"), ("wave_sd_mm", "wave_mm"), ("skin_sd_mm", "skin_spread_mm"))
+UNEVEN = (
+    ("wall_sd_mm", "wall_spread_mm"), ("wave_sd_mm", "wave_mm"), ("skin_sd_mm", "skin_spread_mm"),
+    ("torn_share", "torn_share"),
+)  # fmt: skip
 """Keys of a design's unevenness that drawn values are added to, and the names of the values."""
 CHANNELS = ("red", "green", "blue")
 KEPT = 64

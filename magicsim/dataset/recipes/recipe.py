@@ -68,6 +68,8 @@ class Tolerances(Config):
     """Factor on the design's `unevenness.pitch_scale`, drawn for each axis."""
     pitch_drift: Number = 0.0
     """Added to the design's `unevenness.pitch_drift`, drawn for each axis."""
+    torn_share: Number = 0.0
+    """Added to the design's `unevenness.torn_share`."""
     skin_roughness: Number = 0.0
     """Added to the design's `roughness.skin`."""
     wall_roughness: Number = 0.0

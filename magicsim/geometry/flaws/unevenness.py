@@ -46,6 +46,9 @@ class Unevenness(Config):
     pitch_drift: tuple[Drift, Drift, Drift] = (0.0, 0.0, 0.0)
     """Relative change of the pitch from one side of the core to the other along x, y and z, the mean as drawn; assumed,
     0 to 0.02."""
+    torn_share: Annotated[float, Field(ge=0, le=0.1)] = 0.0
+    """Share of the walls between two cells that are missing, so that light finds one cell there; of each cell one at
+    the most. Assumed, 0 to 0.02: jetted walls of four droplets tear where one stays out."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of the print: each printed sensor has its own."""
 
@@ -56,11 +59,11 @@ class Unevenness(Config):
 
     @property
     def is_even(self) -> bool:
-        """Whether the cells are as drawn."""
+        """Whether the cells' surfaces are where they are drawn."""
         return self.wall_sd_mm == 0 and self.wave_sd_mm == 0 and not self.shifts_cells
 
     @model_validator(mode="after")
-    def _check_slopes(self) -> Self:
+    def _check_parts(self) -> Self:
         for part in ("wave", "skin"):
             spread, length = getattr(self, f"{part}_sd_mm"), getattr(self, f"{part}_length_mm")
             if 10 * spread > length:
@@ -69,6 +72,12 @@ class Unevenness(Config):
                     "must be at most a tenth of it"
                 )
                 raise ValueError(msg)
+        if self.torn_share > 0 and self.crossing_radius_mm > 0:
+            msg = (
+                f"torn_share = {self.torn_share:g} is not allowed with crossing_radius_mm = "
+                f"{self.crossing_radius_mm:g}: one of them must be 0, since a wall is missing up to its crossings"
+            )
+            raise ValueError(msg)
         return self
 
     def shift_mm(self, places: Array, low_mm: Array, high_mm: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from magicsim.arrays import Array, Index
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import mi
-from magicsim.light.cells.cell_planes import dented_cells, largest_dents_mm, outward_normals
+from magicsim.light.cells.cell_planes import NEVER, dented_cells, largest_dents_mm, outward_normals
 from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
 PACKET = 4
@@ -54,12 +54,13 @@ class CellFaces:
         return FACES * self.per_face
 
 
-def cell_faces(vertices: Array, topology: CellTopology) -> CellFaces:
+def cell_faces(vertices: Array, topology: CellTopology, fused: Index | None = None) -> CellFaces:
     """Lays out the faces of a deformed grid.
 
     Args:
         vertices: Of all cells, cell after cell, shape (vertices, 3) [mm].
         topology: How a cell is put together.
+        fused: Numbers of cells, of any shape, whose faces no argument holds for; none by default.
     """
     cells = int(np.prod(topology.counts))
     corners = vertices.reshape(cells, -1, 3)
@@ -79,6 +80,9 @@ def cell_faces(vertices: Array, topology: CellTopology) -> CellFaces:
         faces, canonical_triangles(topology.parts), dented, frames[:, 9:12], axes, inward, neighbours
     )
     neighbours[~(free & free[neighbours, np.arange(FACES) ^ 1])] = -1
+    if fused is not None:
+        frames[fused, 12:15], neighbours[fused] = NEVER, -1
+        neighbours[np.isin(neighbours, fused)] = -1
     return CellFaces(
         parts=topology.parts,
         patches=mi.Float(aligned(patches, np.float32).ravel()),

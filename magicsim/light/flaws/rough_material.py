@@ -47,7 +47,7 @@ class RoughInterface(SingleDirections):
 class _Whole:
     """Stands for hits that are all on one body."""
 
-    on_infill, on_body = False, True
+    on_wall, on_body = False, True
 
 
 class _Bits:

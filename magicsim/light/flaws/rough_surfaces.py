@@ -91,7 +91,7 @@ class RoughSurfaces:
             sampler: Of the paths, which gives two numbers.
         """
         printed = segment.on_body & (si.p.z < self.top_mm - PLATE_MM)
-        alpha = dr.select(segment.on_infill, self.walls, dr.select(printed, self.skin, 0))
+        alpha = dr.select(segment.on_wall, self.walls, dr.select(printed, self.skin, 0))
         is_rough = alpha > 0
         alpha = dr.select(is_rough, alpha, 1)
         numbers = mi.PCG32()

@@ -79,7 +79,7 @@ def gather_radiance(
     in_body, depth, active = mi.Bool(False), mi.UInt32(0), mi.Bool(True)
     context = mi.BSDFContext()
     body_pointer, infill_pointer, object_pointer = shapes.pointers()
-    triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
+    constants = Constants.of(media)
     infill, body, ahead = constants.infill, constants.body, Coefficients.of(forward or media.infill)
     environment, lamps = shapes.environment if shapes.room is None else shapes.room, shapes.room is None
     collisions, waiting_collisions, waiting_inside = mi.UInt32(0), mi.UInt32(0), mi.Bool(True)
@@ -97,12 +97,12 @@ def gather_radiance(
             asked = mi.UInt32(0)
         # 2. What is met next, by the block's own mesh, the scene or what surrounds it.
         si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
-        segment = classify(si, body_pointer, infill_pointer, in_body)
+        segment = classify(si, body_pointer, infill_pointer, in_body, shapes.openings)
         if shapes.outside is not None:
             si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
-            segment = classify(si, body_pointer, infill_pointer, in_body)
+            segment = classify(si, body_pointer, infill_pointer, in_body, shapes.openings)
         valid = si.is_valid()
-        cell = si.prim_index // triangles_per_cell
+        cell = shapes.cell(si, segment)
         inside = active & segment.in_infill
         # 3. First collisions in the infill by the true phase function.
         bump = bump_ahead(shapes.scatterers, ray, si, cell, inside)

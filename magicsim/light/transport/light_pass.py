@@ -116,7 +116,7 @@ def deposit_tracks(
     clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1) * lights)
     landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles * lights)
     light = dr.zeros(mi.UInt32, lanes)
-    triangles_per_cell, constants = shapes.triangles_per_cell, Constants.of(media)
+    constants = Constants.of(media)
     infill, body = constants.infill, constants.body
     in_body, fresh = mi.Bool(False), mi.Bool(True)
     depth, active = mi.UInt32(0), number < end
@@ -140,17 +140,18 @@ def deposit_tracks(
                 source += weight
         # 2. What is met next, by the block's own mesh, the scene or what surrounds it.
         si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
-        segment = classify(si, body_pointer, infill_pointer, in_body)
+        segment = classify(si, body_pointer, infill_pointer, in_body, shapes.openings)
         if shapes.outside is not None:
             si = nearer_hit(shapes.outside, ray, si, active & ~segment.in_body & ~segment.in_infill)
-            segment = classify(si, body_pointer, infill_pointer, in_body)
+            segment = classify(si, body_pointer, infill_pointer, in_body, shapes.openings)
         take_down(record, light, starts, number, ray, weight, brightest, active & ~si.is_valid())
         # 3. Deposits of the infill, and whether the particle collides in it.
-        bump = bump_ahead(shapes.scatterers, ray, si, si.prim_index // triangles_per_cell, active & segment.in_infill)
+        cell = shapes.cell(si, segment)
+        bump = bump_ahead(shapes.scatterers, ray, si, cell, active & segment.in_infill)
         # Expected track length up to the next collision or wall, instead of the sampled one.
         transmitted = dr.exp(-infill.sigma_t * bump.length)
         length = (1 - transmitted) / infill.sigma_t
-        cell = light * shapes.cells + si.prim_index // triangles_per_cell
+        cell += light * shapes.cells
         # Most lights have one colour, and adding nothing takes as long as adding something.
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * length * FIXED_POINT)

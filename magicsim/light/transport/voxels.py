@@ -86,7 +86,8 @@ class Voxels:
         ]
         si = scene.ray_intersect(mi.Ray3f(mi.Point3f(*position), mi.Vector3f(0, 0, 1)))
         body, infill, _ = shapes.pointers()
-        inside = dr.select(classify(si, body, infill, mi.Bool(False)).in_body, mi.Float(1), mi.Float(0))
+        segment = classify(si, body, infill, mi.Bool(False), shapes.openings)
+        inside = dr.select(segment.in_body, mi.Float(1), mi.Float(0))
         points = np.array(dr.block_sum(inside, per_voxel), np.float64)
         sums = [np.array(dr.block_sum(inside * axis, per_voxel), np.float64) for axis in position]
         known = points > LEAST_SHARE * per_voxel

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Array
+from magicsim.geometry.flaws.torn_walls import FusedCells
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
@@ -37,15 +38,16 @@ class GridState:
 class GridStates:
     """Keeps the state of a mesh until its vertices are replaced."""
 
-    def __init__(self, triangles_per_cell: int, topology: CellTopology | None) -> None:
+    def __init__(self, triangles_per_cell: int, topology: CellTopology | None, fused: FusedCells | None = None) -> None:
         """For an infill of disjoint cells.
 
         Args:
             triangles_per_cell: Of each of them.
             topology: How they are put together: hits are then looked for in the cell that a ray is in. None to search
                 for them among all triangles.
+            fused: Cells without a wall between them: hits in and beside them are searched for.
         """
-        self._triangles_per_cell, self._topology = triangles_per_cell, topology
+        self._triangles_per_cell, self._topology, self._fused = triangles_per_cell, topology, fused
         self._positions: Any = None
         self._state: GridState | None = None
 
@@ -67,12 +69,15 @@ class GridStates:
 
     def _computed(self, mesh: SurfaceMesh, box: Any, strangers: Sequence[Any]) -> GridState:
         cells = len(mesh.faces) // self._triangles_per_cell
+        pairs = None
+        if self._fused is not None:
+            mesh, pairs = SurfaceMesh(vertices=mesh.vertices, faces=self._fused.closed), self._fused.pairs
         alone = not any(box.overlaps(shape.bbox()) for shape in strangers)
         return GridState(
             mesh=mesh,
             cells=cells,
             centres_mm=mesh.vertices.reshape(cells, -1, 3).mean(1),
-            faces=cell_faces(mesh.vertices, self._topology) if self._topology is not None and alone else None,
+            faces=cell_faces(mesh.vertices, self._topology, pairs) if self._topology is not None and alone else None,
         )
 
 

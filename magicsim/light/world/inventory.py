@@ -9,6 +9,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.aligned import aligned
 from magicsim.light.backend import mi
 from magicsim.light.cells.cell_topology import CellTopology
 from magicsim.light.flaws.held_scatterers import HeldScatterers
@@ -46,8 +47,10 @@ class Inventory:
         """What shines from all around, or None."""
         self._object_mesh = own_mesh
         self._triangles_per_cell = max(elastomer.triangles_per_cell, 1)
-        self._grids = GridStates(self._triangles_per_cell, CellTopology.of(elastomer))
+        self._grids = GridStates(self._triangles_per_cell, CellTopology.of(elastomer), elastomer.fused)
         self._kernels: dict[tuple[bool, int], IrradianceKernel] = {}
+        fused = elastomer.fused
+        self._openings = mi.UInt32(aligned(fused.beyond, np.uint32)) if fused is not None else None
         self._coating, self._scatterers = FaceCoating.of(elastomer, rig), HeldScatterers.of(elastomer)
 
     def shapes(self, outside: Outside | None = None, room: Any = None) -> Shapes:
@@ -64,6 +67,7 @@ class Inventory:
             object=outside.object if outside is not None else shape_named(self._scene, OBJECT),
             triangles_per_cell=self._triangles_per_cell,
             faces=grid.faces if grid is not None else None,
+            openings=self._openings,
             outside=outside.scene if outside is not None and outside.object is not None else None,
             coating=self._coating.on(self._body) if self._coating is not None else None,
             environment=self.environment,

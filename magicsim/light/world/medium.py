@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from magicsim.geometry.design import ElastomerDesign, Optics
+from magicsim.geometry.flaws.torn_walls import WHOLE
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import RoughSurfaces
 
@@ -143,9 +144,18 @@ class Segment:
     in_body: Any
     entering: Any
     """The ray arrives at its dielectric from outside."""
+    opening: Any = None
+    """The next hit is a membrane in a missing wall, which light does not feel; None where no wall is missing."""
+    beyond: Any = None
+    """The cell that rays which arrive there from outside ran through."""
+
+    @property
+    def on_wall(self) -> Any:
+        """The next hit is a wall of a cell."""
+        return self.on_infill if self.opening is None else self.on_infill & ~self.opening
 
 
-def classify(si: Any, body: Any, infill: Any, was_in_body: Any) -> Segment:
+def classify(si: Any, body: Any, infill: Any, was_in_body: Any, openings: Any = None) -> Segment:
     """Classifies the segment that ends at an interaction.
 
     Args:
@@ -153,6 +163,7 @@ def classify(si: Any, body: Any, infill: Any, was_in_body: Any) -> Segment:
         body: Pointer to the body's shape.
         infill: Pointer to the infill's shape, null without a grid.
         was_in_body: Memory, used only where the next hit is opaque or missing.
+        openings: See `Shapes.openings`.
     """
     valid = si.is_valid()
     on_infill = valid & (si.shape == infill)
@@ -161,6 +172,12 @@ def classify(si: Any, body: Any, infill: Any, was_in_body: Any) -> Segment:
     in_infill = on_infill & ~outside
     dielectric = on_infill | on_body
     in_body = (on_infill & outside) | (on_body & ~outside) | (~dielectric & was_in_body)
+    opening = beyond = None
+    if openings is not None:
+        beyond = dr.gather(mi.UInt32, openings, si.prim_index, on_infill)
+        opening = on_infill & (beyond != WHOLE)
+        in_infill |= opening
+        in_body &= ~opening
     return Segment(
         on_infill=on_infill,
         on_body=on_body,
@@ -168,11 +185,13 @@ def classify(si: Any, body: Any, infill: Any, was_in_body: Any) -> Segment:
         in_infill=in_infill,
         in_body=in_body,
         entering=outside,
+        opening=opening,
+        beyond=beyond,
     )
 
 
 def fresnel(si: Any, segment: Segment, constants: Constants) -> tuple[Any, Any, Any, Any]:
-    """Reflectance, reflected and refracted direction (local frame) at a smooth dielectric.
+    """Reflectance, reflected and refracted direction (local frame) at a smooth dielectric; none at an opening.
 
     Returns:
         Reflectance in 0..1, local reflected direction, local refracted direction, and the factor on radiance
@@ -181,7 +200,11 @@ def fresnel(si: Any, segment: Segment, constants: Constants) -> tuple[Any, Any, 
     cosine = mi.Frame3f.cos_theta(si.wi)
     eta = constants.eta(segment.on_infill)
     reflectance, cosine_t, _eta_it, eta_ti = mi.fresnel(cosine, eta)
-    return reflectance, mi.reflect(si.wi), mi.refract(si.wi, cosine_t, eta_ti), dr.square(eta_ti)
+    refracted, scale = mi.refract(si.wi, cosine_t, eta_ti), dr.square(eta_ti)
+    if segment.opening is not None:
+        reflectance, scale = dr.select(segment.opening, 0, reflectance), dr.select(segment.opening, 1, scale)
+        refracted = dr.select(segment.opening, -si.wi, refracted)
+    return reflectance, mi.reflect(si.wi), refracted, scale
 
 
 def scattering_stretch(ray: Any, length: Any, top_mm: Any) -> tuple[Any, Any]:

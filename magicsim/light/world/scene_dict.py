@@ -1,6 +1,6 @@
 """What stands in a sensor's scene, as the renderer's dictionary: block, strips, lens, camera, object, room."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -104,9 +104,11 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> 
         shapes[FACE] = mesh_shape(_moved(face, placed), FACE, material, interior=body_medium, texture=texture)
     shapes[BODY] = mesh_shape(_moved(body, placed), BODY, bare, interior=body_medium)
     if elastomer.infill is not None and materials.infill is not None:
-        infill, medium = materials.infill, _medium(materials.infill)
+        infill, medium, cells, fused = materials.infill, _medium(materials.infill), elastomer.infill, elastomer.fused
+        if fused is not None:
+            cells = replace(cells, faces=fused.without_membranes if for_paths else fused.faces)
         shapes[INFILL] = mesh_shape(
-            elastomer.infill,
+            cells,
             INFILL,
             interface_bsdf(infill.ior, materials.body.ior, roughness.walls if for_paths else 0, top_mm),
             interior=medium,

@@ -8,9 +8,9 @@ import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.aligned import columns
-from magicsim.light.backend import mi
+from magicsim.light.backend import dr, mi
 from magicsim.light.cells.cell_faces import CellFaces
-from magicsim.light.world.medium import classify
+from magicsim.light.world.medium import Segment, classify
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 
 CLEAR_MM = 1e-3
@@ -29,6 +29,9 @@ class Shapes:
     triangles_per_cell: int
     faces: CellFaces | None
     """Faces of the cells, for `next_hit`; None to search all triangles for every hit."""
+    openings: Any = None
+    """Cell behind each triangle that is a membrane in a missing wall, see `FusedCells.beyond`, mi.UInt32; None where
+    no wall is missing."""
     outside: Any = None
     """A scene of its own that holds the object, or None where it is in the block's."""
     coating: Any = None
@@ -49,6 +52,16 @@ class Shapes:
     def object_triangles(self) -> int:
         """Number of the object's triangles, at least 1 so that arrays have a size."""
         return int(self.object.face_count()) if self.object is not None else 1
+
+    def cell(self, si: Any, segment: Segment) -> Any:
+        """Number of the cell that rays ran through, of those that ran through one, mi.UInt32.
+
+        Args:
+            si: Their hits.
+            segment: What ends there.
+        """
+        own = si.prim_index // self.triangles_per_cell
+        return own if segment.beyond is None else dr.select(segment.entering & segment.opening, segment.beyond, own)
 
     def pointers(self) -> tuple[Any, Any, Any]:
         """Body, infill and object for comparison with hits; null, which no valid hit equals, where one is absent."""
@@ -100,4 +113,4 @@ def in_body(scene: Any, shapes: Shapes, points: Any) -> Any:
     """
     body, infill, _ = shapes.pointers()
     si = scene.ray_intersect(mi.Ray3f(points, mi.Vector3f(0, 0, 1)))
-    return classify(si, body, infill, mi.Bool(False)).in_body
+    return classify(si, body, infill, mi.Bool(False), shapes.openings).in_body

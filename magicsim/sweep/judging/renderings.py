@@ -82,7 +82,8 @@ def _drawn(sensor: SweptSensor, sweep: "SweepConfig") -> list[Rendering]:
 
 
 SHAPES = (
-    "skin_mm", "wall_mm", "wall_spread_mm", "wave_mm", "skin_spread_mm", "pitch_scale", "pitch_drift", "stiffness"
+    "skin_mm", "wall_mm", "wall_spread_mm", "wave_mm", "skin_spread_mm", "pitch_scale", "pitch_drift", "torn_share",
+    "stiffness",
 )  # fmt: skip
 """Tolerances that change meshes or forces, which the renderings of a design share."""
 TIMED = ("exposure_ms", "flicker_depth", "led_drift_share", "live_frames")

@@ -40,6 +40,13 @@ def test_a_print_of_another_pitch_and_an_uneven_skin_keeps_its_light_under_a_pre
     check("default, 1 mm press", *SMALL, *SHIFTED)
 
 
+TORN = ("design.unevenness.torn_share=0.1", "design.materials.infill.ior=1.42")
+
+
+def test_a_print_that_lacks_walls_keeps_its_light_under_a_press():
+    check("default, 1 mm press", *SMALL, *TORN)
+
+
 ROUGH = ("design.roughness.skin=0.2", "design.roughness.walls=0.2")
 INCLUSIONS = (
     "design.inclusions.bubbles_per_mm3=2", "design.inclusions.bubble_radius_mm=[0.05,0.2]",

@@ -28,6 +28,7 @@ CASES = {
     "light of the room": ("rig.strips=[]", "rig.ambient=[0.5,1,0.7]"),
     "a room with a window": ("rig.ambient=[0.5,0.6,0.7]", "rig.room='window'"),
     "rough interfaces": ("design.roughness.skin=0.2", "design.roughness.walls=0.2"),
+    "missing walls": ("design.unevenness.torn_share=0.1",),
     "bubbles and flakes": (
         "design.inclusions.bubbles_per_mm3=2", "design.inclusions.bubble_radius_mm=[0.05,0.2]",
         "design.inclusions.flakes_per_mm3=2", "design.inclusions.flake_radius_mm=[0.05,0.2]",

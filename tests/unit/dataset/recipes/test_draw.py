@@ -99,7 +99,8 @@ def test_each_light_has_a_strength_and_a_colour_of_its_own():
 def test_each_print_has_a_pitch_and_a_skin_of_its_own():
     recipe = small_recipe(
         "tolerances.pitch_scale={mean=1.0,sd=0.002}", "tolerances.pitch_drift={low=-0.01,high=0.01}",
-        "tolerances.skin_spread_mm={low=0.01,high=0.02}", "design.unevenness.pitch_scale=[1.01,1.0,1.0]",
+        "tolerances.skin_spread_mm={low=0.01,high=0.02}", "tolerances.torn_share={low=0.0,high=0.02}",
+        "design.unevenness.pitch_scale=[1.01,1.0,1.0]",
     )  # fmt: skip
     sensors = draw_sensors(recipe, 3)
     for sensor in sensors:
@@ -108,6 +109,7 @@ def test_each_print_has_a_pitch_and_a_skin_of_its_own():
         assert found.pitch_scale == pytest.approx([1.01 * scales[0], *scales[1:]])
         assert found.pitch_drift == pytest.approx([values[f"sensor.pitch_drift.{axis}"] for axis in "xyz"])
         assert found.skin_sd_mm == values["sensor.skin_spread_mm"]
+        assert found.torn_share == values["sensor.torn_share"]
     assert len({sensor.design.unevenness for sensor in sensors}) == 3
 
 

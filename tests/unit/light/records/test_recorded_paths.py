@@ -66,7 +66,12 @@ def gathered(light, field):
         ("rig.ambient=[0.1,0.2,0.3]",),
         ("design.materials.body.sigma_s_per_mm=0.2",),
         ("design.materials.infill.sigma_s_per_mm=2", "design.materials.infill.anisotropy=0.8"),
-        ("design.roughness.skin=0.1", "design.inclusions.bubbles_per_mm3=1", "design.inclusions.flakes_per_mm3=1"),
+        (
+            "design.roughness.skin=0.1",
+            "design.inclusions.bubbles_per_mm3=1",
+            "design.inclusions.flakes_per_mm3=1",
+            "design.unevenness.torn_share=0.05",
+        ),
     ],
     ids=["clear", "in a lit room", "body that scatters", "infill that scatters forward", "print with flaws"],
 )

@@ -49,10 +49,18 @@ def continued(si, infill, faces, random):
 
 
 @pytest.mark.parametrize(
-    ("deformation", "spacing"), [(at_rest, 1.0), (pressed_and_sheared, 1.0), (dented, 1.0), (pressed_and_sheared, 0.4)]
+    ("deformation", "setting"),
+    [
+        (at_rest, "design.lattice.spacing_mm=1"),
+        (pressed_and_sheared, "design.lattice.spacing_mm=1"),
+        (dented, "design.lattice.spacing_mm=1"),
+        (pressed_and_sheared, "design.lattice.spacing_mm=0.4"),
+        (at_rest, "design.unevenness.torn_share=0.1"),
+        (pressed_and_sheared, "design.unevenness.torn_share=0.1"),
+    ],
 )
-def test_hits_are_those_of_a_search_through_all_triangles(deformation, spacing):
-    shapes, scene = grid_and_scene(deformation, f"design.lattice.spacing_mm={spacing}")
+def test_hits_are_those_of_a_search_through_all_triangles(deformation, setting):
+    shapes, scene = grid_and_scene(deformation, setting)
     random = mi.PCG32(size=RAYS)
     x, y, z = (random.next_float32() for _ in range(3))
     way = mi.warp.square_to_uniform_sphere(mi.Point2f(random.next_float32(), random.next_float32()))
