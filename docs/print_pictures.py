@@ -21,15 +21,23 @@ BEFORE = (
     'object="yellow-scissors"', "references=0", "keyframes=[{frame=0,gap_mm=1.0}]", "design.inclusions.seed=2",
     "design.footprint_mm=[14,16]", "rig.camera.columns=140", "rig.camera.rows=160", "rig.camera.field_mm=12.5",
 )  # fmt: skip
+LEDS = ",".join(
+    f"{{side='{side}',radiance=[{red},{green},{blue}]}}"
+    for side, red, green, blue in (("-x", 5, 0, 0), ("+x", 0, 0, 4), ("-y", 0, 6, 0), ("+y", 0, 4, 0))
+)
 FLAWS: dict[str, tuple[str, ...]] = {
     "as drawn": (),
     "uneven walls": ("design.unevenness.wall_sd_mm=0.015", "design.unevenness.wave_sd_mm=0.03"),
+    "pitch drifts by 8 %": ("design.unevenness.pitch_drift=[0.08,-0.08,0]",),
+    "uneven skin, 0.06 mm": ("design.unevenness.skin_sd_mm=0.06", "design.unevenness.skin_length_mm=4"),
+    "5 % of walls missing": ("design.unevenness.torn_share=0.05",),
     "fillets of 0.15 mm": ("design.unevenness.crossing_radius_mm=0.15",),
     "rough skin, 0.1": ("design.roughness.skin=0.1",),
     "rough walls, 0.2": ("design.roughness.walls=0.2",),
     "bubbles, 1 per mm3": ("design.inclusions.bubbles_per_mm3=1",),
     "flakes, 1 per mm3": ("design.inclusions.flakes_per_mm3=1",),
-    "all of them": (
+    "LEDs of uneven colour": (f"rig.strips=[{LEDS}]",),
+    "several of them": (
         "design.unevenness.wall_sd_mm=0.015",
         "design.unevenness.crossing_radius_mm=0.15",
         "design.roughness.skin=0.1",
