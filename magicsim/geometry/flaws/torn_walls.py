@@ -85,8 +85,8 @@ def _torn(share: float, seed: int, grid: CellGrid) -> tuple[Index, Index]:
     places = np.stack(np.unravel_index(np.arange(grid.cell_count), grid.counts[::-1]), 1)[:, ::-1]
     cell, axis = np.nonzero(places < np.array(grid.counts) - 1)
     random = np.random.default_rng(np.random.SeedSequence([seed, STREAM]))
-    used, found = np.zeros(grid.cell_count, bool), []
-    wanted = round(share * len(cell))
+    used, wanted = np.zeros(grid.cell_count, bool), round(share * len(cell))
+    found: list[int] = []
     for wall in random.permutation(len(cell)).tolist():
         if len(found) == wanted:
             break
