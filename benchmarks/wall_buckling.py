@@ -24,7 +24,7 @@ import scipy.sparse as sp
 
 from magicsim.config.models import load_preset
 from magicsim.deform.contact.face import contact_face
-from magicsim.deform.lattice.cell_problem import effective_stiffness
+from magicsim.deform.lattice.cell_problem import cell_fields
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.pattern import BlockPattern, block_pattern
 from magicsim.deform.lattice.structure import Lattice, TableTop, box_lattice
@@ -196,7 +196,7 @@ def main() -> None:
         "infill": (infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
     }
     share = (design.cell_mm / (design.cell_mm + design.wall_mm)) ** 3
-    cell = effective_stiffness(**moduli, infill_share=share)
+    cell = cell_fields(**moduli, infill_share=share).stiffness
     for mode in [options.only] if options.only else list(STRAINS):
         perfect = Block.of(cells=1 if mode == "shear" else 0, share=share, **moduli)
         straight = deformed(perfect, mode, imperfection=0.0)

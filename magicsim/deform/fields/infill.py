@@ -21,10 +21,10 @@ import scipy.sparse as sp
 from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.cell_correctors import mean_gradient, rotation_and_strain
-from magicsim.deform.lattice.cell_problem import CellFields, cell_fields
+from magicsim.deform.lattice.cell_problem import CellFields, printed_fields
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import CellGrid, resolve_grid
+from magicsim.geometry.grid import CellGrid
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,15 +66,10 @@ class InfillCells:
             design: The block.
             lattice: Its lattice, with the effective stiffness of the core.
         """
-        grid, infill = resolve_grid(design), design.materials.infill
-        if grid is None or infill is None:
+        grid = lattice.grid
+        fields = printed_fields(design, grid)
+        if grid is None or fields is None:
             return None
-        body = design.materials.body
-        fields = cell_fields(
-            body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
-            infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
-            infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
-        )
         corners = grid.centres_mm() - grid.pitch_mm / 2
         return cls(
             grid=grid,

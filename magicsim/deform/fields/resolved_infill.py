@@ -7,26 +7,21 @@ from magicsim.deform.fields.infill import shear_of
 from magicsim.deform.lattice.cell_correctors import rotation_and_strain
 from magicsim.deform.lattice.hexahedron import shape_gradients
 from magicsim.deform.lattice.structure import Lattice
-from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import resolve_grid
 
 
-def layer_shear(
-    design: ElastomerDesign, lattice: Lattice, displacements_mm: Array, place_mm: tuple[float, float]
-) -> Array:
+def layer_shear(lattice: Lattice, displacements_mm: Array, place_mm: tuple[float, float]) -> Array:
     """Mean shear of each layer of the uppermost infill cube below a place, the one next to the skin first.
 
     Args:
-        design: The block.
-        lattice: Its lattice, from `resolved_lattice`, walls resolved there.
+        lattice: Of a block, from `resolved_lattice`, walls resolved there.
         displacements_mm: Of the nodes, shape (nodes, 3) [mm].
         place_mm: x and y [mm].
 
     Returns:
         Amounts of shear as `infill` has them, shape (layers,); empty without infill.
     """
-    grid, infill = resolve_grid(design), design.materials.infill
-    if grid is None or infill is None:
+    grid = lattice.grid
+    if grid is None:
         return np.empty(0)
     corners = lattice.nodes_mm[lattice.cells]
     middles = corners.mean(1)

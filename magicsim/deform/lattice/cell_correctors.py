@@ -21,7 +21,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from magicsim.arrays import Array
-from magicsim.deform.lattice.cell_problem import CellFields, cell_fields
+from magicsim.deform.lattice.cell_problem import CellFields, printed_fields
 from magicsim.deform.lattice.follow import FollowMap, follow_map
 from magicsim.deform.lattice.hexahedron import CORNERS, shape_gradients, shape_values
 from magicsim.deform.lattice.structure import Lattice
@@ -124,14 +124,9 @@ def cell_correctors(
     Returns:
         None without a grid or without infill.
     """
-    if grid is None or design.materials.infill is None:
+    fields = printed_fields(design, grid)
+    if grid is None or fields is None:
         return None
-    body, infill = design.materials.body, design.materials.infill
-    fields = cell_fields(
-        body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
-        infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
-        infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
-    )
     corner = grid.centres_mm() - grid.pitch_mm / 2
     first = design.flattened(points_mm[: len(points_mm) // grid.cell_count]) - corner[0]
     inside = first if cell_mm is None else cell_mm + grid.pitch_mm / 2

@@ -24,6 +24,8 @@ from scipy.sparse.linalg import splu
 
 from magicsim.arrays import Array, Mask
 from magicsim.deform.lattice.hexahedron import CORNERS, GAUSS_GRADIENTS
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import CellGrid
 
 SUBCELLS = 8
 """Sub-cells along each half edge of the cell: the shear stiffness is then within 0.5 % of its limit."""
@@ -93,11 +95,22 @@ class CellFields:
     """Fluctuation for the mean strain 2 xy = 1, same shape."""
 
 
-def effective_stiffness(
-    *, body: tuple[float, float], infill: tuple[float, float], infill_share: float, subcells: int = SUBCELLS
-) -> CellStiffness:
-    """Effective stiffness of a cell; see `cell_fields`, which caches it."""
-    return cell_fields(body=body, infill=infill, infill_share=infill_share, subcells=subcells).stiffness
+def printed_fields(design: ElastomerDesign, grid: CellGrid | None, *, added_mpa: float = 0.0) -> CellFields | None:
+    """Solution of the cell problem of a block, None where it has no cells.
+
+    Args:
+        design: The block.
+        grid: Its cells.
+        added_mpa: Shear modulus that walls have beyond that of the body, at its first Lame parameter [MPa].
+    """
+    body, infill = design.materials.body, design.materials.infill
+    if grid is None or infill is None:
+        return None
+    return cell_fields(
+        body=(body.shear_modulus_mpa + added_mpa, body.bulk_modulus_mpa + 2 / 3 * added_mpa),
+        infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
+        infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
+    )
 
 
 @lru_cache(maxsize=64)

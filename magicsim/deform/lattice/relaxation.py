@@ -43,14 +43,13 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.deform.lattice.cell_problem import CellStiffness, effective_stiffness
+from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
 from magicsim.deform.lattice.springs import network_matrices
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import resolve_grid
 
 ROWS = np.array([0, 1, 2, 1, 0, 0])
 """Row of each stored component of a symmetric tensor: xx, yy, zz, yz, xz, xy."""
@@ -221,21 +220,17 @@ def branch_moduli(design: ElastomerDesign, lattice: Lattice, terms: Sequence[tup
     added = moduli / (2 * (1 + body.poisson_ratio))
     cells = np.tile(added[:, None], (1, len(lattice.cells)))
     if lattice.is_core.any() and moduli.sum() > 0:
-        slow, fast = (_core_shear_modulus(design, extra) for extra in (0.0, float(added.sum())))
+        slow, fast = (_core_shear_modulus(design, lattice, extra) for extra in (0.0, float(added.sum())))
         cells[:, lattice.is_core] = ((fast - slow) * moduli / moduli.sum())[:, None]
     return Branches(times_s=times, shear_modulus_mpa=cells)
 
 
-def _core_shear_modulus(design: ElastomerDesign, extra_mpa: float) -> float:
+def _core_shear_modulus(design: ElastomerDesign, lattice: Lattice, extra_mpa: float) -> float:
     """Nearest isotropic shear modulus of a core cell whose walls are stiffer than in the long term [MPa]."""
-    body, infill, grid = design.materials.body, design.materials.infill, resolve_grid(design)
-    if grid is None or infill is None:
+    fields = printed_fields(design, lattice.grid, added_mpa=extra_mpa)
+    if fields is None:
         return 0.0
-    core: CellStiffness = effective_stiffness(
-        body=(body.shear_modulus_mpa + extra_mpa, body.bulk_modulus_mpa + 2 / 3 * extra_mpa),
-        infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
-        infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
-    )
+    core = fields.stiffness
     return core.shear_modulus_mpa + 2 / 5 * core.wall_modulus_mpa
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from magicsim.arrays import Array, Index, Mask
-from magicsim.deform.lattice.cell_problem import effective_stiffness
+from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.hexahedron import CORNERS
 from magicsim.deform.lattice.zone import Zone, graded_planes
 from magicsim.errors import GeometryError
@@ -64,6 +64,8 @@ class Lattice:
     """First Lame parameter lambda of each cell, shape (cells,) [MPa]."""
     is_core: Mask
     """Whether a cell's centre lies in the printed core, shape (cells,)."""
+    grid: CellGrid | None = None
+    """The printed cells; None in a block without."""
     zone: Zone | None = None
     """Where contact is expected and the planes are fine; None is everywhere."""
     is_mirrored: bool = False
@@ -145,11 +147,12 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
     Raises:
         GeometryError: The grid does not fit the block, or there are too many nodes.
     """
+    grid = resolve_grid(design)
     if zone is None:
-        whole = _as_triple(lattice_planes(design, resolve_grid(design)))
+        whole = _as_triple(lattice_planes(design, grid))
         _check_size(whole, MAX_NODES)
         return lattice_on(whole, design)
-    planes = _graded(_as_triple(lattice_planes(_fine_enough(design, zone), resolve_grid(design))), zone, design)
+    planes = _graded(_as_triple(lattice_planes(_fine_enough(design, zone), grid)), zone, design)
     planes = _split_at_edges(planes, zone, design)
     _check_size(planes, MAX_GRADED_NODES)
     return replace(lattice_on(planes, design), zone=zone)
@@ -165,20 +168,17 @@ def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -
     Raises:
         GeometryError: The grid does not fit the block.
     """
-    grid, body, infill = resolve_grid(design), design.materials.body, design.materials.infill
+    grid, body = resolve_grid(design), design.materials.body
     lattice = box_lattice(planes_mm, shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa)
     if design.mounting.base == "table":
         weight = WEIGHT_N_PER_MM3 * design.height_mm
         lattice = replace(lattice, table=TableTop(friction=design.mounting.friction, weight_mpa=weight))
     if design.coat is not None:
         lattice = replace(lattice, coat_n_per_mm=design.coat.shear_n_per_mm)
-    if grid is None or infill is None:
+    fields = printed_fields(design, grid)
+    if grid is None or fields is None:
         return curved(lattice, design)
-    core = effective_stiffness(
-        body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
-        infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
-        infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
-    )
+    core = fields.stiffness
     is_core = _inside_core(lattice, grid)
     grained = replace(
         lattice,
@@ -186,6 +186,7 @@ def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -
         wall_modulus_mpa=np.where(is_core, core.wall_modulus_mpa, 0.0),
         lame_mpa=np.where(is_core, core.lame_mpa, lattice.lame_mpa),
         is_core=is_core,
+        grid=grid,
     )
     return curved(grained, design)
 

@@ -126,7 +126,7 @@ def _pressed_cell(task: CellPress) -> Iterator[Row]:
             yield told | {"depth_mm": depth, "refused": str(error)}
             return
         force = state.force_n * QUARTERS if is_quarter else state.force_n
-        shear = layer_shear(task.design, lattice, state.displacements_mm, (x, y)).tolist()
+        shear = layer_shear(lattice, state.displacements_mm, (x, y)).tolist()
         found = {"least_infill_shear": min(shear, default=None), "most_infill_shear": max(shear, default=None)}
         yield told | {"depth_mm": depth, **_forces(force), **found}
 

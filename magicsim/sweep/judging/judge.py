@@ -43,7 +43,7 @@ def judge_design(task: DesignTask) -> bytes:
     block = parts.block_of(design.sensor.design)
     gathered = parts.Parts()
     if "printability" in wanted:
-        gathered.add(parts.printed(design.sensor))
+        gathered.add(parts.printed(block))
     if wanted & FROM_FILM:
         gathered.add(parts.filmed(design.sensor, sweep, shared_states()))
     patterns = parts.wanted_patterns(wanted)

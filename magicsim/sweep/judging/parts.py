@@ -69,9 +69,9 @@ def block_of(design: ElastomerDesign) -> Block:
     )
 
 
-def printed(sensor: SweptSensor) -> Parts:
+def printed(block: Block) -> Parts:
     """Whether it can be printed."""
-    return Parts(measures={"printability": printability(sensor.design)})
+    return Parts(measures={"printability": printability(block)})
 
 
 def indented(sensor: SweptSensor, sweep: SweepConfig) -> Parts:

@@ -6,9 +6,8 @@ nobody published one, and 0.1 to 0.2 mm are the plausible walls of the base desi
 
 from dataclasses import dataclass
 
-from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.grid import resolve_grid
 from magicsim.sweep.judging.measures import Measured
+from magicsim.sweep.result import Block
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,10 +32,10 @@ LIMITS = {
 SLACK_MM = 1e-6
 
 
-def printability(design: ElastomerDesign) -> Measured:
-    """Share of the limits that the design keeps, with the names of those it does not."""
+def printability(block: Block) -> Measured:
+    """Share of the limits that a block keeps, with the names of those it does not."""
     kept, broken = 0, []
-    for name, value in sizes_mm(design).items():
+    for name, value in sizes_mm(block).items():
         for limit in LIMITS[name]:
             if limit.low - SLACK_MM <= value <= limit.high + SLACK_MM:
                 kept += 1
@@ -46,12 +45,12 @@ def printability(design: ElastomerDesign) -> Measured:
     return Measured(value=share, low=share, high=share, note="; ".join(broken))
 
 
-def sizes_mm(design: ElastomerDesign) -> dict[str, float]:
+def sizes_mm(block: Block) -> dict[str, float]:
     """The sizes that limits exist for [mm]; cells as resolved, the smallest edge of them."""
-    sizes = {"skin_mm": design.skin_mm, "height_mm": design.height_mm, "core_mm": design.core_mm}
-    grid = resolve_grid(design)
-    if grid is not None:
-        sizes |= {"cell_mm": round(float(grid.cell_mm.min()), 6), "wall_mm": design.wall_mm}
+    core = block.height_mm - 2 * block.skin_mm
+    sizes = {"skin_mm": block.skin_mm, "height_mm": block.height_mm, "core_mm": core}
+    if block.cell_mm is not None:
+        sizes |= {"cell_mm": round(min(block.cell_mm), 6), "wall_mm": block.wall_mm}
     return sizes
 
 

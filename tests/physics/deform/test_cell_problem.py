@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.deform.lattice.cell_correctors import fluctuation, rotation_and_strain, strain_components
-from magicsim.deform.lattice.cell_problem import CellStiffness, cell_fields, effective_stiffness
+from magicsim.deform.lattice.cell_problem import CellStiffness, cell_fields
 from magicsim.deform.lattice.walls import wall_energy
 
 from .wall_patch import follow_path, mean_stress, periodic_cell
@@ -15,7 +15,7 @@ COARSE = (3, 1)
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 def test_one_material_gives_itself_back(share: float) -> None:
-    cell = effective_stiffness(body=BODY, infill=BODY, infill_share=share, subcells=5)
+    cell = cell_fields(body=BODY, infill=BODY, infill_share=share, subcells=5).stiffness
     assert cell.shear_modulus_mpa == pytest.approx(BODY[0], rel=1e-8)
     assert cell.bulk_modulus_mpa == pytest.approx(BODY[1], rel=1e-8)
     assert cell.anisotropy == pytest.approx(1, rel=1e-8)
@@ -23,7 +23,7 @@ def test_one_material_gives_itself_back(share: float) -> None:
 
 
 def test_moduli_lie_between_reuss_and_voigt_bounds() -> None:
-    cell = effective_stiffness(body=BODY, infill=INFILL, infill_share=SHARE)
+    cell = cell_fields(body=BODY, infill=INFILL, infill_share=SHARE).stiffness
     soft_shear = 1 / ((1 - SHARE) / BODY[0] + SHARE / INFILL[0])
     soft_bulk = 1 / ((1 - SHARE) / BODY[1] + SHARE / INFILL[1])
     stiff_bulk = (1 - SHARE) * BODY[1] + SHARE * INFILL[1]
@@ -35,14 +35,14 @@ def test_moduli_lie_between_reuss_and_voigt_bounds() -> None:
 
 def test_matches_hashin_shtrikman_upper_bound_within_reach() -> None:
     """A closed-cell foam of stiff walls lies below the upper bound of an isotropic mixture, and not far."""
-    cell = effective_stiffness(body=(1.0, 3.0), infill=(0.5, 1.5), infill_share=0.3)
+    cell = cell_fields(body=(1.0, 3.0), infill=(0.5, 1.5), infill_share=0.3).stiffness
     bulk = 3.0 + 0.3 / (1 / (1.5 - 3.0) + 0.7 * 3 / (3 * 3.0 + 4 * 1.0))
     assert cell.bulk_modulus_mpa <= bulk * (1 + 1e-3)
     assert cell.bulk_modulus_mpa == pytest.approx(bulk, rel=0.02)
 
 
 def test_network_walls_and_pressure_add_up_to_the_cubic_constants() -> None:
-    cell = effective_stiffness(body=BODY, infill=INFILL, infill_share=SHARE)
+    cell = cell_fields(body=BODY, infill=INFILL, infill_share=SHARE).stiffness
     mu, beta, lame = cell.shear_modulus_mpa, cell.wall_modulus_mpa, cell.lame_mpa
     assert lame + 2 * mu + 2 * beta == pytest.approx(cell.c11_mpa, rel=1e-12)
     assert lame == pytest.approx(cell.c12_mpa, rel=1e-12)
@@ -53,11 +53,11 @@ def test_network_walls_and_pressure_add_up_to_the_cubic_constants() -> None:
 @pytest.mark.parametrize("contrast", [1e-6, 1e-3, 0.3, 30.0])
 def test_walls_always_add_stiffness_along_their_axes(share: float, contrast: float) -> None:
     infill = (BODY[0] * contrast, 1000.0)
-    assert effective_stiffness(body=BODY, infill=infill, infill_share=share, subcells=5).wall_modulus_mpa > 0
+    assert cell_fields(body=BODY, infill=infill, infill_share=share, subcells=5).stiffness.wall_modulus_mpa > 0
 
 
 def test_refinement_changes_little() -> None:
-    coarse, fine = (effective_stiffness(body=BODY, infill=INFILL, infill_share=SHARE, subcells=n) for n in (5, 8))
+    coarse, fine = (cell_fields(body=BODY, infill=INFILL, infill_share=SHARE, subcells=n).stiffness for n in (5, 8))
     for name in ("c44_mpa", "tetragonal_modulus_mpa", "bulk_modulus_mpa"):
         assert getattr(coarse, name) == pytest.approx(getattr(fine, name), rel=0.01)
 
@@ -88,7 +88,7 @@ def stress_of(cell, change: np.ndarray) -> np.ndarray:
 
 
 def test_small_strain_of_an_independent_solution_agrees(stiffness: CellStiffness) -> None:
-    cell = effective_stiffness(body=BODY, infill=INFILL, infill_share=SHARE)
+    cell = cell_fields(body=BODY, infill=INFILL, infill_share=SHARE).stiffness
     assert stiffness.bulk_modulus_mpa == pytest.approx(cell.bulk_modulus_mpa, rel=2e-3)
     assert stiffness.tetragonal_modulus_mpa == pytest.approx(cell.tetragonal_modulus_mpa, rel=5e-3)
     assert stiffness.c44_mpa == pytest.approx(cell.c44_mpa, rel=0.025)  # eight elements against a graded sixteen

@@ -15,7 +15,7 @@ def test_shear_of_each_layer_of_the_cube_below_a_place():
     lattice = resolved_lattice(design, spot, margin_mm=0.5, spacing_mm=0.45, growth=2.0)
     moved = np.zeros_like(lattice.nodes_mm)
     moved[:, 0] = 0.1 * lattice.nodes_mm[:, 2] ** 2
-    found = layer_shear(design, lattice, moved, place)
+    found = layer_shear(lattice, moved, place)
     grid = resolve_grid(design)
     assert grid is not None
     top = grid.origin_mm[2] + (grid.pitch_mm[2] - grid.cell_mm[2]) / 2
@@ -28,4 +28,4 @@ def test_block_without_infill_has_none():
     design = load_design("uniform-block", ["footprint_mm=[8,8]"])
     spot = Zone(low_mm=(0.0, 0.0), high_mm=(0.0, 0.0)).grown(0.5)
     lattice = resolved_lattice(design, spot, margin_mm=0.5, spacing_mm=1.0, growth=2.0)
-    assert len(layer_shear(design, lattice, np.zeros_like(lattice.nodes_mm), (0.0, 0.0))) == pytest.approx(0)
+    assert len(layer_shear(lattice, np.zeros_like(lattice.nodes_mm), (0.0, 0.0))) == pytest.approx(0)

@@ -8,6 +8,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.sweep.judging.central_press import press_centrally
 from magicsim.sweep.judging.mechanics import press_curve, spacing_error
+from magicsim.sweep.judging.parts import block_of
 from magicsim.sweep.judging.printability import printability
 
 BALL = parse_object("sphere:radius_mm=4")
@@ -55,12 +56,12 @@ def test_object_that_does_not_touch_is_refused():
 
 
 def test_base_design_keeps_every_limit():
-    found = printability(design())
+    found = printability(block_of(design()))
     assert (found.value, found.note) == (1.0, "")
 
 
 def test_broken_limits_are_named():
-    found = printability(design("skin_mm=2.0", "cell_mm=1.6"))
+    found = printability(block_of(design("skin_mm=2.0", "cell_mm=1.6")))
     assert found.value == pytest.approx(4 / 6)
     assert "recommended skin 0.5 to 1 mm, here 2" in found.note
     assert "printed cell 0.6 to 1 mm, here 1.57" in found.note
@@ -68,4 +69,4 @@ def test_broken_limits_are_named():
 
 def test_block_without_a_grid_has_no_cells_to_judge():
     block = load_preset(ElastomerDesign, "design", "uniform-block", ())
-    assert 0 < printability(block).value <= 1
+    assert 0 < printability(block_of(block)).value <= 1
