@@ -75,7 +75,7 @@ def measure(scene: str, settings: list[str], repeat: int) -> dict[str, object]:
     """
     loaded = load_scene(scene, settings)
     sensor, plan = Sensor.for_scene(loaded), plan_scene(loaded)
-    sensor.warm_up(plan)
+    sensor.warm_up([frame.state for frame in plan.frames if frame.same_as is None])
     sensor.renderer.metered()
     states, deformation = [], sensor.rest
     for frame in plan.frames:

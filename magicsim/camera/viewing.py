@@ -24,19 +24,15 @@ def horizontal_fov_deg(design: ElastomerDesign, rig: Rig) -> float:
     return float(2 * np.degrees(np.arctan(high)))
 
 
-def check_view(design: ElastomerDesign, rig: Rig) -> None:
-    """Refuses a camera that would have to look nearly sideways to see its field.
-
-    Raises:
-        ValueError: With the width that would be too much.
-    """
+def view_problem(design: ElastomerDesign, rig: Rig) -> str | None:
+    """Why a camera would have to look nearly sideways to see its field, or None where it would not."""
     fov = horizontal_fov_deg(design, rig)
-    if fov > MAX_FOV_DEG:
-        msg = (
-            f"rig.camera.field_mm = {rig.camera.field_mm:g} is not allowed with rig.camera.distance_mm = "
-            f"{rig.camera.distance_mm:g}: the field of view of {fov:.0f} degrees must be at most {MAX_FOV_DEG:g}"
-        )
-        raise ValueError(msg)
+    if fov <= MAX_FOV_DEG:
+        return None
+    return (
+        f"rig.camera.field_mm = {rig.camera.field_mm:g} is not allowed with rig.camera.distance_mm = "
+        f"{rig.camera.distance_mm:g}: the field of view of {fov:.0f} degrees must be at most {MAX_FOV_DEG:g}"
+    )
 
 
 def focal_px(design: ElastomerDesign, rig: Rig) -> float:

@@ -8,14 +8,12 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from magicsim.camera.shutter import readout_fits, readout_problem
-from magicsim.camera.viewing import check_view
 from magicsim.config.models import Config, load_preset
-from magicsim.geometry.coat import OpaqueCoat
-from magicsim.geometry.design import FACET_MM, MAX_DEPTH_SHARE, ElastomerDesign
-from magicsim.geometry.markers import DotMarkers, PictureMarkers
+from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
-from magicsim.scenes.near_room import flashlight_problem, sensor_problem
+from magicsim.scenes.near_room import flashlight_problem
+from magicsim.scenes.refusals import gap_refusal, sensor_refusal
 from magicsim.scenes.rig import PlaceMm, Rig
 from magicsim.scenes.taxels import TaxelSettings
 
@@ -164,90 +162,16 @@ class SceneConfig(Config):
         return self
 
     @model_validator(mode="after")
-    def _check_depth(self) -> Self:
-        deepest = -MAX_DEPTH_SHARE * self.design.height_mm
+    def _check_sensor(self) -> Self:
+        problem = sensor_refusal(self.design, self.rig, self.render)
         for place, keyframe in enumerate(self.keyframes):
-            if keyframe.gap_mm is not None and keyframe.gap_mm < deepest:
-                msg = (
-                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: must be at least {deepest:g}, 90 "
-                    "% of the block's height"
-                )
-                raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _check_colors(self) -> Self:
-        design, anchored = self.design, self.render.estimator == "fluence" and self.render.anchor_samples > 0
-        if not anchored or (design.is_opaque and not design.scatters):
-            return self
-        painted = {"coat": design.coat if isinstance(design.coat, OpaqueCoat) else None, "markers": design.markers}
-        for name, what in painted.items():
-            if isinstance(what, PictureMarkers) and not what.is_grey:
-                msg = f"design.markers.file = '{what.file}' is not allowed: {_GREY}"
-                raise ValueError(msg)
-            if isinstance(what, OpaqueCoat | DotMarkers) and len(set(what.color)) > 1:
-                msg = f"design.{name}.color = {list(what.color)} is not allowed: {_GREY}"
-                raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _check_passing(self) -> Self:
-        passing, render = self.rig.moving, self.render
-        if passing is None:
-            return self
-        if render.estimator != "fluence" or render.anchor_samples == 0:
-            msg = (
-                "rig.passing is not allowed without recorded light: must be left out, or render.estimator = 'fluence' "
-                "and render.anchor_samples at least 1; rig.room = 'office' is a still room"
-            )
-            raise ValueError(msg)
-        for place, keyframe in enumerate(self.keyframes):
-            if keyframe.gap_mm is not None and keyframe.gap_mm >= passing.distance_mm:
-                msg = (
-                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: outside of the room, in which "
-                    f"something passes at rig.passing.distance_mm = {passing.distance_mm:g}; must be below that"
-                )
-                raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _check_near_room(self) -> Self:
-        rig = self.rig
-        problem = sensor_problem(self.design, rig)
-        for place, keyframe in enumerate(self.keyframes):
+            found = None if keyframe.gap_mm is None else gap_refusal(self.design, self.rig, keyframe.gap_mm)
+            if found is not None:
+                problem = problem or f"keyframes.{place}.gap_mm{found}"
             if keyframe.flashlight:
-                problem = problem or flashlight_problem(rig, keyframe.light_x_mm)
-            if rig.near_mm is not None and (keyframe.gap_mm or 0) >= rig.near_mm:
-                problem = problem or (
-                    f"keyframes.{place}.gap_mm = {keyframe.gap_mm:g} is not allowed: outside of the room, whose "
-                    f"picture is at rig.room_distance_mm = {rig.near_mm:g}; must be below that"
-                )
+                problem = problem or flashlight_problem(self.rig, keyframe.light_x_mm)
         if problem is not None:
             raise ValueError(problem)
-        return self
-
-    @model_validator(mode="after")
-    def _check_mounting(self) -> Self:
-        if self.design.mounting.base != "bonded":
-            msg = (
-                "design.mounting.base = 'table' is not allowed in a scene: must be 'bonded', since an image is of a "
-                "block in contact with its lens; `press` and `durometer` take both"
-            )
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _check_leds(self) -> Self:
-        top = self.design.height_mm + self.rig.lens.thickness_mm
-        for number, led in enumerate(self.rig.leds):
-            problem = led.problem(number, self.design.footprint_mm, top)
-            if problem is not None:
-                raise ValueError(problem)
-        return self
-
-    @model_validator(mode="after")
-    def _check_view(self) -> Self:
-        check_view(self.design, self.rig)
         return self
 
     @model_validator(mode="after")
@@ -262,12 +186,6 @@ class SceneConfig(Config):
     def frame_count(self) -> int:
         """Number of scored frames."""
         return self.keyframes[-1].frame + 1
-
-
-_GREY = (
-    "must be grey where the sensor sees through its face or scatters, because recorded paths know no colours; "
-    "render.anchor_samples = 0 takes any"
-)
 
 
 def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SceneConfig:

@@ -24,6 +24,7 @@ from magicsim.deform.linear.factorise import on_one_blas_thread
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.deform.solve.rigid_motion import is_there
+from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
@@ -36,6 +37,7 @@ from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.safe_gap import check_walls
 from magicsim.light.world.finish import Finish
+from magicsim.scenes.refusals import sensor_refusal
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig
 from magicsim.scenes.taxels import TaxelSettings
@@ -43,7 +45,7 @@ from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.scenes.view import View
 from magicsim.simulation.marker_truth import MarkerTracks
 from magicsim.simulation.meshes import attach_meshes, deformed_vertices
-from magicsim.simulation.plan import ScenePlan, as_seen, can_touch
+from magicsim.simulation.plan import as_seen, can_touch
 from magicsim.simulation.touch_truth import TouchTruth
 
 AWAY_MM = 5.0
@@ -85,13 +87,16 @@ class Sensor:
             newton: When a load step is good enough; the solver's own by default.
 
         Raises:
-            ConfigError: The camera's codec is not installed.
+            ConfigError: No image can be made of such a sensor, or the camera's codec is not installed.
             GeometryError: The design cannot be built.
             RenderError: The estimator cannot render these materials.
         """
         check_codec(rig.camera.compression)
         self.design, self.rig, self.object = design, rig, thing
         self.contact, self.settings = contact or ContactSettings(), render or RenderSettings()
+        problem = sensor_refusal(design, rig, self.settings)
+        if problem is not None:
+            raise ConfigError(problem)
         self.states, self.seed, self.step_s = tuple(states), seed, step_s
         self._newton = newton
         self.elastomer: Elastomer = build_elastomer(design, facet_mm=self.settings.facet_mm)
@@ -188,12 +193,11 @@ class Sensor:
             untouched=untouched,
         )
 
-    def warm_up(self, plan: ScenePlan) -> None:
-        """Compiles every kernel that a plan needs, so that the frames themselves are timed without it."""
-        if any(frame.solve for frame in plan.frames):
+    def warm_up(self, states: Sequence[FrameState]) -> None:
+        """Compiles every kernel that some states need, so that the frames themselves are timed without it."""
+        if any(can_touch(state) for state in states):
             compile_kernels()
-        states = [UNTOUCHED, *(frame.state for frame in plan.frames if frame.same_as is None)]
-        kinds = {(state.has_object, state.flashlight): state for state in states}
+        kinds = {(state.has_object, state.flashlight): state for state in (UNTOUCHED, *states)}
         for state in kinds.values():
             self.renderer.warm_up(self.view(state, self.rest))
 

@@ -42,7 +42,7 @@ def simulate(
 def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None = None) -> Episode:
     """Simulates a planned scene with its sensor, already built; see `simulate`."""
     scene = plan.scene
-    sensor.warm_up(plan)
+    sensor.warm_up([frame.state for frame in plan.frames if frame.same_as is None])
     start = time.perf_counter()
     work = list(accumulate(efforts(scene, plan)))
     frames = []

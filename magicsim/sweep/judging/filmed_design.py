@@ -8,7 +8,7 @@ once, in the middle of the face, and moved to each touched place (see `deform.ce
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import cycle, pairwise
 
@@ -17,13 +17,13 @@ import numpy.typing as npt
 
 from magicsim.arrays import FloatImage, Frame
 from magicsim.camera.exposure import Exposure, expose
+from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.points import unit_points
+from magicsim.scenes.refusals import gap_refusal
 from magicsim.scenes.rig import Camera
-from magicsim.scenes.scene import OutputSettings, SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, with_passing
-from magicsim.simulation.plan import plan_scene
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.sensor import Sensor, sensor_exposure
 from magicsim.sweep.judging.central_press import CentralPress, followed_finely, moved, press_centrally
 from magicsim.sweep.judging.quality import Quality
@@ -43,6 +43,8 @@ REFERENCES = 30
 """Frames of the untouched sensor that make the references, as published."""
 PASSED = 6
 """Places, at even times, of what passes in the room while nothing else happens."""
+FRAMES_PER_SECOND = 15.0
+"""Of the film, as scenes have it: what passes in the room moves."""
 SPAN = 1000
 """Noise streams that each state has for itself."""
 
@@ -133,30 +135,17 @@ def film_design(
     def pressed(depth_mm: float) -> CentralPress:
         return press_centrally(sensors[0].design, thing, depth_mm, cells_across=quality.cells_across)
 
-    scene = _scene(sensors[0], thing, quality, seed=seed)
+    rig = sensors[0].rig.model_copy(update={"camera": camera_of(sensors[0], quality)})
     # What else looks at the sensor, such as the plates, has the random numbers of the first film.
-    first = Sensor.for_scene(scene, untouched=untouched)
-    first.warm_up(plan_scene(scene))
+    first = Sensor(
+        followed_finely(sensors[0].design), rig, thing, render=render_of(sensors[0], quality),
+        states=_states(sensors[0], quality, seed=seed), seed=seed, untouched=untouched,
+    )  # fmt: skip
+    first.warm_up(first.states)
     turns = [first, *(_again(first, turn, each, sensors[0], quality) for turn, each in enumerate(sensors[1:], 1))]
     rests = [_untouched(each) for each in turns]
     shown = zip(*_shown(turns, pressed), strict=True)
     return [_film(*each, quality) for each in zip(turns, rests, shown, strict=True)]
-
-
-def _scene(sensor: SweptSensor, thing: ObjectConfig, quality: Quality, *, seed: int) -> SceneConfig:
-    return SceneConfig.model_validate(
-        {
-            "schema_version": 1,
-            "design": followed_finely(sensor.design),
-            "rig": sensor.rig.model_copy(update={"camera": camera_of(sensor, quality)}),
-            "seed": seed,
-            "references": 0,
-            "object": thing,
-            "render": render_of(sensor, quality),
-            "output": OutputSettings.nothing(),
-            "keyframes": _keyframes(touched_places(sensor, quality, seed=seed), quality),
-        }
-    )
 
 
 def _again(first: Sensor, turn: int, sensor: SweptSensor, base: SweptSensor, quality: Quality) -> Sensor:
@@ -235,14 +224,27 @@ def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.N
     return np.asarray(np.round(FACE_SHARE * shares * np.array(sensor.design.footprint_mm), 3))
 
 
-def _keyframes(places: npt.NDArray[np.float64], quality: Quality) -> list[dict[str, object]]:
-    states: list[dict[str, object]] = [{"gap_mm": gap} for gap in quality.gaps_mm]
-    states += [{"gap_mm": -depth} for depth in quality.depths_mm]
-    for x, y in places.tolist():
-        gaps = (NEAR_MM, -quality.light_depth_mm, -quality.touch_depth_mm)
-        states += [{"x_mm": x, "y_mm": y, "gap_mm": gap} for gap in gaps]
-    states += [{"flashlight": True, "light_x_mm": x} for x in LIGHTS_MM]
-    return [{"frame": number, **state} for number, state in enumerate(states)]
+def _states(sensor: SweptSensor, quality: Quality, *, seed: int) -> list[FrameState]:
+    """What the film shows, one frame after the other.
+
+    Raises:
+        ConfigError: The object would be outside of the room, or go through the block.
+    """
+    gaps = [*quality.gaps_mm, *(-depth for depth in quality.depths_mm)]
+    states = [replace(UNTOUCHED, gap_mm=gap) for gap in gaps]
+    at_places = (NEAR_MM, -quality.light_depth_mm, -quality.touch_depth_mm)
+    for x, y in touched_places(sensor, quality, seed=seed).tolist():
+        states += [replace(UNTOUCHED, x_mm=x, y_mm=y, gap_mm=gap) for gap in at_places]
+    states += [replace(UNTOUCHED, flashlight=True, light_x_mm=x) for x in LIGHTS_MM]
+    for gap in (*gaps, *at_places):
+        problem = gap_refusal(sensor.design, sensor.rig, gap)
+        if problem is not None:
+            msg = f"gap_mm{problem}"
+            raise ConfigError(msg)
+    times = (number / FRAMES_PER_SECOND for number in range(len(states)))
+    return [
+        with_passing(state, sensor.rig, time_s=time_s, seed=seed) for state, time_s in zip(states, times, strict=True)
+    ]
 
 
 def _runs(lengths: list[int]) -> list[tuple[int, int]]:
