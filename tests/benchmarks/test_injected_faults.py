@@ -25,7 +25,7 @@ def test_every_fault_differs_from_the_sound_detectors_in_what_it_says():
             assert sum(getattr(detector.profile, key) != getattr(sound, key) for key in sound.__slots__) == 1
 
 
-def test_swapped_channels_change_frames_and_not_references():
+def test_swapped_channels_change_frames_and_not_references(monkeypatch: pytest.MonkeyPatch):
     seen: list[np.ndarray] = []
 
     class Watch:
@@ -35,8 +35,8 @@ def test_swapped_channels_change_frames_and_not_references():
         def step(self, frame: np.ndarray) -> None:
             seen.append(frame)
 
+    monkeypatch.setattr("laboratory.injected_faults.ProfileDetector", lambda profile: Watch())
     detector = SwappedChannels(PROFILE)
-    detector._inner = Watch()
     frame = np.arange(12, dtype=np.uint8).reshape(2, 2, 3)
     detector.fit([frame])
     detector.step(frame)

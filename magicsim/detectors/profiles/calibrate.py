@@ -163,7 +163,7 @@ def fit_profile(
             if similarity is not None:
                 limit = -rest_limit(-similarity, at_rest, margin_sd)
                 touch = fit_contact(similarity, noise, classes, most_tau_g=limit)
-                held_out = _held_out(similarity, noise, classes, owner, at_rest, margin_sd)
+                held_out = held_out_accuracy(similarity, noise, classes, owner, at_rest, margin_sd)
             scores.append(
                 CandidateScore(
                     profile=profile if touch is None else replace(profile, tau_g=touch.tau_g),
@@ -190,7 +190,7 @@ def _untouched_frames(episodes: Sequence[Episode]) -> list[npt.NDArray[np.bool_]
     return [clear & (owner == number) for number in range(len(episodes))]
 
 
-def _held_out(
+def held_out_accuracy(
     similarity: Features,
     noise: npt.NDArray[np.bool_],
     classes: Sequence[FrameClass],
@@ -198,7 +198,16 @@ def _held_out(
     at_rest: Sequence[npt.NDArray[np.bool_]],
     margin_sd: float,
 ) -> float | None:
-    """Mean over episodes of the contact accuracy with the threshold of all others, None where there is none."""
+    """Mean over episodes of the contact accuracy with the threshold of all others, None where there is none.
+
+    Args:
+        similarity: To the grid, of each frame, shape (frames,).
+        noise: Which frames are called noise, shape (frames,).
+        classes: What the frames show.
+        owner: Number of each frame's episode, shape (frames,).
+        at_rest: For each episode, which frames show its untouched sensor, each of shape (frames,).
+        margin_sd: Distance of the threshold from the frames at rest, in their standard deviations.
+    """
     touched, found = np.array([each is FrameClass.CONTACT for each in classes]), []
     for number in range(len(at_rest)):
         held = owner == number

@@ -44,7 +44,7 @@ REFERENCES = 30
 PASSED = 6
 """Places, at even times, of what passes in the room while nothing else happens."""
 FRAMES_PER_SECOND = 15.0
-"""Of the film, as scenes have it: what passes in the room moves."""
+"""Frame rate of a film, as scenes have it: what passes in the room moves [1/s]."""
 SPAN = 1000
 """Noise streams that each state has for itself."""
 
@@ -225,7 +225,7 @@ def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.N
 
 
 def _states(sensor: SweptSensor, quality: Quality, *, seed: int) -> list[FrameState]:
-    """What the film shows, one frame after the other.
+    """States of a film, in order.
 
     Raises:
         ConfigError: The object would be outside of the room, or go through the block.

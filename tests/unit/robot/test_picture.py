@@ -1,17 +1,17 @@
 import base64
 import re
+import sys
 import urllib.request
 
 import cv2
 import numpy as np
 import pytest
 
-from magicsim.robot import picture as module
 from magicsim.robot.picture import Picture
 
 
 def test_without_a_screen_the_frame_is_on_a_local_page(monkeypatch: pytest.MonkeyPatch, capsys):
-    monkeypatch.setattr(module, "_tk_window", lambda title: (None, None, None))
+    monkeypatch.setitem(sys.modules, "tkinter", None)  # as where it is missing
     frame = np.random.default_rng(3).integers(0, 256, (8, 6, 3), np.uint8)
     picture = Picture("a sensor")
     try:

@@ -1,5 +1,7 @@
 import os
 import signal
+from multiprocessing import active_children
+from multiprocessing.process import BaseProcess
 
 import pytest
 
@@ -10,20 +12,27 @@ from .tasks import not_to_be_sent, square
 
 
 @pytest.fixture
-def pool():
+def others() -> set[BaseProcess]:
+    """Processes that are there before the pool."""
+    return set(active_children())
+
+
+@pytest.fixture
+def pool(others: set[BaseProcess]):
     found = LocalPool(square, None, WorkerOptions(workers=1, timeout_s=60))
     yield found
     found.close()
 
 
-def test_process_that_is_killed_while_it_starts_or_waits_loses_one_attempt(pool: LocalPool):
+def test_process_that_is_killed_while_it_starts_or_waits_loses_one_attempt(pool: LocalPool, others: set[BaseProcess]):
     pool.start(7, 3)
-    os.kill(pool._processes[0].process.pid, signal.SIGKILL)  # it has not even read its task
+    (starting,) = set(active_children()) - others
+    os.kill(starting.pid, signal.SIGKILL)  # it has not even read its task
     key, reply = pool.wait()
     assert (key, str(reply.failure.kind), reply.failure.message) == (7, "crash", "its process ended with code -9")
     pool.start(7, 3)
     assert pool.wait()[1].result == 9
-    idle = pool._processes[0].process
+    (idle,) = set(active_children()) - others
     os.kill(idle.pid, signal.SIGKILL)
     idle.join()
     pool.start(8, 4)

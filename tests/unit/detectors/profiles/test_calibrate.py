@@ -16,7 +16,7 @@ from magicsim.detectors import (
     load_profile,
     score_verdicts,
 )
-from magicsim.detectors.profiles.calibrate import _held_out, sharpen
+from magicsim.detectors.profiles.calibrate import held_out_accuracy, sharpen
 from magicsim.errors import ConfigError
 
 BASE = DetectorProfile(reference_count=4, tau_e=7.9, tau_c=-0.9, tau_g=0.01)
@@ -149,5 +149,5 @@ def test_held_out_accuracy_asks_for_one_threshold_that_serves_all_episodes(simil
     owner = np.array([0, 0, 1, 1])
     at_rest = [np.array([True, False, False, False]), np.array([False, False, True, False])]
     noise = np.zeros(4, bool)
-    assert _held_out(np.array(similarity), noise, classes, owner, at_rest, 4.0) == expected
-    assert _held_out(np.array(similarity[:2]), noise[:2], classes[:2], owner[:2], [at_rest[0][:2]], 4.0) is None
+    assert held_out_accuracy(np.array(similarity), noise, classes, owner, at_rest, 4.0) == expected
+    assert held_out_accuracy(np.array(similarity[:2]), noise[:2], classes[:2], owner[:2], [at_rest[0][:2]], 4.0) is None
