@@ -1,7 +1,5 @@
 """What no image can be made of: a sensor, or an object where it is. For scenes, and for sensors that have none."""
 
-from typing import TYPE_CHECKING
-
 from magicsim.camera.viewing import view_problem
 from magicsim.geometry.coat import OpaqueCoat
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
@@ -9,24 +7,20 @@ from magicsim.geometry.markers import DotMarkers, PictureMarkers
 from magicsim.scenes.near_room import sensor_problem
 from magicsim.scenes.rig import Rig
 
-if TYPE_CHECKING:
-    from magicsim.scenes.scene import RenderSettings
-
 _GREY = (
     "must be grey where the sensor sees through its face or scatters, because recorded paths know no colours; "
     "render.anchor_samples = 0 takes any"
 )
 
 
-def sensor_refusal(design: ElastomerDesign, rig: Rig, render: "RenderSettings") -> str | None:
+def sensor_refusal(design: ElastomerDesign, rig: Rig, *, is_recorded: bool) -> str | None:
     """Why no image can be made of a sensor, in one line, or None where one can.
 
     Args:
         design: The block.
         rig: What surrounds it.
-        render: How radiance is to be computed.
+        is_recorded: Whether paths through the untouched sensor are to be recorded, see `RenderSettings.is_recorded`.
     """
-    is_recorded = render.estimator == "fluence" and render.anchor_samples > 0
     if is_recorded and (problem := _colored(design)) is not None:
         return problem
     if rig.moving is not None and not is_recorded:

@@ -103,6 +103,11 @@ class RenderSettings(Config):
     anchor_seed: Seed = 0
     """Monte Carlo seed of the untouched state: a property of the sensor, the same for all its episodes."""
 
+    @property
+    def is_recorded(self) -> bool:
+        """Whether paths through the untouched sensor are recorded, to which every frame is anchored."""
+        return self.estimator == "fluence" and self.anchor_samples > 0
+
 
 class OutputSettings(Config):
     """What is computed beside frames and the table of truth; leave out what is not needed."""
@@ -163,7 +168,7 @@ class SceneConfig(Config):
 
     @model_validator(mode="after")
     def _check_sensor(self) -> Self:
-        problem = sensor_refusal(self.design, self.rig, self.render)
+        problem = sensor_refusal(self.design, self.rig, is_recorded=self.render.is_recorded)
         for place, keyframe in enumerate(self.keyframes):
             found = None if keyframe.gap_mm is None else gap_refusal(self.design, self.rig, keyframe.gap_mm)
             if found is not None:

@@ -94,7 +94,7 @@ class Sensor:
         check_codec(rig.camera.compression)
         self.design, self.rig, self.object = design, rig, thing
         self.contact, self.settings = contact or ContactSettings(), render or RenderSettings()
-        problem = sensor_refusal(design, rig, self.settings)
+        problem = sensor_refusal(design, rig, is_recorded=self.settings.is_recorded)
         if problem is not None:
             raise ConfigError(problem)
         self.states, self.seed, self.step_s = tuple(states), seed, step_s

@@ -16,9 +16,9 @@ from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.sampling.distribution import Distribution, Value, choose
 from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings, Seed
+from magicsim.sweep.draws import problem_with
 from magicsim.sweep.judging.measures import MEASURES, Better
 from magicsim.sweep.judging.quality import Quality
-from magicsim.sweep.judging.renderings import problem_with
 from magicsim.sweep.search.search_settings import MAX_DESIGNS, SearchSettings
 
 ROOTS = ("design", "rig", "render")

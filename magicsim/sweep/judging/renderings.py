@@ -5,16 +5,13 @@ that two designs differ by what is swept and by nothing else.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.path_recipe import ClearPath
-from magicsim.dataset.recipes.recipe import CameraNoise, Recipe, Tolerances
+from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.scenes.rig import in_room
 from magicsim.sweep.sensors import SweptSensor
-
-if TYPE_CHECKING:
-    from magicsim.sweep.sweep_file import SweepConfig
+from magicsim.sweep.sweep_file import SweepConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +23,7 @@ class Rendering:
     """What it has of its own, by the names that rows of a dataset give it."""
 
 
-def renderings_of(sensor: SweptSensor, sweep: "SweepConfig") -> list[Rendering]:
+def renderings_of(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
     """A design as each of `quality.renderings` sees it; all alike where a sweep names no rooms and draws nothing.
 
     Raises:
@@ -53,7 +50,7 @@ def rows_of_renderings(found: list[Rendering]) -> dict[str, float]:
     return {f"renderings.{turn}.{name}": value for turn, each in enumerate(found) for name, value in each.drawn.items()}
 
 
-def _drawn(sensor: SweptSensor, sweep: "SweepConfig") -> list[Rendering]:
+def _drawn(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
     """Prints and cameras of the renderings."""
     count = sweep.quality.renderings
     if not sweep.draws:
@@ -79,25 +76,3 @@ def _drawn(sensor: SweptSensor, sweep: "SweepConfig") -> list[Rendering]:
         )
         for each in draw_episodes(recipe)
     ]
-
-
-SHAPES = (
-    "skin_mm", "wall_mm", "wall_spread_mm", "wave_mm", "skin_spread_mm", "pitch_scale", "pitch_drift", "torn_share",
-    "stiffness",
-)  # fmt: skip
-"""Tolerances that change meshes or forces, which the renderings of a design share."""
-TIMED = ("exposure_ms", "flicker_depth", "led_drift_share", "live_frames")
-"""What a camera does in the course of a stream; frames of a film have no times."""
-
-
-def problem_with(tolerances: Tolerances, camera: CameraNoise) -> str | None:
-    """Why renderings cannot differ by this, in one line; None where they can."""
-    for table, given, usual, names, why in (
-        ("tolerances", tolerances, Tolerances(), SHAPES, "renderings of a design share its meshes and presses"),
-        ("camera", camera, CameraNoise(), TIMED, "frames of a film have no times"),
-    ):
-        for name in names:
-            if getattr(given, name) != getattr(usual, name):
-                allowed = [each for each in type(given).model_fields if each not in names]
-                return f"{table}.{name} is not allowed in a sweep, as {why}: must be among {', '.join(allowed)}"
-    return None
