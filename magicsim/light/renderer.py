@@ -79,7 +79,7 @@ class Renderer(PlainRenderer):
         self._outsides = Outsides(rig, object_mesh, self.object_finish)
         self._untouched = untouched if untouched is not None else UntouchedStates(default_store())
         self._reaches: list[sp.csr_matrix] | None = None
-        self._before: tuple[Array | None, Before] | None = None
+        self._before: tuple[Array | None, float | None, Before] | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
         """This renderer with other random numbers; both bring their views into the same Mitsuba scenes.
@@ -241,7 +241,7 @@ class Renderer(PlainRenderer):
             lit = rest.with_lit_object(field, particles=particles, seed=seed, outside=outside)
             return self._gathered(view, field, lit), "outside"
         # First, as a dent without an object is seen in the scene of the untouched block.
-        before = self._before_contact(self._free(view, placed))
+        before = self._before_contact(self._free(view, placed), view.flashlight_x_mm)
         touched = self.light(view)
         contact = self._contact(placed)
         if view.is_released and contact is None and not self.elastomer.design.is_opaque:
@@ -285,16 +285,16 @@ class Renderer(PlainRenderer):
         is_near = (placed[faces, 2] >= -CLEAR_MM).any(1) & (faces[:, 0] < len(self._touching(placed)))
         return SurfaceMesh(vertices=placed, faces=faces[is_near])
 
-    def _before_contact(self, placed: Array | None) -> Before:
+    def _before_contact(self, placed: Array | None, light_x_mm: float | None) -> Before:
         """Light of the last state before contact, kept for other depths of one press."""
         kept = self._before
-        if kept is None or not np.array_equal(_known(kept[0]), _known(placed)):
+        if kept is None or kept[1] != light_x_mm or not np.array_equal(_known(kept[0]), _known(placed)):
             light = Before(
-                world=self.light(View()), placed=self._putting_outside(placed, None), rest=self.careful(),
+                world=self.light(View()), placed=self._putting_outside(placed, light_x_mm), rest=self.careful(),
                 cheap=self.cheap(), seed=self.seed,
             )  # fmt: skip
-            self._before = kept = (placed, light)
-        return kept[1]
+            self._before = kept = (placed, light_x_mm, light)
+        return kept[2]
 
     def _outside(self, placed: Array | None, light_x_mm: float | None) -> Outside:
         """What stands before the block, in its place; a ghost is nothing there."""

@@ -62,7 +62,10 @@ def free_light(
 
 @dataclass(frozen=True, kw_only=True)
 class Before:
-    """Light of strips and room in the last state before contact, which frames along one press share."""
+    """Light of strips and room in the last state before contact, which frames along one press share.
+
+    A flashlight stands in its way there too, or the room would be brighter as soon as something touches.
+    """
 
     world: LitWorld
     """The scene with nothing before the block."""

@@ -58,6 +58,17 @@ def test_mean_brightness_is_that_of_traced_light_within_the_bound(small_scene, d
     np.testing.assert_allclose(left_out.mean((0, 1)), traced.mean((0, 1)), rtol=0.01)
 
 
+def test_light_has_no_step_at_contact_under_a_flashlight_in_a_room(small_scene):
+    """The lamp hides a part of the room, before contact as in it."""
+    states = [f"keyframes=[{{frame=0,gap_mm={gap},x_mm=-6,y_mm=-9,flashlight=true}}]" for gap in (0.002, -0.002)]
+    lit = (*CHEAP, "rig.room=office", "rig.ambient=[0.3,0.3,0.3]")
+    near, touched = (image(small_scene("pressed", *lit, state)) for state in states)
+    rows, columns = (size // 4 for size in near.shape[:2])
+    change = (touched - near) / near.mean()
+    corners = [change[:rows, :columns], change[:rows, -columns:], change[-rows:, -columns:]]
+    assert max(abs(each.mean()) for each in corners) < 3e-4
+
+
 def test_a_renderer_that_nobody_holds_goes_at_once(small_scene):
     """Its records are hundreds of megabytes, and the next sensor does not wait for the collector of circles."""
     scene = small_scene("pressed", *CHEAP, light_touch(0.05))
