@@ -119,6 +119,7 @@ FIGURES = (
     "python docs/rooms.py",
     "python docs/room_pictures.py",
     "python docs/live_pictures.py",
+    "python docs/companions.py",
     "python benchmarks/control_loop.py --out docs/benchmarks/control-loop.json",
     "python benchmarks/grasp_lift.py --out docs/benchmarks/grasp-lift.json",
     "python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json",
