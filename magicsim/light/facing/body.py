@@ -13,7 +13,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.world.finish import Finish
+from magicsim.light.world.finish import GREY, Finish
 
 QUAD_MM = 2.0
 """Largest edge of the squares of the face, each of which has a brightness of its own [mm]."""
@@ -97,19 +97,23 @@ def with_object(
         thing: The object in its own frame, or None.
         finish: Its surface, whose share of mirrored light the others take on.
         reflectance: Of the finger's face, shape (3,).
-        companion: What stands beside the object, with colours, in its own frame, or None.
+        companion: What stands beside the object, in its own frame, grey where it has no colours, or None.
     """
     colors = np.full((len(body.mesh.vertices), 3), HOUSING)
     colors[: body.face_vertices] = reflectance
     parts = [SurfaceMesh(vertices=body.placed(APART_MM), faces=body.mesh.faces, colors=colors)]
     if companion is not None:
         apart = companion.vertices - np.array([0.0, 0.0, 2 * APART_MM])
-        parts.insert(0, replace(companion, vertices=apart))
+        parts.insert(0, _colored(replace(companion, vertices=apart), GREY))
     if thing is None:
         return _joined(parts), Finish(vertex_colors=True)
-    own = thing.colors if thing.colors is not None else np.tile(np.array(finish.color), (len(thing.vertices), 1))
-    mesh = _joined([replace(thing, colors=own), *parts])
+    mesh = _joined([_colored(thing, finish.color), *parts])
     return mesh, Finish(vertex_colors=True, specular=finish.specular, roughness=finish.roughness)
+
+
+def _colored(mesh: SurfaceMesh, color: tuple[float, float, float]) -> SurfaceMesh:
+    """The mesh with its own colours, or with one for all of it."""
+    return mesh if mesh.colors is not None else replace(mesh, colors=np.tile(color, (len(mesh.vertices), 1)))
 
 
 def _joined(parts: Sequence[SurfaceMesh]) -> SurfaceMesh:

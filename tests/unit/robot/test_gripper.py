@@ -7,6 +7,7 @@ import pytest
 from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.objects.kinds import parse_object
+from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.gripper import BALANCE_N, Gripper
 from magicsim.robot.live import LiveSensor
@@ -209,3 +210,13 @@ def test_motion_of_both_fingers_is_one_wait(gripper: Gripper, monkeypatch: pytes
     assert lines
     assert all(line.startswith("moving the fingers") for line in lines)
     assert any(": solving the contact, " in line for line in lines)
+
+
+def test_what_nobody_sees_or_was_not_given_is_refused(gripper: Gripper):
+    shape = parse_object("sphere:radius_mm=1").surface()
+    with pytest.raises(ConfigError, match="companion is not allowed with sees_other = False"):
+        Gripper(block(), workspace=SPACE, companion=shape, sees_other=False)
+    assert not gripper.has_companion
+    with pytest.raises(ConfigError, match="companion is missing: build the sensor with what is to be seen"):
+        gripper.accompany(Pose.from_degrees(np.zeros(3)))
+    gripper.accompany(None)

@@ -3,7 +3,7 @@ import pytest
 
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.facing.body import APART_MM, HOUSING, FingerBody, all_placed, with_object
-from magicsim.light.world.finish import Finish
+from magicsim.light.world.finish import GREY, Finish
 
 BODY = FingerBody.of((4.0, 6.0), 10.0)
 TRIANGLE = SurfaceMesh(vertices=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
@@ -55,6 +55,9 @@ def test_companion_stands_between_object_and_finger_in_the_mesh():
     assert mesh.colors[[0, 3, 6]] == pytest.approx(np.array([[0.7] * 3, [0.6] * 3, [0.3] * 3]))
     np.testing.assert_array_equal(mesh.faces[:3], [[0, 1, 2], [3, 4, 5], BODY.mesh.faces[0] + 6])
     assert mesh.vertices[3:6, 2].max() < mesh.vertices[6:, 2].min()
+    grey, _ = with_object(BODY, TRIANGLE, Finish(), np.full(3, 0.3), TRIANGLE)
+    assert grey.colors is not None
+    assert grey.colors[3] == pytest.approx(GREY)
     placed = all_placed(BODY, 5.0, (np.eye(3), 3), (None, 3))
     np.testing.assert_array_equal(placed[:3], np.eye(3))
     assert np.ptp(placed[3:6], axis=0) == pytest.approx([0, 0, 0])
