@@ -23,6 +23,8 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 
 Vector = tuple[float, ...]
+Walked = list[tuple[GripMoment, MetLoad, float]]
+"""Equilibria of one step: the fingers, what acted, and how far the plug slid on the way there [mm]."""
 SQUEEZE_MM, OPEN_MM = 1.0, 12.0
 """How much closer than touching the faces grip, and how far they open [mm]; assumed."""
 MASS_G = 8.0
@@ -56,8 +58,8 @@ class Setup:
     references: int = 30
     """Frames of the untouched fingers, for the detectors."""
     samples: int = 1
-    """Pairs of frames of each step, the last one at its end, the others evenly along its way, which is solved so much
-    more finely; fewer where a step ends before it is cut into as many."""
+    """Pairs of frames of each step, the last one at its end, the others evenly along its way; where the base stops it
+    after fewer equilibria, it is gone again in as many."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,8 +167,8 @@ def play(
     gripper.reset(seed=seed)
     plug, load, setup = gripped.plug, gripped.load, gripped.setup
     moments: list[Moment] = []
-    for before in gripped.closing:
-        gripper.go_back(before)
+    for moment in gripped.closing:
+        gripper.go_back(moment)
         moments.append(_moment(gripper, plug, setup.timeline[0], load, 0.0))
     gripper.go_back(gripped.moment)
     axis = object_pose(plug, gripper.place)
@@ -175,7 +177,7 @@ def play(
     for step in setup.timeline:
         if tell is not None:
             tell(step.stage)
-        walked: list[tuple[GripMoment, MetLoad, float]] = []
+        walked: Walked = []
         if step.stage is Stage.OPEN:
             load = load.at(load.base, way=0.0)
             for number in range(1, setup.samples + 1):
@@ -186,22 +188,24 @@ def play(
                 # Lifted off and brought above the jack by sight
                 gripper.hold(load=load.at(None, way=0.0), most_slide_mm=MOST_SLIDE_MM)
                 axis, depth = object_pose(plug, gripper.place), None
-            for each in _ways(depth, step.depth_mm, setup.samples):
-                base = _base(axis, tip, each, None if step.is_aligned else misalignment)
-                load, depth = load.at(base, way=FORWARD), each
-                gripper.hold(load=load, most_slide_mm=MOST_SLIDE_MM)
-                walked.append((gripper.now(), load, gripper.truth().slid_mm))
-                met = load.met(object_pose(plug, gripper.place))
-                if gripper.outcome is Hold.DROPPED or np.linalg.norm(met[:3]) > step.push_n:
-                    break
+            off = None if step.is_aligned else misalignment
+            first, ways = _ways(depth, step.depth_mm, setup.samples)
+            loads = [load.at(_base(axis, tip, each, off), way=FORWARD) for each in ways]
+            start, walked = gripper.now(), _walk(gripper, plug, loads, step.push_n)
+            depth = ways[len(walked) - 1]
+            if len(walked) < setup.samples:
+                gripper.go_back(start)
+                finer = _evenly_to(first, depth, setup.samples)
+                walked = _walk(gripper, plug, [load.at(_base(axis, tip, each, off), way=FORWARD) for each in finer])
+            load = walked[-1][1]
         else:
             walked.append((gripper.now(), load, 0.0))
-        first = 0
-        for end in _evenly(len(walked), setup.samples):
-            moment, acting, _ = walked[end - 1]
+        before = 0
+        for now in _evenly(len(walked), setup.samples):
+            moment, acting, _ = walked[now - 1]
             gripper.go_back(moment)
-            moments.append(_moment(gripper, plug, step, acting, sum(slid for _, _, slid in walked[first:end])))
-            first = end
+            moments.append(_moment(gripper, plug, step, acting, sum(slid for _, _, slid in walked[before:now])))
+            before = now
         if gripper.outcome is Hold.DROPPED:
             break
     return tuple(moments)
@@ -233,19 +237,35 @@ def _evenly(count: int, samples: int) -> list[int]:
     return sorted({round(count * number / samples) for number in range(1, samples + 1)} - {0})
 
 
-def _ways(start: float | None, end: float, samples: int) -> list[float]:
-    """Places of the carriage between two steps, the last one being the end; one a sample where it is not near the base.
+def _walk(gripper: Gripper, plug: PlugObject, loads: Sequence[MetLoad], push_n: float = np.inf) -> Walked:
+    """Holds the plug while the base comes, until it pushes too hard or the plug drops."""
+    walked: Walked = []
+    for load in loads:
+        gripper.hold(load=load, most_slide_mm=MOST_SLIDE_MM)
+        walked.append((gripper.now(), load, gripper.truth().slid_mm))
+        met = load.met(object_pose(plug, gripper.place))
+        if gripper.outcome is Hold.DROPPED or np.linalg.norm(met[:3]) > push_n:
+            break
+    return walked
+
+
+def _ways(start: float | None, end: float, samples: int) -> tuple[float, list[float]]:
+    """Where the carriage may meet the base first, and its places from there, the last one being the end.
 
     Args:
         start: Where it was; None where it was not there.
         end: Where it goes [mm].
-        samples: Pairs of frames of the step.
+        samples: Places where it is not near the base.
     """
     if start is None or max(start, end) <= 0:
         first, count = end - FROM_MM, samples
     else:
         first = min(max(start, 0.0), end)
-        count = samples * max(1, int(np.ceil(abs(end - first) / LONGEST_STEP_MM - 1e-9)))
+        count = max(1, int(np.ceil(abs(end - first) / LONGEST_STEP_MM - 1e-9)))
+    return first, _evenly_to(first, end, count)
+
+
+def _evenly_to(first: float, end: float, count: int) -> list[float]:
     return [first + (end - first) * (number + 1) / count for number in range(count)]
 
 
