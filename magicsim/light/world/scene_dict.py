@@ -91,7 +91,7 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> 
             contact face as a shape of its own.
     """
     materials, roughness = elastomer.design.materials, elastomer.design.roughness
-    body_medium = _medium(materials.body)
+    body_medium = medium_of(materials.body)
     body, placed = elastomer.body, with_lens(elastomer.body.vertices, elastomer, rig)
     top_mm = elastomer.design.height_mm
     bare = interface_bsdf(materials.body.ior, 1.0, roughness.skin if for_paths else 0, top_mm)
@@ -104,7 +104,7 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> 
         shapes[FACE] = mesh_shape(_moved(face, placed), FACE, material, interior=body_medium, texture=texture)
     shapes[BODY] = mesh_shape(_moved(body, placed), BODY, bare, interior=body_medium)
     if elastomer.infill is not None and materials.infill is not None:
-        infill, medium, cells, fused = materials.infill, _medium(materials.infill), elastomer.infill, elastomer.fused
+        infill, medium, cells, fused = materials.infill, medium_of(materials.infill), elastomer.infill, elastomer.fused
         if fused is not None:
             cells = replace(cells, faces=fused.without_membranes if for_paths else fused.faces)
         shapes[INFILL] = mesh_shape(
@@ -152,7 +152,7 @@ def scene_dict(
     """
     scene: dict[str, Any] = {"type": "scene", "sensor": _camera(elastomer, rig), **block}
     for index, strip in enumerate(rig.strips):
-        scene[_strip_name(index)] = _strip(strip, elastomer)
+        scene[_strip_name(index)] = strip_entry(strip, elastomer)
     if rig.leds or rig.ring is not None:
         from magicsim.light.world.lamp_shapes import lamp_entries
 
@@ -205,7 +205,8 @@ def mesh_shape(
     return shape
 
 
-def _medium(optics: Optics) -> Any:
+def medium_of(optics: Optics) -> Any:
+    """A material as the renderer's medium, None where it is clear."""
     sigma_t = optics.sigma_s_per_mm + optics.absorption_per_mm
     if sigma_t == 0:
         return None
@@ -244,7 +245,8 @@ def _camera(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
     }
 
 
-def _strip(strip: LedStrip, elastomer: Elastomer) -> dict[str, Any]:
+def strip_entry(strip: LedStrip, elastomer: Elastomer) -> dict[str, Any]:
+    """Entry of an LED strip in a scene's dictionary: a rectangle along its side of the block."""
     width, length = elastomer.design.footprint_mm
     height = elastomer.design.height_mm
     sign = 1.0 if strip.side[0] == "+" else -1.0

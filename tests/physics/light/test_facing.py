@@ -30,10 +30,10 @@ def traced_pair(sensor, *, samples, seed):
     move = np.eye(4)
     move[:3, :3], move[:3, 3] = turn, shift
     for index, strip in enumerate(rig.strips):
-        other = world._strip(strip, elastomer)
+        other = world.strip_entry(strip, elastomer)
         other["to_world"] = mi.ScalarTransform4f(move) @ other["to_world"]
         scene[f"other{index}"] = other
-    body_medium = world._medium(elastomer.design.materials.body)
+    body_medium = world.medium_of(elastomer.design.materials.body)
     infill = elastomer.design.materials.infill
     ior = elastomer.design.materials.body.ior
 
@@ -48,7 +48,7 @@ def traced_pair(sensor, *, samples, seed):
     scene["other_body"] = world.mesh_shape(body, "other_body", clear, interior=body_medium)
     scene["other_infill"] = world.mesh_shape(
         cells, "other_infill", {"type": "dielectric", "int_ior": infill.ior, "ext_ior": ior},
-        interior=world._medium(infill), exterior=body_medium,
+        interior=world.medium_of(infill), exterior=body_medium,
     )  # fmt: skip
     image = mi.render(mi.load_dict(scene), spp=samples, seed=seed)
     return np.array(image, np.float64).mean((0, 1))
