@@ -8,9 +8,10 @@ The frames in `docs/real-frames` are 9DTact's (MIT). Fitted: scattering, absorpt
 of the ring of light and the depth of the press, and of the camera vignetting, exposure and gamma (or none), one set for
 the untouched frame and the pressed one, on mean levels of rings about the middle of the contact. `render` makes both
 frames at places of a Latin hypercube over the constants and at four depths; `fit` smooths the logarithms of their
-rings with polynomials, which takes the noise of single renderings out of it, and solves for the constants. `confirm`
-renders with what was found: all curves, residuals and comparisons are of these renderings. `predict` renders two
-thirds of that depth and a layer thinner by a tenth; nothing is compared with that.
+rings with polynomials, which takes the noise of single renderings out of it, solves for the constants, and does so
+again with polynomials that go through a careful rendering of what was found. `confirm` renders anew: all curves,
+residuals and comparisons are of these renderings. `predict` renders two thirds of that depth and a layer thinner by a
+tenth; nothing is compared with that.
 """
 
 import argparse
@@ -56,7 +57,8 @@ DEPTH_MM = (1.2, 2.0)
 POINTS, SEED = 20, 3
 SKETCH = ("render.samples=64", "render.particles=2000000")
 CAREFUL = ("render.samples=256", "render.particles=4000000")
-"""Quality of the renderings that are fitted, and of those that are shown: SSIM counts grain as structure."""
+SHOWN = ("render.samples=1024", "render.particles=4000000")
+"""Quality of renderings that are fitted, of predictions, and of what is shown: SSIM takes grain for structure."""
 TURNS = 2
 GAMMA, VIGNETTING = (1.0, 2.4), (0.0, 0.6)
 STARTS = 6
@@ -186,10 +188,7 @@ class Rings:
         both = np.einsum("pb,gd->pgbd", basis, depths).reshape(len(points) * len(GAPS_MM), -1)
         ratio = np.log(renders[:, 1:] / renders[:, :1]).reshape(len(both), -1)
         self.change, *_ = np.linalg.lstsq(both, ratio, rcond=None)
-        self.noise = (
-            float((np.log(renders[:, 0]) - basis @ self.rest).std() * (1 - basis.shape[1] / len(points)) ** -0.5),
-            float((ratio - both @ self.change).std() * (1 - both.shape[1] / len(both)) ** -0.5),
-        )
+        self.correction = np.ones((2, renders.shape[2]))
 
     @staticmethod
     def _basis(point: Array) -> Array:
@@ -207,7 +206,11 @@ class Rings:
         basis = self._basis(constants.rendered)
         rest = np.exp(basis @ self.rest)
         change = np.exp(np.outer(basis, self._depths(constants.depth_mm)).ravel() @ self.change)
-        return rest, rest * change
+        return rest * self.correction[0], rest * change * self.correction[1]
+
+    def correct(self, constants: Constants, rendered: Array) -> None:
+        """Goes through a rendering from now on, untouched and pressed, shape (2, rings); its neighbours move along."""
+        self.correction = self.correction * rendered / np.array(self.of(constants))
 
 
 def fit(rings: Rings, real: Array, *, gamma: float | None) -> tuple[Constants, dict[str, float], Array, float]:
@@ -263,26 +266,22 @@ def features(drop: Array) -> dict[str, float]:
     }
 
 
-def greys(constants: Constants, *overrides: str, turns: int = TURNS, exposed: Array | None = None) -> Array:
-    """Whole frames, untouched and pressed, of a rendering with some constants, shape (2, 69, 92).
+def radiance(constants: Constants, *overrides: str, turns: int = TURNS) -> Array:
+    """Whole frames, untouched and pressed, rendered with some constants, shape (2, 69, 92).
 
     Args:
-        constants: Of sensor, press and camera.
+        constants: Of sensor and press.
         overrides: Of the scene.
         turns: Renderings whose mean is taken.
-        exposed: Radiance of an untouched frame that the camera is exposed for; none for the constants' own exposure.
     """
-    scene = press_scene((-constants.depth_mm,), *CAREFUL, *overrides)
-    found = images(scene, solved(scene), constants.rendered, turns=turns)
-    if exposed is not None:
-        found *= exposed.mean() / found[0].mean()
-    return grey(found, constants, shade(constants.vignetting))
+    scene = press_scene((-constants.depth_mm,), *overrides)
+    return images(scene, solved(scene), constants.rendered, turns=turns)
 
 
 def confirm(constants: Constants) -> dict[str, Any]:
     """Curves, what is left over, and comparisons of whole frames; pictures."""
     real = np.array([observed("ref"), observed("sample")])
-    seen = greys(constants)
+    seen = grey(radiance(constants, *SHOWN), constants, shade(constants.vignetting))
     rings = {name: np.array([profile(each) for each in pair]) for name, pair in (("real", real), ("seen", seen))}
     drops = {name: each[0] - each[1] for name, each in rings.items()}
     pairs = dict(zip(("untouched", "pressed"), zip(real, seen, strict=True), strict=True))
@@ -314,12 +313,13 @@ def predict(constants: Constants, covariance: Array, depth_share: float, *overri
     """A press that nobody compared: its profile, and features with their spread by the constants' covariance."""
     low, high = np.array([*RANGES.values(), DEPTH_MM]).T
     base = press_scene((-constants.depth_mm,), *CAREFUL)
-    exposed = images(base, [Sensor.for_scene(base).rest] * 2, constants.rendered)[0]
+    exposed = images(base, [Sensor.for_scene(base).rest] * 2, constants.rendered)[0].mean()
 
     def at(vector: Array) -> Array:
         moved = from_vector(vector)
         moved = replace(moved, depth_mm=depth_share * moved.depth_mm)
-        frames = greys(moved, *overrides, turns=1, exposed=exposed)
+        found = radiance(moved, *CAREFUL, *overrides, turns=1)
+        frames = grey(found * exposed / found[0].mean(), constants, shade(constants.vignetting))
         return profile(frames[0]) - profile(frames[1])
 
     middle = np.array([*constants.rendered, *list(asdict(constants).values())[4:]])
@@ -370,12 +370,13 @@ def fitted() -> dict[str, Any]:
     """Both fits: with a camera whose grey levels are linear in light, and with a gamma of its own."""
     real = np.array([profile(observed("ref")), profile(observed("sample"))])
     rings = Rings(places(), np.array(json.loads(RENDERS.read_text(encoding="utf-8"))))
-    print("noise of untouched rings and of their change (relative)", rings.noise)
+    first = fit(rings, real, gamma=1.0)[0]
+    rings.correct(first, np.array([profile(each) for each in radiance(first, *CAREFUL)]))
     told: dict[str, Any] = {}
     for name, gamma in (("linear camera", 1.0), ("gamma free", None)):
         constants, sds, covariance, rms = fit(rings, real, gamma=gamma)
+        print(name, rms, constants, flush=True)
         both = {key: {"value": value, "sd": sds[key]} for key, value in asdict(constants).items()}
-        print(name, rms, json.dumps(both, indent=1))
         told[name] = {"rms_grey": rms, "constants": both, "covariance": covariance.tolist()}
     chosen = told["linear camera"]
     return {"constants": chosen["constants"], "covariance": chosen["covariance"], "fits": told}
