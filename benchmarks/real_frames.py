@@ -10,8 +10,8 @@ the untouched frame and the pressed one, on mean levels of rings about the middl
 frames at places of a Latin hypercube over the constants and at four depths; `fit` smooths the logarithms of their
 rings with polynomials, which takes the noise of single renderings out of it, solves for the constants, and does so
 again with polynomials that go through a careful rendering of what was found. `confirm` renders anew: all curves,
-residuals and comparisons are of these renderings. `predict` renders two thirds of that depth and a layer thinner by a
-tenth; nothing is compared with that.
+residuals and comparisons are of these renderings, whose exposure is metered on the untouched frame. `predict` renders
+two thirds of that depth and a layer thinner by a tenth; nothing is compared with that.
 """
 
 import argparse
@@ -279,15 +279,19 @@ def radiance(constants: Constants, *overrides: str, turns: int = TURNS) -> Array
 
 
 def confirm(constants: Constants) -> dict[str, Any]:
-    """Curves, what is left over, and comparisons of whole frames; pictures."""
+    """Curves, what is left over, comparisons of whole frames, pictures; exposure is metered on the untouched one."""
     real = np.array([observed("ref"), observed("sample")])
-    seen = grey(radiance(constants, *SHOWN), constants, shade(constants.vignetting))
+    found, shading = radiance(constants, *SHOWN), shade(constants.vignetting)
+    level = profile(real[0]).mean() / profile(grey(found[0], constants, shading)).mean()
+    constants = replace(constants, exposure=constants.exposure + constants.gamma * float(np.log(level)))
+    seen = grey(found, constants, shading)
     rings = {name: np.array([profile(each) for each in pair]) for name, pair in (("real", real), ("seen", seen))}
     drops = {name: each[0] - each[1] for name, each in rings.items()}
     pairs = dict(zip(("untouched", "pressed"), zip(real, seen, strict=True), strict=True))
     pairs["change"] = (real[1] - real[0] + MIDDLE_GREY, seen[1] - seen[0] + MIDDLE_GREY)
     _draw(pairs)
     return {
+        "exposure": constants.exposure,
         "rms_profiles_grey": float(np.sqrt(np.mean((rings["seen"] - rings["real"]) ** 2))),
         "rms_change_profile_grey": float(np.sqrt(np.mean((drops["seen"] - drops["real"]) ** 2))),
         "rms_blocks_grey": float(np.sqrt(np.mean((seen - real) ** 2))),
@@ -356,6 +360,7 @@ def main() -> None:
     constants = Constants(**{name: each["value"] for name, each in told["constants"].items()})
     if "confirm" in asked:
         told |= confirm(constants)
+    constants = replace(constants, exposure=told["exposure"])
     if "predict" in asked:
         covariance = np.array(told["covariance"])
         told["predictions"] = {
