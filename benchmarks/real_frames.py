@@ -360,7 +360,8 @@ def main() -> None:
     constants = Constants(**{name: each["value"] for name, each in told["constants"].items()})
     if "confirm" in asked:
         told |= confirm(constants)
-    constants = replace(constants, exposure=told["exposure"])
+        told["constants"]["exposure"]["value"] = told["exposure"]
+        constants = replace(constants, exposure=told["exposure"])
     if "predict" in asked:
         covariance = np.array(told["covariance"])
         told["predictions"] = {
