@@ -1,5 +1,6 @@
 """Points of the unit cube from which everything random is drawn; point k never depends on how many there are."""
 
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
@@ -10,11 +11,13 @@ from magicsim.arrays import Array
 if TYPE_CHECKING:
     from scipy.stats import qmc
 
-Sampling = Literal["sobol", "random"]
+Sampling = Literal["sobol", "stratified", "random"]
 BELOW_ONE = np.nextafter(1.0, 0.0)
 BLOCK = 1024
 """Points that are made at once: a power of two, in which Sobol points are balanced."""
 KEPT_BLOCKS = 4
+RUN = 16
+"""Consecutive stratified points that have one in each of as many equal parts of every dimension."""
 
 
 class UnitPoints:
@@ -27,7 +30,9 @@ class UnitPoints:
             dimensions: Of each point.
             seed: Seed of the recipe or sweep.
             stream: Sequences of different streams are independent.
-            sampling: Scrambled Sobol points (Owen 1998), or independent ones.
+            sampling: Scrambled Sobol points (Owen 1998), which fill the cube most evenly in large numbers and tie
+                dimensions to each other in small ones; stratified ones, each dimension in an order of its own (Latin
+                hypercubes of `RUN` points, McKay et al. 1979), which do not; or independent ones.
         """
         self._dimensions, self._seed, self._stream, self._sampling = dimensions, seed, stream, sampling
         self._engine: qmc.Sobol | None = None
@@ -48,11 +53,21 @@ class UnitPoints:
         if self._dimensions == 0:
             return np.zeros((BLOCK, 0))
         if self._sampling == "random":
-            places = range(number * BLOCK, (number + 1) * BLOCK)
-            streams = (np.random.SeedSequence([self._seed, self._stream, place]) for place in places)
-            return np.stack([np.random.Generator(np.random.PCG64(each)).random(self._dimensions) for each in streams])
+            return np.stack([random.random(self._dimensions) for random in self._generators(number, BLOCK)])
+        if self._sampling == "stratified":
+            return np.concatenate([self._run(random) for random in self._generators(number, BLOCK // RUN)])
         engine = self._at(number * BLOCK)
         return np.asarray(np.minimum(engine.random(BLOCK), BELOW_ONE))
+
+    def _generators(self, block: int, count: int) -> Iterator[np.random.Generator]:
+        """One generator for each equal part of a block."""
+        for part in range(block * count, (block + 1) * count):
+            yield np.random.Generator(np.random.PCG64(np.random.SeedSequence([self._seed, self._stream, part])))
+
+    def _run(self, random: np.random.Generator) -> Array:
+        """Consecutive stratified points, shape (RUN, dimensions)."""
+        parts = random.permuted(np.tile(np.arange(RUN), (self._dimensions, 1)), axis=1).T
+        return np.asarray(np.minimum((parts + random.random(parts.shape)) / RUN, BELOW_ONE))
 
     def _at(self, place: int) -> "qmc.Sobol":
         """The generator of Sobol points, so far that a point is the next one."""

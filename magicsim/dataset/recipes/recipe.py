@@ -13,6 +13,7 @@ from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, Path
 from magicsim.dataset.room_recipe import RoomRecipe
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Number, check_weights
+from magicsim.sampling.points import Sampling
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed
 from magicsim.scenes.taxels import TaxelSettings
@@ -151,8 +152,9 @@ class Recipe(Config):
     """Consecutive episodes of one printed sensor."""
     episodes_per_shard: Annotated[int, Field(ge=1, le=1000)] = 16
     """Episodes of one split in one file."""
-    sampling: Literal["sobol", "random"] = "sobol"
-    """Quasi-random points cover the distributions more evenly than independent ones."""
+    sampling: Sampling = "stratified"
+    """Stratified points cover each distribution evenly and tie none to another. Of few Sobol points the choice of an
+    object would tell where it touches: those are for thousands of episodes."""
     split_by: Literal["episode", "sensor"] = "episode"
     """What is never in two splits."""
     splits: Splits = Splits()

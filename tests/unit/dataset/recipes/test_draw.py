@@ -130,7 +130,7 @@ def test_episodes_of_one_sensor_share_it_and_each_has_its_own_seed():
     assert len({episode.scene.seed for episode in episodes}) == 7
 
 
-@pytest.mark.parametrize("sampling", ["sobol", "random"])
+@pytest.mark.parametrize("sampling", ["sobol", "stratified", "random"])
 def test_first_episodes_stay_when_there_are_more(sampling: str):
     few, many = (draw_episodes(small_recipe(f"episodes={n}", f"sampling={sampling}")) for n in (3, 12))
     assert many[:3] == list(few)
@@ -251,7 +251,7 @@ def test_override_reaches_into_the_default_recipe():
     assert load_recipe("default", ["design.skin_mm=0.6"]).design.skin_mm == 0.6
 
 
-@pytest.mark.parametrize("sampling", ["sobol", "random"])
+@pytest.mark.parametrize("sampling", ["sobol", "stratified", "random"])
 def test_episode_is_the_same_whenever_it_is_asked_for(sampling: str):
     recipe = small_recipe("episodes=5000", f"sampling={sampling}")
     forwards, backwards = draw_episodes(recipe), draw_episodes(recipe)
@@ -314,9 +314,9 @@ def test_card_says_that_frames_depend_on_those_before():
 
 def test_rooms_come_as_often_as_they_weigh_and_stand_in_every_row():
     rooms = [{"room": "office", "weight": 3, "ambient": {"low": 0.05, "high": 0.2}}, {"room": "dark"}]
-    recipe = recipe_with(rooms=rooms, episodes=300, episodes_per_sensor=3)
-    sensors = draw_sensors(recipe, 100)
-    assert Counter(sensor.rig.room for sensor in sensors) == {"office": 75, "dark": 25}
+    recipe = recipe_with(rooms=rooms, episodes=288, episodes_per_sensor=3)
+    sensors = draw_sensors(recipe, 96)
+    assert Counter(sensor.rig.room for sensor in sensors) == {"office": 72, "dark": 24}
     lit = [sensor for sensor in sensors if sensor.rig.room == "office"]
     assert all(sensor.rig.ambient == (sensor.values["sensor.ambient"],) * 3 for sensor in lit)
     assert {"room", "room_radiance", "drawn.sensor.ambient"} <= {column.name for column in columns_of(recipe)}
