@@ -30,8 +30,8 @@ class UnitPoints:
             dimensions: Of each point.
             seed: Seed of the recipe or sweep.
             stream: Sequences of different streams are independent.
-            sampling: Scrambled Sobol points (Owen 1998), which fill the cube most evenly in large numbers and tie
-                dimensions to each other in small ones; stratified ones, each dimension in an order of its own (Latin
+            sampling: Scrambled Sobol points (Owen 1998), which fill the cube most evenly and tie dimensions to each
+                other, most of all in small numbers; stratified ones, each dimension in an order of its own (Latin
                 hypercubes of `RUN` points, McKay et al. 1979), which do not; or independent ones.
         """
         self._dimensions, self._seed, self._stream, self._sampling = dimensions, seed, stream, sampling

@@ -153,8 +153,8 @@ class Recipe(Config):
     episodes_per_shard: Annotated[int, Field(ge=1, le=1000)] = 16
     """Episodes of one split in one file."""
     sampling: Sampling = "stratified"
-    """Stratified points cover each distribution evenly and tie none to another. Of few Sobol points the choice of an
-    object would tell where it touches: those are for thousands of episodes."""
+    """Stratified points cover each distribution evenly and tie none to another. Of Sobol points, of dozens as of a
+    thousand, the choice of an object tells where it touches: they draw older datasets again."""
     split_by: Literal["episode", "sensor"] = "episode"
     """What is never in two splits."""
     splits: Splits = Splits()
