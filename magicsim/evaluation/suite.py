@@ -13,7 +13,7 @@ from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.scenes.rig import PlaceMm, Rig
-from magicsim.scenes.scene import FrameNumber, FrameRate, GapMm, RenderSettings, Seed
+from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameNumber, FrameRate, GapMm, RenderSettings, Seed
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 Role = Literal["training", "held_out"]
@@ -158,7 +158,7 @@ class SuiteConfig(Config):
     """Seed of the camera noise and of the resampling; another one needs no new rendering."""
     references: Annotated[int, Field(ge=1, le=1000)] = 30
     """Frames of the untouched sensor before those of the path."""
-    frames_per_second: FrameRate = 15.0
+    frames_per_second: FrameRate = FRAMES_PER_SECOND
     """Frame rate [1/s]."""
     jitter_mm: Annotated[float, Field(ge=0, le=5)] = 0.0
     """Largest random shift of an object along x and y [mm], drawn from the episode's seed."""

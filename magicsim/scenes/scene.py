@@ -24,6 +24,8 @@ MAX_FRAMES = 100_000
 FrameNumber = Annotated[int, Field(ge=0, lt=MAX_FRAMES)]
 FrameRate = Annotated[float, Field(ge=0.001, le=1000)]
 """Down to a frame in a quarter of an hour [1/s]."""
+FRAMES_PER_SECOND = 15.0
+"""Frame rate of all that is filmed and does not say another [1/s]."""
 
 
 class Keyframe(Config):
@@ -145,7 +147,7 @@ class SceneConfig(Config):
     """Seed of everything random in the episode."""
     references: Annotated[int, Field(ge=0, le=1000)] = 30
     """Frames of the untouched sensor before the scored ones."""
-    frames_per_second: FrameRate = 15.0
+    frames_per_second: FrameRate = FRAMES_PER_SECOND
     """Frame rate [1/s]."""
     object: ObjectConfig | None = None
     """What approaches; a file may give the name of an object preset instead."""

@@ -15,7 +15,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.sampling.points import Sampling
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import ContactSettings, FrameRate, RenderSettings, Seed
+from magicsim.scenes.scene import FRAMES_PER_SECOND, ContactSettings, FrameRate, RenderSettings, Seed
 from magicsim.scenes.taxels import TaxelSettings
 
 MAX_SENSORS = 100_000
@@ -160,7 +160,7 @@ class Recipe(Config):
     splits: Splits = Splits()
     references: Annotated[int, Field(ge=0, le=1000)] = 1
     """Frames of the untouched sensor before each episode."""
-    frames_per_second: FrameRate = 15.0
+    frames_per_second: FrameRate = FRAMES_PER_SECOND
     tolerances: Tolerances = Tolerances()
     camera: CameraNoise = CameraNoise()
     rooms: tuple[RoomRecipe, ...] = ()

@@ -23,6 +23,7 @@ from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.points import unit_points
 from magicsim.scenes.refusals import gap_refusal
 from magicsim.scenes.rig import Camera
+from magicsim.scenes.scene import FRAMES_PER_SECOND
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.sensor import Sensor, sensor_exposure
 from magicsim.sweep.judging.central_press import CentralPress, followed_finely, moved, press_centrally
@@ -43,8 +44,6 @@ REFERENCES = 30
 """Frames of the untouched sensor that make the references, as published."""
 PASSED = 6
 """Places, at even times, of what passes in the room while nothing else happens."""
-FRAMES_PER_SECOND = 15.0
-"""Frame rate of a film, as scenes have it: what passes in the room moves [1/s]."""
 SPAN = 1000
 """Noise streams that each state has for itself."""
 
