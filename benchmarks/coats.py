@@ -3,7 +3,7 @@
     python benchmarks/coats.py
 
 A ball of 4 mm, 0.5 mm deep on a block of 6 x 6 x 4 mm, bare and under coats of 0.05 mm: small, so that a coat counts.
-NGSolve needs the extra `reference`.
+NGSolve needs the extra `reference` (docs/commands/machine.md).
 """
 
 import json

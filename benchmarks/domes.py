@@ -4,7 +4,7 @@
     python benchmarks/domes.py cylinder plate --elements 8     # one case with finer elements
 
 A ball of 4 mm and a plate on the crown of a sphere and of a cylinder, 0.5 and 1 mm deep: the block of `uniform-block`
-with a dome. The reference's plate is a ball of 20 m. NGSolve needs the extra `reference`.
+with a dome. The reference's plate is a ball of 20 m. NGSolve needs the extra `reference` (docs/commands/machine.md).
 """
 
 import argparse

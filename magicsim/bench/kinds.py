@@ -89,7 +89,7 @@ def draw(file: Path, target: Path) -> None:
 def _recompute() -> None:
     try:
         from magicsim.bench.deform.recompute import recompute_reference
-    except ModuleNotFoundError as error:
-        msg = f"recompute needs {error.name}; `pip install magicsim[reference]`"
+    except ImportError as error:
+        msg = f"recompute needs NGSolve, `pip install magicsim[reference]`: {error}"
         raise ConfigError(msg) from None
     recompute_reference(reference_path())

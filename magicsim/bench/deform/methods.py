@@ -35,7 +35,7 @@ class Variant:
 
 
 def solve_optional(problem: SphereOnBlock, repeats: int, *, module: str, solve: str, **settings: Any) -> Iterator[Outcome]:  # noqa: ANN401, E501  # fmt: skip
-    """Runs a method whose package may be missing; a missing one fails at every depth.
+    """Runs a method whose package may be missing or not load, for lack of a library; such a one fails at every depth.
 
     Args:
         problem: What to solve.
@@ -46,7 +46,7 @@ def solve_optional(problem: SphereOnBlock, repeats: int, *, module: str, solve: 
     """
     try:
         method = getattr(importlib.import_module(module), solve)
-    except ModuleNotFoundError:
+    except ImportError:
         for depth in problem.depths_mm:
             yield Failure(depth_mm=depth, message=NOT_INSTALLED, seconds_total=0.0)
         return

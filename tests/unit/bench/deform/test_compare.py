@@ -112,16 +112,20 @@ def test_plot_is_the_same_every_time(result, tmp_path):
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-def test_lattice_variants_come_without_the_extra(monkeypatch):
+def test_lattice_variants_come_without_the_extra_or_its_libraries(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "felupe", None)
-    monkeypatch.setitem(sys.modules, "ngsolve", None)
-    for name in ("felupe_method", "felupe_contact", "ngsolve_reference"):
+    (tmp_path / "ngsolve.py").write_text("raise ImportError('libgfortran.so.5: cannot open shared object file')")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "ngsolve", raising=False)
+    for name in ("felupe_method", "felupe_contact", "ngsolve_reference", "recompute"):
         monkeypatch.delitem(sys.modules, f"magicsim.bench.deform.{name}", raising=False)
     others = [one for one in VARIANTS if one.method.startswith(("felupe", "NGSolve"))]
     assert others
     for variant in others:
         outcomes = list(variant.solve(SMALL, 1))
         assert [outcome.message for outcome in outcomes] == [NOT_INSTALLED] * 2
+    with pytest.raises(ConfigError, match=r"recompute needs NGSolve, .*: libgfortran.so.5: cannot open"):
+        run.run_bench("deform", tmp_path / "out", recompute=True)
 
 
 def test_every_variant_has_its_own_name():
