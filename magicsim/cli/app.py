@@ -42,7 +42,7 @@ app = App(
     name="magicsim",
     version=magicsim.__version__,
     help="Simulator of the mini-MagicTac see-through touch sensor. Every command takes --variant too: llvm_ad_rgb,\n"
-    "cuda_ad_rgb (an NVIDIA GPU, untested) or scalar_rgb.",
+    "cuda_ad_rgb (an NVIDIA GPU) or scalar_rgb.",
     suppress_keyboard_interrupt=False,
     default_parameter=Parameter(converter=read_words),
 )

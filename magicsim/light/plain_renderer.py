@@ -57,8 +57,8 @@ class PlainRenderer:
         self.object_finish = object_finish or Finish()
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self._film = film(elastomer.design, rig, rig.camera.window)
-        load = partial(load_world, self.estimator, elastomer, rig, settings, object_mesh)
-        self._worlds = Worlds(elastomer, object_mesh, self.object_finish, load)
+        self.load_world = partial(load_world, self.estimator, elastomer, rig, settings, object_mesh)
+        self._worlds = Worlds(elastomer, object_mesh, self.object_finish, self.load_world)
 
     def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
         """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).

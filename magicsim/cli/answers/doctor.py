@@ -25,7 +25,7 @@ class Examination:
     variant: str
     """Mitsuba variant that will render; `MAGICSIM_VARIANT` asks for another."""
     can_ask_for: list[str]
-    """Variants that the installed Mitsuba offers: `cuda_ad_rgb` needs an NVIDIA GPU, and is untested here."""
+    """Variants that the installed Mitsuba offers: `cuda_ad_rgb` needs an NVIDIA GPU."""
     llvm: str | None
     """The libLLVM that works, or None."""
     solver: str

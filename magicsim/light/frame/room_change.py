@@ -51,6 +51,7 @@ def room_change(world: LitWorld, outside: Outside, cheap: Untouched, *, seed: in
 def _is_kept_out(world: LitWorld, outside: Outside, starts: LightStarts) -> Any:
     """Which particles meet what stands outside before the sensor, mi.Bool."""
     there = outside.scene.ray_intersect_preliminary(starts.rays)
+    dr.eval(there)  # a kernel on an NVIDIA GPU traces one scene
     block = world.scene.ray_intersect_preliminary(starts.rays)
     return there.is_valid() & (~block.is_valid() | (there.t < block.t))
 

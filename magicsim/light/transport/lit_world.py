@@ -36,6 +36,7 @@ from magicsim.light.world.medium import Media
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.light.world.outside import Outside
 from magicsim.light.world.scene_dict import WorldContent, lights_inside, lights_off
+from magicsim.light.world.shapes import Shapes
 from magicsim.scenes.rig import INSET_MM, Rig
 
 LIGHT_DEPTH = 2000
@@ -277,11 +278,18 @@ class LitWorld(World):
         record: LightRecord | None = None, balance: bool = False,
     ) -> Tracks:  # fmt: skip
         depths = [medium.sigma_s * medium.reduced.sigma_s * media.top_mm**2 for medium in (media.body, media.infill)]
+        scene, shapes = self._traced(outside)
         tracks: Tracks = deposit_tracks(
-            self.scene, starts, self.inventory.shapes(outside), media, self.voxels, lights=lights,
+            scene, starts, shapes, media, self.voxels, lights=lights,
             max_depth=int(LIGHT_DEPTH + DIFFUSION * max(depths)), balance=balance, record=record,
         )  # fmt: skip
         return tracks
+
+    def _traced(self, outside: Outside | None, room: Any = None) -> tuple[Any, Shapes]:
+        """Scene that a pass follows its rays in, and its shapes by their role."""
+        if outside is None or outside.joined is None:
+            return self.scene, self.inventory.shapes(outside, room)
+        return outside.joined.scene, outside.joined.inventory.shapes(room=room)
 
     def gather(
         self, field: LightField, *, samples: int, seed: int, pattern: int = 0, window: Window | None = None
@@ -325,8 +333,9 @@ class LitWorld(World):
             room: What alone shines, see `Shapes`.
             record: Takes down what the paths pass, or None.
         """
+        scene, shapes = self._traced(outside, room)
         return gather_radiance(
-            self.scene, self.inventory.shapes(outside, room), self.media.reduced,
+            scene, shapes, self.media.reduced,
             self._cached(field, is_change=room is not None), self.content.object_finish, starts, seed=stream,
             max_depth=CAMERA_DEPTH, forward=self.media.infill if self._followed else None, followed=self._followed,
             record=record,

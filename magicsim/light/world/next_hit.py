@@ -15,9 +15,10 @@ face that it left again if all of the facing face lies in front of all planes of
 from dataclasses import dataclass
 from typing import Any
 
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import VARIANT, dr, mi
 from magicsim.light.cells.cell_faces import FRAME, NONE, PACKET, CellFaces
 from magicsim.light.cells.cell_topology import FACES, canonical_triangles
+from magicsim.light.variant import CUDA_VARIANT
 
 NOWHERE, IN_CELL, IN_WALL = range(3)
 
@@ -114,8 +115,9 @@ def searched(scene: Any, ray: Any, body: Any, infill: Any, active: Any) -> Any:
     """
     found = scene.ray_intersect_preliminary(ray, coherent=False, active=active)
     # The block's group stands where it was made: what is found in it needs no transform.
-    grouped = found.instance != dr.zeros(mi.ShapePtr)
-    found.shape = dr.select(grouped, dr.select(found.shape_index == 0, body, infill), found.shape)
+    if VARIANT != CUDA_VARIANT:  # Embree tells a shape's place in its group; OptiX the shape itself, and no place
+        grouped = found.instance != dr.zeros(mi.ShapePtr)
+        found.shape = dr.select(grouped, dr.select(found.shape_index == 0, body, infill), found.shape)
     found.instance = dr.zeros(mi.ShapePtr)
     return flat(found.compute_surface_interaction(ray, mi.RayFlags.Minimal, active), ray)
 

@@ -10,7 +10,7 @@ from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 SMALL = (
     "design.footprint_mm=[16,20]", "design.lattice.spacing_mm=1.2", "rig.camera.columns=48", "rig.camera.rows=60",
     "rig.camera.field_mm=14", "render.samples=4", "render.particles=8000", "render.anchor_samples=16",

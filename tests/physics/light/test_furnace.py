@@ -3,9 +3,9 @@
 import pytest
 from laboratory.light.optics import CASES, check_optics
 
-from magicsim.light.variant import LLVM_VARIANT, activate_variant
+from magicsim.light.variant import SCALAR_VARIANT, activate_variant
 
-pytestmark = pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="needs LLVM")
+pytestmark = pytest.mark.skipif(activate_variant() == SCALAR_VARIANT, reason="needs LLVM or CUDA")
 SMALL = ("design.footprint_mm=[8, 9]", "rig.camera.field_mm=7.5")
 QUICK = ("default, rest", "default, 1 mm press")
 

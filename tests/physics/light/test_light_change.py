@@ -11,7 +11,7 @@ from magicsim.light.backend import VARIANT
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 CHEAP = ("render.samples=2", "render.particles=2000", "render.anchor_samples=4", "render.anchor_particles=40000")
 MANY = ("render.samples=8", "render.particles=200000", "render.anchor_samples=8", "render.anchor_particles=200000")
 COVERED = (

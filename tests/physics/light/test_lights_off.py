@@ -5,7 +5,7 @@ import logging
 import numpy as np
 import pytest
 
-from magicsim.light.variant import LLVM_VARIANT, activate_variant
+from magicsim.light.variant import SCALAR_VARIANT, activate_variant
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.stream import simulate
 
@@ -19,7 +19,7 @@ SMALL = [
 NEAR, TOUCHED, LIT = "{frame=0, gap_mm=1.0}", "{frame=1, gap_mm=-0.2}", "{frame=2, flashlight=true}"
 DARK = "[0,0,0]"
 
-pytestmark = pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="needs LLVM")
+pytestmark = pytest.mark.skipif(activate_variant() == SCALAR_VARIANT, reason="needs LLVM or CUDA")
 
 
 def scene(*overrides: str, keyframes: tuple[str, ...] = (NEAR, TOUCHED, LIT)) -> SceneConfig:

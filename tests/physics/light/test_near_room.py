@@ -11,7 +11,7 @@ from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 NEAR_MM = 60.0
 SMALL = (
     "rig.strips=[]", "design.footprint_mm=[12,14]", "rig.camera.field_mm=10", "rig.camera.columns=24",

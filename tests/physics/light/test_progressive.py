@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.refinement import central
-from magicsim.light.variant import LLVM_VARIANT, activate_variant
+from magicsim.light.variant import SCALAR_VARIANT, activate_variant
 from magicsim.scenes.scene import load_scene
 
 SMALL = [
@@ -14,7 +14,7 @@ SMALL = [
 ]  # fmt: skip
 
 
-@pytest.mark.skipif(activate_variant() != LLVM_VARIANT, reason="needs LLVM")
+@pytest.mark.skipif(activate_variant() == SCALAR_VARIANT, reason="needs LLVM or CUDA")
 def test_estimated_error_is_the_distance_to_a_converged_image() -> None:
     from magicsim.scenes.view import View
     from magicsim.simulation.sensor import Sensor

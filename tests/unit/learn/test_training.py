@@ -40,11 +40,12 @@ def test_network_learns_a_number_a_flag_and_a_choice():
     np.testing.assert_allclose(answer(samples.at(split.test), done.model, config), done.answers, atol=1e-4)
 
 
-def test_training_in_stretches_gives_the_same_bytes():
-    whole = trained()[3]
+def test_training_in_stretches_gives_the_same_bytes_on_a_cpu():
+    settings = SETTINGS.model_copy(update={"device": "cpu"})
+    whole = trained(settings)[3]
     checkpoint, stretches = None, 0
     while True:
-        part = trained(checkpoint=checkpoint, seconds=0.0)[3]
+        part = trained(settings, checkpoint=checkpoint, seconds=0.0)[3]
         stretches += 1
         checkpoint = part.checkpoint
         if checkpoint is None:

@@ -61,7 +61,7 @@ def test_what_mirrors_hides_the_room_or_stands_before_the_light_is_never_too_far
     assert not is_out_of_reach(50, finish, scene.design, scene.rig, GREY)
 
 
-@pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+@pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 def test_a_far_object_is_left_out_and_what_it_would_have_changed_is_within_the_bound():
     scene = far(2000)
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]

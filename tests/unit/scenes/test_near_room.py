@@ -43,7 +43,7 @@ def test_an_object_that_reaches_out_of_the_room_is_refused_by_the_plan():
         plan_scene(scene)
 
 
-@pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+@pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 def test_an_object_that_was_moved_out_of_the_room_is_not_rendered():
     sensor = Sensor.for_scene(load_scene("near", [*SMALL, "rig.room_distance_mm=60", keyframes("gap_mm=2")]))
     state = FrameState(gap_mm=58.0, x_mm=0.0, y_mm=0.0, twist_deg=0.0, flashlight=False, light_x_mm=0.0)

@@ -32,7 +32,7 @@ def test_rows_share_the_sphere():
     assert rows[:125].sum() == pytest.approx((1 - np.cos(np.pi / 4)) / 2)
 
 
-@pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+@pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 def test_the_middle_is_ahead_the_upper_edge_above_and_the_right_half_on_the_right(tmp_path):
     picture = np.full((64, 128, 3), 20, np.uint8)
     picture[24:40, 56:72] = (255, 20, 20)  # ahead
@@ -50,7 +50,7 @@ def test_the_middle_is_ahead_the_upper_edge_above_and_the_right_half_on_the_righ
     assert [seen(0, 0, -1), seen(0, 1, 0), seen(1, 0, 0)] == [0, 1, 2]
 
 
-@pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+@pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 def test_a_touch_in_a_room_is_the_same_whatever_was_seen_before():
     quick = ("render.anchor_samples=4", "render.anchor_particles=10000", "render.particles=2000", "render.samples=2")
     press = "keyframes=[{frame=0,gap_mm=-0.3}]"

@@ -11,7 +11,7 @@ from magicsim.light.cells.cell_faces import FRAME, NONE, cell_faces
 from magicsim.light.cells.cell_planes import NEVER
 from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 
 
 @pytest.fixture(scope="module", params=[1.0, 0.4])

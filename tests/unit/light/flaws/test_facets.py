@@ -6,7 +6,7 @@ import pytest
 from magicsim.light.backend import VARIANT, dr, mi
 from magicsim.light.flaws.facets import first_facet, walk_on
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 RAYS = 400_000
 BINS = 8
 

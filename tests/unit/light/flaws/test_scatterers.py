@@ -7,7 +7,7 @@ from magicsim.geometry.flaws.placed_inclusions import Placed
 from magicsim.light.backend import VARIANT, dr, mi
 from magicsim.light.flaws.scatterers import Scatterers, bump_ahead, turned
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 RAYS = 400_000
 BINS = 8
 RADIUS = 0.3

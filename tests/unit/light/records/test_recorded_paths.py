@@ -14,7 +14,7 @@ from magicsim.scenes.scene import load_scene
 from magicsim.scenes.view import View
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 SMALL = [
     "rig=digit-rgb",
     "design.footprint_mm=[8,9]",
@@ -33,7 +33,7 @@ def small(name, *overrides):
 
 def outside_of(renderer, view):
     """What stands before the block, in a scene of its own."""
-    return Outsides(renderer.rig, renderer.object_mesh, renderer.object_finish).of(
+    return Outsides(renderer.rig, renderer.object_mesh, renderer.object_finish, renderer.load_world).of(
         view.indenter and view.indenter.pose.to_sensor(renderer.object_mesh.vertices), view.flashlight_x_mm
     )
 

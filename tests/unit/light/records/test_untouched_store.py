@@ -11,7 +11,7 @@ from magicsim.light.records.untouched_store import UntouchedStore, default_store
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 SMALL = [
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28",
     "object.radius_mm=3", "render.anchor_samples=2", "render.anchor_particles=2000", "render.particles=500",

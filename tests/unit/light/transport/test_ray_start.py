@@ -9,7 +9,7 @@ from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 SMALL = [
     "rig=digit-rgb",
     "design.footprint_mm=[8,9]",

@@ -42,7 +42,7 @@ def test_bits_are_those_of_the_chosen_boxes(regions):
     assert [bit for bit in range(WORD) if word >> bit & 1] == [0, 5, 23]
 
 
-@pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+@pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 def test_a_path_finds_the_box_that_a_mesh_reaches(regions):
     points = np.random.default_rng(1).uniform(LOW, HIGH, (200, 3))
     found = np.array(regions.index(mi.Point3f(*points.T.astype(np.float32))))

@@ -4,7 +4,7 @@ import pytest
 from magicsim.light.backend import VARIANT, dr, mi
 from magicsim.light.world.medium import Medium, free_path, scattered, scattering_stretch
 
-pytestmark = pytest.mark.skipif(VARIANT != "llvm_ad_rgb", reason="needs LLVM")
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 COUNT = 200_000
 
 

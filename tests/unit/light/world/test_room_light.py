@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from magicsim.light.variant import LLVM_VARIANT, activate_variant
+from magicsim.light.variant import SCALAR_VARIANT, activate_variant
 
-if activate_variant() != LLVM_VARIANT:
-    pytest.skip("needs LLVM", allow_module_level=True)
+if activate_variant() == SCALAR_VARIANT:
+    pytest.skip("needs LLVM or CUDA", allow_module_level=True)
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.world.room_light import room_beams, room_particles
