@@ -55,8 +55,9 @@ def dataset(
 
     with show_progress(f"{recipe}: {config.episodes} episodes") as progress:
         summary = generate_dataset(
-            config, out, options=options, resume=resume, announce=_announce(out), progress=_told(progress)
-        )
+            config, out, options=options, resume=resume, announce=_announce(out, options.workers),
+            progress=_told(progress),
+        )  # fmt: skip
     print_result(fields_of(summary), as_json=json)
 
 
@@ -102,16 +103,17 @@ def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", 
     print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
 
 
-def _announce(out: Path) -> "Callable[[Estimate], None]":
+def _announce(out: Path, workers: int) -> "Callable[[Estimate], None]":
     """Writes the estimate of time and disk, before any work."""
     import shutil
 
     from magicsim.workers.options import usable_cores
 
     def announce(found: "Estimate") -> None:
-        cores, free = usable_cores(), shutil.disk_usage(out).free
+        cores, free = min(workers, usable_cores()), shutil.disk_usage(out).free
         sys.stderr.write(
-            f"about {found.frames} frames to simulate, {found.seconds(cores) / 60:.0f} minutes on {cores} cores and "
+            f"about {found.frames} frames to simulate, {found.seconds(cores) / 60:.0f} minutes on {cores} core"
+            f"{'s' if cores > 1 else ''} and "
             f"{found.bytes / 1e6:.0f} MB of {free / 1e6:.0f} MB that are free (rough estimates)\n"
         )
         if found.bytes > free:

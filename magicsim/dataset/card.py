@@ -31,14 +31,14 @@ configs:
 
 # Simulated frames of a see-through touch sensor
 
-{recipe.episodes} episodes of objects in front of and against mini-MagicTac, a soft block with a printed grid that a
-camera looks through; simulated by {made_by}. Every value that was drawn is a column; `config.toml` is the recipe that
+{recipe.episodes} episodes of objects in front of and against a soft block that a camera looks into (`config.toml` has
+its design); simulated by {made_by}. Every value that was drawn is a column; `config.toml` is the recipe that
 draws the same dataset again, with seed {recipe.seed}.
 {_history(recipe)}
 Units are mm, N, N mm, s and degrees. The sensor's frame is right-handed with its origin at the centre of the contact
-face, x along the short and y along the long side, +z from the contact face towards the camera; objects come from -z.
-Force is what the object exerts on the sensor, so that a press is +z. Row 0 of an image is at +y, column 0 at -x. The
-camera's frame has x to the right, y down and z ahead: `camera_rotation` turns it into the sensor's.
+face, x along the first and y along the second side of `footprint_mm`, +z from the contact face towards the camera;
+objects come from -z. Force is what the object exerts on the sensor, so that a press is +z. Row 0 of an image is at +y,
+column 0 at -x. The camera's frame has x to the right, y down and z ahead: `camera_rotation` turns it into the sensor's.
 
 {as_sentence(recipe)}
 

@@ -91,7 +91,7 @@ def _of_moment(force_metadata: dict[str, str] | None) -> list[Column]:
 
 def _of_object() -> list[Column]:
     return [
-        value("object_kind", "string", "kind of the object, empty without one"),
+        value("object_kind", "string", "kind of the episode's object, also in reference rows; empty without one"),
         value("object_config", "string", "the object's shape, orientation and colour as JSON, empty without one"),
         vector("object_color", 3, "its diffuse reflectance, linear RGB; NaN without one"),
         value("object_specular", "float64", "share of the light that it mirrors"),

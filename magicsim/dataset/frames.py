@@ -156,7 +156,9 @@ class FrameTable:
         return self._open["table"]
 
 
-def open_frames(folder: Path | str, columns: Sequence[str] | None = None, *, keep: Path | None = None) -> FrameTable:
+def open_frames(
+    folder: Path | str, columns: Sequence[str] | None = None, *, keep: Path | str | None = None
+) -> FrameTable:
     """The frames of a finished dataset.
 
     Args:
@@ -181,7 +183,7 @@ def open_frames(folder: Path | str, columns: Sequence[str] | None = None, *, kee
         columns=tuple(each for each in wanted if columns is None or each.name in columns),
         rows=np.arange(sum(count for _, count in counts)),
         split_of=np.concatenate([np.full(count, split) for split, count in counts]),
-        path=_copied(source, wanted, keep or _default_folder()),
+        path=_copied(source, wanted, Path(keep) if keep else _default_folder()),
     )
 
 

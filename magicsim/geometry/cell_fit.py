@@ -6,7 +6,7 @@ from magicsim.arrays import Array
 from magicsim.geometry.design import CELL_MM, HEIGHT_MM, ElastomerDesign
 from magicsim.geometry.flaws.unevenness import MIN_WALL_MM
 
-MAX_CELL_DEVIATION = 0.15
+MAX_CELL_DEVIATION = 0.15 + 1e-9  # as it is written: 0.85 of 1 mm is allowed
 """Largest relative difference between the resolved cell and the one asked for."""
 STEP_MM = 0.01
 """Step of the values that are proposed [mm]."""

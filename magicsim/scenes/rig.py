@@ -35,9 +35,9 @@ Offset = Annotated[float, Field(ge=-1024, le=1024)]
 NEAREST_MM, FARTHEST_ROOM_MM = 5.0, 1e6
 """Distances of a room that is not infinitely far away [mm]."""
 DARK = "dark"
+"""The room without light."""
 DIM = (0.1, 0.1, 0.1)
 """Radiance of a room whose light nobody gives, relative to the strips': assumed."""
-"""The room without light."""
 Side = Literal["-x", "+x", "-y", "+y"]
 INSET_MM = 0.2
 """How far inside the body the emitting face of an LED strip in optical contact lies [mm]."""

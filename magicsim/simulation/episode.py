@@ -45,11 +45,16 @@ class FrameTruth:
     torque_nmm: Vector
     """Its torque about the origin [N mm]."""
     contact_area_mm2: float
-    """Area under pressure [mm2]."""
+    """Deformed area of the face that touches [mm2]."""
     frame_class: FrameClass | None
     """Class for scoring, None where the frame is not scored."""
     solve: SolveFigures
     """Quality of the deformation."""
+
+    @property
+    def gap_mm(self) -> float | None:
+        """Distance of the object from the untouched face, negative where it is pressed in; None without one [mm]."""
+        return self.state.gap_mm
 
     @property
     def caption(self) -> str:

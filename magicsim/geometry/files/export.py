@@ -32,7 +32,7 @@ class Export:
     """Files written; of STL, which holds one part, the clear part and then the infill if there is one."""
 
 
-def export_design(design: ElastomerDesign, out: Path) -> Export:
+def export_design(design: ElastomerDesign, out: Path | str) -> Export:
     """Builds a design and writes its parts `body` and, with a grid, `infill`.
 
     Args:
@@ -44,6 +44,7 @@ def export_design(design: ElastomerDesign, out: Path) -> Export:
         GeometryError: The design cannot be built.
         OutputError: The name ends in something else, or the files cannot be written.
     """
+    out = Path(out)
     if out.suffix not in SUFFIXES:
         msg = f"out = '{out}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         raise OutputError(msg)

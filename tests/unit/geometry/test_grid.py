@@ -154,3 +154,8 @@ def test_a_design_that_does_not_fit_is_answered_with_values_that_do(changes: dic
         for closer in nearer:  # no value closer to the one asked for fits
             with pytest.raises(GeometryError):
                 resolve_grid(design.model_copy(update={name: closer}))
+
+
+def test_cell_of_just_85_percent_is_allowed():
+    # core 3 mm along z: three walls and three cells of 1 mm ask for 1.15 mm each
+    assert grid_of(core_mm=3.0, cell_mm=1.0, wall_mm=0.15, footprint_mm=(23, 23)).cell_mm[2] == pytest.approx(0.85)
