@@ -127,7 +127,7 @@ FIGURES = (
     "python benchmarks/first_frame.py --out docs/benchmarks/first-frame.json",
     "python benchmarks/detail.py --out docs/benchmarks/detail.json",
     "python benchmarks/face_facets.py --out docs/benchmarks/face-facets.json",
-    "python benchmarks/flat_faces.py --out docs/benchmarks/flat-faces.json",
+    "python benchmarks/default_lattice.py --out docs/benchmarks/default-lattice.json",
     "python benchmarks/wall_buckling.py",
     "python benchmarks/rungs.py --every 6 --limit 60 --out docs/benchmarks/rungs.json",
     "python benchmarks/overlap.py --count 2000 --out docs/benchmarks/overlap.json",

@@ -51,7 +51,7 @@ def study(
     from magicsim.cli.output.progress import show_progress
     from magicsim.study.running import run_study
 
-    with show_progress(f"study {found.config.kind}") as progress:
+    with show_progress(f"study {Path(name).stem}") as progress:
         summary = run_study(
             found, out, options=options, resume=resume, announce=_announce(options.workers), progress=progress
         )

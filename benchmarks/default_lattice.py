@@ -1,17 +1,17 @@
-"""Forces and areas of flat faces and edges at the default settings, beside lattices much finer at the edges.
+"""Forces and areas of contact at the default settings, beside lattices that are much finer.
 
-    python benchmarks/flat_faces.py [--only punch] [--out FILE.json]
+    python benchmarks/default_lattice.py [--only punch] [--out FILE.json]
 
-Each object is pressed into the default design by 0.6 and on by 0.05 mm: as it ships, without planes at the object's
-edges (`lattice.edge_nodes=0`), and as the reference on a quarter of the block with nodes half as far apart
-everywhere and at the edges. Processor seconds of both steps are beside them; only their ratios say
-anything.
+Each object is pressed into the default design, and on by 0.05 mm: as it ships, without planes at the object's edges
+(`lattice.edge_nodes=0`, where it has edges), and as the reference on a quarter of the block: below flat faces with
+nodes half as far apart everywhere and at the edges, below balls with nodes 0.25 mm apart. Processor seconds of both
+steps are beside them; only their ratios say anything.
 """
 
 import argparse
 import json
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,27 +26,49 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object
 
-OBJECTS = {
-    "punch": "punch:radius_mm=3",
-    "box": "box:size_mm=4",
-    "pen": "cylinder:radius_mm=5,length_mm=60,edge_radius_mm=0.5,axis=x",
-    "plug": "box:size_mm=12x4.5x12,edge_radius_mm=0.3",
+MORE_MM, FINE_SCALE = 0.05, 0.5
+"""What is pressed on, and the reference's spacing across edges in units of that of the default."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One object, pressed."""
+
+    line: str
+    depth_mm: float = 0.6
+    fine_mm: float = 0.45
+    """Spacing of the reference [mm]."""
+
+    @property
+    def is_round(self) -> bool:
+        """Whether the object has no edges."""
+        return self.line.startswith("sphere")
+
+
+BALLS = {
+    f"ball of {radius:g} mm, {depth:g} mm deep": Case(line=f"sphere:radius_mm={radius:g}", depth_mm=depth, fine_mm=0.25)
+    for radius in (2, 4, 8)
+    for depth in (0.3, 1)
 }
-DEPTHS_MM = (0.6, 0.65)
-FINE_MM, FINE_SCALE = 0.45, 0.5
-"""Spacing of the reference, and its spacing across edges in units of that of the default."""
+CASES = {
+    "punch": Case(line="punch:radius_mm=3"),
+    "box": Case(line="box:size_mm=4"),
+    "pen": Case(line="cylinder:radius_mm=5,length_mm=60,edge_radius_mm=0.5,axis=x"),
+    "plug": Case(line="box:size_mm=12x4.5x12,edge_radius_mm=0.3"),
+    **BALLS,
+}
 
 
-def lattice_of(line: str, kind: str) -> Lattice:
+def lattice_of(case: Case, kind: str) -> Lattice:
     """The default's lattice, the one without edges, or the reference."""
     without = ["lattice.edge_nodes=0"] if kind == "without edges" else []
     design = load_preset(ElastomerDesign, "design", "mini-magictac", without)
-    zone = contact_zone([place_object(parse_object(line), gap_mm=-max(DEPTHS_MM))], design)
+    zone = contact_zone([place_object(parse_object(case.line), gap_mm=-case.depth_mm - MORE_MM)], design)
     if zone is None:
-        raise ValueError(f"{line} does not touch")
+        raise ValueError(f"{case.line} does not touch")
     if kind != "reference":
         return build_lattice(design, zone=zone)
-    coarse = central_lattice(design, zone, spacing_mm=FINE_MM, is_quarter=True)
+    coarse = central_lattice(design, zone, spacing_mm=case.fine_mm, is_quarter=True)
     if zone.edges is None:
         return coarse
     x, y, z = coarse.planes_mm
@@ -57,9 +79,9 @@ def lattice_of(line: str, kind: str) -> Lattice:
     return replace(lattice_on(planes, design), zone=zone, is_mirrored=True)
 
 
-def pressed(line: str, kind: str) -> dict[str, Any]:
+def pressed(case: Case, kind: str) -> dict[str, Any]:
     """Force and area at the first depth, and processor seconds of both steps."""
-    lattice, thing = lattice_of(line, kind), parse_object(line)
+    lattice, thing = lattice_of(case, kind), parse_object(case.line)
     share = QUARTERS if lattice.is_mirrored else 1
     solver, state, seconds, found = (
         ContactSolver(lattice, point_spacing_mm=point_spacing_mm(thing.shape())),
@@ -67,7 +89,7 @@ def pressed(line: str, kind: str) -> dict[str, Any]:
         [],
         [],
     )
-    for depth in DEPTHS_MM[: 1 if kind == "reference" else None]:
+    for depth in (case.depth_mm, case.depth_mm + MORE_MM)[: 1 if kind == "reference" else None]:
         start = time.process_time()
         state = solver.solve(place_object(thing, gap_mm=-depth), state)
         seconds.append(round(time.process_time() - start, 2))
@@ -83,21 +105,23 @@ def pressed(line: str, kind: str) -> dict[str, Any]:
 def main() -> None:
     """Prints one JSON object."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--only", choices=sorted(OBJECTS))
+    parser.add_argument("--only", choices=list(CASES))
     parser.add_argument("--out", type=Path)
     chosen = parser.parse_args()
     compile_kernels()
     rows: dict[str, Any] = {}
-    for name, line in OBJECTS.items():
+    for name, case in CASES.items():
         if chosen.only not in (None, name):
             continue
-        row = {kind: pressed(line, kind) for kind in ("without edges", "default", "reference")}
+        kinds = ("default",) if case.is_round else ("without edges", "default")
+        row: dict[str, Any] = {"depth_mm": case.depth_mm}
+        row |= {kind: pressed(case, kind) for kind in (*kinds, "reference")}
         best = row["reference"]
-        for kind in ("without edges", "default"):
+        for kind in kinds:
             for key in ("force_n", "area_mm2"):
                 row[kind][f"{key}_off"] = round(row[kind][key] / best[key] - 1, 4)
         rows[name] = row
-    text = json.dumps({"depth_mm": DEPTHS_MM[0], "objects": rows}, indent=1)
+    text = json.dumps({"objects": rows}, indent=1)
     print(text)
     if chosen.out is not None:
         chosen.out.write_text(text + "\n")
