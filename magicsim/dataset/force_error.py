@@ -13,8 +13,8 @@ from magicsim.dataset.recipes.recipe import Recipe
 Share = tuple[float, float]
 """Least and largest relative difference from the label."""
 LATTICE: Share = (-0.06, 0.08)
-"""Node spacing of a printed cell below round objects, whose labels are 7 % too low to 6 % too high, and finer ones at the edges of punches and boxes
-(docs/physics/mechanics.md, "How far off it is")."""
+"""Node spacing of a printed cell below round objects, whose labels are 7 % too low to 6 % too high, and finer ones at
+the edges of punches and boxes (docs/physics/mechanics.md, "How far off it is")."""
 EDGES: Share = (-0.16, 0.16)
 """Node spacing below edges and textures that get no planes of their own."""
 FLAT_KINDS = frozenset({"cone", "dots", "lines", "mesh"})
