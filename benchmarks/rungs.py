@@ -2,8 +2,8 @@
 
     python benchmarks/rungs.py [--paths 0,17,50] [--every 8] [--limit 120] [--rows FILE.jsonl] [--out FILE.json]
 
-A rung rescues a path if the path passes through fewer of its stages without it. Only rungs on which a result stands, or
-that ran before a path failed, are left out one by one; the others cannot matter. Every path is a line of `--rows`, and
+A rung rescues a path if the path passes through fewer of its stages without it. Only rungs on which a
+result stands are left out one by one; the others cannot matter. Every path is a line of `--rows`, and
 a run with the same file goes on where the last one stopped. `--limit` is in processor seconds of one path; a path that
 takes more counts as ended there. Prints one JSON object: on how many paths each rung ran and how many it rescued.
 """

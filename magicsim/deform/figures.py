@@ -25,7 +25,7 @@ class PathFigures(SolveFigures):
     cutbacks: int
     """Load steps that had to be halved."""
     restarts: int
-    """Parts that were begun again from rest with shorter steps."""
+    """Parts that were begun again from rest, with longer steps and then with shorter ones."""
     shifted: int
     """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""
     rungs: tuple[str, ...]

@@ -29,7 +29,7 @@ relaxed, zero in cells that are no boxes; of first order in dt where the deforma
 
 A branch is a solid of moduli mu and lambda = 0: it adds 2/3 mu to the bulk modulus while it lives, and the pressure
 term with the lattice's lambda does not relax. A body stays nearly incompressible only if lambda is large beside the sum
-of all branches' moduli, not beside the long-term one. Where a Gauss point is squeezed below J = 0.1
+of all branches' moduli, not beside the long-term one. Where a Gauss point is squeezed below J = 0.01
 (`cell_kernels.LOG_LIMIT`) a branch does not relax to zero stress there.
 
 References: Green and Tobolsky, J. Chem. Phys. 14 (1946) 80; Lubliner, Mech. Res. Commun. 12 (1985) 93; Taylor, Pister

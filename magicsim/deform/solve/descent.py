@@ -1,6 +1,6 @@
 """What a Newton iteration is made of, whatever it solves: a matrix that is definite, and a step that leads down.
 
-Shared by the whole problem (`newton`, `search`) and by the small one of the face (`face_problem`).
+Shared by the whole problem (`newton`, `line_search`) and by the small one of the face (`face_problem`).
 """
 
 from collections.abc import Callable, Iterator

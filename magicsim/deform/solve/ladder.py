@@ -5,7 +5,7 @@
 | iteration | the model of the body is a poor one | a factor at the present state | `condensed` |
 | iteration | the matrix is not definite | `SHIFTED` | `condensed`, `newton` |
 | iteration | the condensed step, for one of `WHY_PLAIN` | `PLAIN` | `newton` |
-| iteration | the step folds a cell, or the energy rises | a shorter one; `STRETCHED` after a shift | `search` |
+| iteration | the step folds a cell, or the energy rises | a shorter one; `STRETCHED` after a shift | `line_search` |
 | load step | no equilibrium | `HALVED` and `CAREFUL`, then `PATIENT` | `strides`, `Problem` |
 | load step | no short one leads on | `LEAP` | `strides` |
 | path | no load step leads on | `FEWER`, then `MORE` | `path` |
