@@ -80,8 +80,8 @@ class RenderSettings(Config):
     samples: Annotated[int, Field(ge=1, le=65536)] = 4
     """Camera samples a pixel; powers of two are spread most evenly over it."""
     particles: Annotated[int, Field(ge=100, le=100_000_000)] = 24_000
-    """Light particles shared by the LED strips; a flashlight gets as many again (a quarter in images without an anchor that
-    show no object), the room a quarter."""
+    """Light particles shared by the LED strips; a flashlight gets as many again (a quarter in images without an anchor
+    that show no object), the room a quarter."""
     forward_collisions: Annotated[int, Field(ge=0, le=64)] = 8
     """First collisions of a camera path in an infill with `anisotropy` that follow its true phase function; from then
     on, and with 0 from the start, scattering is reduced to isotropic."""

@@ -1,7 +1,7 @@
 """One load step: iterations on one pose of the object, from an equilibrium under it in another.
 
-They begin on the object's surface carried along from its last pose (see `contact.augmented.moved_surface`) where it goes a long
-way, so that the face follows the object before the true surface decides.
+They begin on the object's surface carried along from its last pose (`contact.augmented.moved_surface`) where it goes
+a long way, so that the face follows the object before the true surface decides.
 """
 
 from collections.abc import Callable

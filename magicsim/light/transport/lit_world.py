@@ -47,8 +47,8 @@ DIFFUSION = 3.0
 CAMERA_DEPTH = 200
 """Longest camera path [interactions], below `path_record.STEPS`; roulette ends those of the default sensor before."""
 FLASHLIGHT_PART = 4
-"""In images without an anchor a flashlight on no object gets the strips' particles divided by this: their error stays
-the same."""
+"""In images without an anchor a flashlight on no object gets the strips' particles divided by this: their error
+stays the same."""
 RAYS_PER_PARTICLE = 0.5
 """Rays from the object for each particle of the light pass."""
 
