@@ -74,8 +74,8 @@ CONSTANTS: Mapping[str, Constant] = {
     "full_well": Constant(path="rig.camera.full_well_e", low=2e4, high=2e6, scale="log"),
     "read_noise": Constant(path="rig.camera.read_noise_e", low=10.0, high=300.0, scale="log"),
 }
-"""The constants that a fit knows by name; `docs/hardware.md` has all that are assumed. The scattering of the infill is a
-reduced coefficient, sigma_s (1 - g)."""
+"""The constants that a fit knows by name; `docs/hardware.md` has all that are assumed. The scattering of the infill is
+a reduced coefficient, sigma_s (1 - g)."""
 
 
 def named(names: Sequence[str]) -> dict[str, Constant]:
