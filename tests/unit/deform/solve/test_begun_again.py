@@ -5,8 +5,11 @@ import pytest
 
 from magicsim.bench.stress.cases import grid_paths
 from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import box_lattice
-from magicsim.deform.solve.path import RESTARTS, ContactSolver
+from magicsim.deform.solve.ladder import Rung
+from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object
@@ -14,42 +17,38 @@ from magicsim.geometry.objects.kinds import parse_object
 LATTICE = box_lattice(
     (np.linspace(-4, 4, 9), np.linspace(-4, 4, 9), np.linspace(0, 4, 5)), shear_modulus_mpa=0.1, lame_mpa=1.0
 )
-BALL = place_object(parse_object("sphere:radius_mm=2"), gap_mm=-0.3)
 
 
-def refusing(times: int, monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """Lets the first attempts fail; returns a list that fills with the fineness of every attempt."""
-    attempts: list[float] = []
-    follow = ContactSolver._follow_path
-
-    def refuse(self, problem, indenter, start, effort, *, fineness):
-        attempts.append(fineness)
-        state = follow(self, problem, indenter, start, effort, fineness=fineness)
-        return state if len(attempts) > times else None
-
-    monkeypatch.setattr(ContactSolver, "_follow_path", refuse)
-    return attempts
+FEW = NewtonOptions(max_iterations=2)
+"""So few iterations that most paths fail."""
 
 
-@pytest.mark.parametrize("failures", [0, 1, 2])
-def test_a_path_is_begun_again_with_longer_and_then_with_shorter_steps(
-    failures: int, monkeypatch: pytest.MonkeyPatch
+def pressed(
+    radius_mm: float, depth_mm: float, *, longest_mm: float, options: NewtonOptions, friction: float = 0.0
+) -> Deformation:
+    ball = place_object(parse_object(f"sphere:radius_mm={radius_mm}"), gap_mm=-depth_mm)
+    return ContactSolver(LATTICE, max_step_mm=longest_mm, options=options, friction=friction).solve(ball)
+
+
+@pytest.mark.parametrize(
+    ("radius_mm", "longest_mm", "restarts", "rung"), [(0.5, 1.0, 1, Rung.FEWER), (2.0, 0.25, 2, Rung.MORE)]
+)
+def test_a_path_that_fails_is_begun_again_with_longer_and_then_with_shorter_steps(
+    radius_mm: float, longest_mm: float, restarts: int, rung: Rung
 ) -> None:
-    expected = ContactSolver(LATTICE).solve(BALL)
-    attempts = refusing(failures, monkeypatch)
-    found = ContactSolver(LATTICE).solve(BALL)
-    assert attempts == [1, *RESTARTS][: failures + 1]
-    assert found.restarts == failures
-    assert RESTARTS[0] < 1 < RESTARTS[1]
-    np.testing.assert_allclose(found.force_n[2], expected.force_n[2], rtol=5e-3)  # penetration of 2 of 300 um
+    usual = pressed(radius_mm, 1.8, longest_mm=longest_mm, options=NewtonOptions())
+    found = pressed(radius_mm, 1.8, longest_mm=longest_mm, options=FEW)
+    assert usual.restarts == 0
+    assert found.restarts == restarts
+    assert found.rungs[-1] == rung
+    np.testing.assert_allclose(found.force_n[2], usual.force_n[2], rtol=5e-3)  # penetration of 2 of 1800 um
 
 
-@pytest.mark.parametrize(("friction", "tries"), [(0.0, 1 + len(RESTARTS)), (0.5, 1)])
-def test_a_path_with_friction_is_not_begun_again(friction: float, tries: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    attempts = refusing(9, monkeypatch)
-    with pytest.raises(ConvergenceError, match="did not reach a valid equilibrium"):
-        ContactSolver(LATTICE, friction=friction).solve(BALL)
-    assert len(attempts) == tries
+@pytest.mark.parametrize(("friction", "restarts"), [(0.0, 2), (0.5, 0)])
+def test_a_path_with_friction_is_not_begun_again(friction: float, restarts: int) -> None:
+    hopeless = NewtonOptions(max_iterations=1)
+    with pytest.raises(ConvergenceError, match=f"did not reach a valid equilibrium .* and {restarts} restarts"):
+        pressed(2.0, 0.4, longest_mm=1.0, options=hopeless, friction=friction)
 
 
 @pytest.mark.slow
