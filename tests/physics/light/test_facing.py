@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from magicsim.light.facing.renderer import FacingRenderer
+from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.scenes.view import View
 from magicsim.simulation.sensor import Sensor
@@ -54,10 +56,19 @@ def traced_pair(sensor, *, samples, seed):
     return np.array(image, np.float64).mean((0, 1))
 
 
-def means(sensor, distance_mm, seeds):
+class SentEvenly(FacingRenderer):
+    """Sends as many rays to what stands beside the object as to the object."""
+
+    def light(self, view):
+        world = super().light(view)
+        world.beside = (0, 0)
+        return world
+
+
+def means(scene, distance_mm, seeds, untouched):
     found = []
     for seed in seeds:
-        sensor.renderer.seed, sensor._facing = seed, None
+        sensor = Sensor.for_scene(scene.model_copy(update={"seed": seed}), untouched=untouched)
         state = replace(UNTOUCHED, facing_mm=distance_mm)
         found.append(sensor.radiance(state, sensor.rest).mean((0, 1), dtype=np.float64))
     return np.mean(found, 0), np.std(found, 0, ddof=1) / np.sqrt(len(found))
@@ -66,9 +77,9 @@ def means(sensor, distance_mm, seeds):
 @pytest.mark.slow
 def test_facing_finger_adds_the_light_that_a_path_tracer_with_two_sensors_finds(small_scene):
     anchored = ("render.anchor_samples=32", "render.anchor_particles=1200000", "render.particles=60000")
-    sensor = Sensor.for_scene(small_scene("rest", *anchored))
-    alone, _ = means(sensor, None, range(2))
-    both, error = means(sensor, DISTANCE_MM, range(3))
+    scene, untouched = small_scene("rest", *anchored), UntouchedStates()
+    alone, _ = means(scene, None, range(2), untouched)
+    both, error = means(scene, DISTANCE_MM, range(3), untouched)
     path = Sensor.for_scene(small_scene("rest", "render.estimator=path", "render.samples=200"))
     traced_alone = path.renderer.plain_radiance(View()).mean((0, 1), dtype=np.float64)
     pairs = [traced_pair(path, samples=200, seed=seed) for seed in range(3)]
@@ -87,7 +98,7 @@ def test_far_finger_is_as_none_and_a_near_one_is_the_brighter_the_nearer(small_s
     np.testing.assert_allclose(far, alone, rtol=1e-3)
     assert (near > 1.05 * alone).all()
     assert (nearer > near).all()
-    share = sensor._facing.glow.reflectance
+    share = FacingRenderer.beside(sensor.renderer).glow.reflectance
     assert ((share > 0.05) & (share < 0.6)).all()
 
 
@@ -96,16 +107,18 @@ def test_companion_is_lit_and_seen_as_an_object_in_its_place(small_scene):
     sensor = Sensor.for_scene(small_scene("near", *anchored, "object.radius_mm=3"))
     twin = sensor.object.surface()
     colors = np.tile(np.array(sensor.object.color), (len(twin.vertices), 1))
-    sensor.companion = replace(twin, colors=colors)
+    companion = replace(twin, colors=colors)
     alone = replace(UNTOUCHED, facing_mm=DISTANCE_MM)
     there = replace(alone, gap_mm=0.5, x_mm=1.0)
     beside = replace(alone, companion=sensor.indenter(there).pose.key())
-    sensor._facing_renderer()._beside = (0, 0)  # as many rays as the object's
-    without, as_object, as_companion = (sensor.radiance(each, sensor.rest) for each in (alone, there, beside))
+    renderer = SentEvenly.beside(sensor.renderer, companion)
+    without, as_object, as_companion = (
+        renderer.made(sensor.view(each, sensor.rest))[0] for each in (alone, there, beside)
+    )
     changed = np.abs(as_object - without).mean()
     assert changed > 0.01 * without.mean(), "too little changes to tell anything"
     assert np.abs(as_companion - as_object).mean() < 0.02 * changed
-    sensor._facing = None
+    sensor.companion = companion
     fewer = sensor.radiance(beside, sensor.rest)
     change, noisier = ((each - without).mean((0, 1)) for each in (as_object, fewer))
     np.testing.assert_allclose(noisier, change, rtol=0.3)
