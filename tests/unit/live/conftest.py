@@ -5,7 +5,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import viser
 
+from magicsim.live.server import open_server
 from magicsim.live.subject import find_subject
 from magicsim.live.window import LiveWindow
 from magicsim.robot.workspace import Workspace
@@ -40,8 +42,28 @@ def until() -> Callable[[Callable[[], bool]], None]:
 
 
 @pytest.fixture(scope="module")
-def window(tiny_scene: SceneConfig, until, tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveWindow]:
+def servers() -> Iterator[list[viser.ViserServer]]:
+    """Those that windows of a module have opened."""
+    opened: list[viser.ViserServer] = []
+
+    def open_and_keep(port: int, title: str) -> viser.ViserServer:
+        opened.append(open_server(port, title))
+        return opened[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("magicsim.live.window.open_server", open_and_keep)
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def window(tiny_scene: SceneConfig, until, servers, tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveWindow]:
     folder: Path = tmp_path_factory.mktemp("recordings")
     with LiveWindow(tiny_scene, folder=folder, port=PORT, workspace=SPACE) as opened:
         until(lambda: opened.busy is None and opened.sight is not None)
         yield opened
+
+
+@pytest.fixture
+def viewers(window: LiveWindow, servers: list[viser.ViserServer]) -> Callable[[], list[viser.ClientHandle]]:
+    """Tells which pages are connected with the window."""
+    return lambda: list(servers[-1].get_clients().values())

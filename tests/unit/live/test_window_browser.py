@@ -45,9 +45,8 @@ def shown(page, text: str) -> None:
     page.wait_for_function("text => document.querySelector('table.forces').innerText.includes(text)", arg=text)
 
 
-def pixel_of(window: LiveWindow, page, point_mm: tuple[float, float, float]) -> tuple[float, float]:
+def pixel_of(camera, page, point_mm: tuple[float, float, float]) -> tuple[float, float]:
     """Where a point of the 3D view stands on the page, from the camera that the page has told [px]."""
-    camera = next(iter(window._server.get_clients().values())).camera
     w, x, y, z = camera.wxyz
     rotation = np.array(
         [
@@ -111,23 +110,25 @@ def test_slider_is_moved_by_keyboard_alone(opened, window: LiveWindow, settled, 
     assert any(name == "Record" for _, name in reached)
 
 
-def test_recording_is_written_by_one_button(small, window: LiveWindow, settled, until):
+def test_recording_is_written_by_one_button(small, window: LiveWindow, settled):
+    note = "text => document.querySelector('.recorded').innerText.includes(text)"
     small.get_by_role("button", name="Record").click()
-    settled(lambda: window._recording is not None and len(window._recording) >= 1)
+    small.wait_for_function(note, arg="Recording: 1 frames")
     small.keyboard.press("Shift+KeyP")
-    settled(lambda: len(window._recording) >= 2)
+    small.wait_for_function(note, arg="Recording: 2 frames")
     small.get_by_role("button", name="Stop and save").click()
-    small.wait_for_function("document.querySelector('.recorded').innerText.includes('frames in')")
-    newest = max(window.folder.iterdir(), key=lambda each: each.name)
+    small.wait_for_function(note, arg="2 frames in")
+    pressed, newest = window.sight.wish.gap_mm, max(window.folder.iterdir(), key=lambda each: each.name)
     assert {each.name for each in newest.iterdir()} >= {TABLE, "report.html", "config.toml", "frames"}
     small.keyboard.press("Shift+KeyL")
-    settled(lambda: window._recording is None)
+    settled(lambda: window.sight.wish.gap_mm == pytest.approx(pressed + 0.1))
+    assert small.locator(".recorded").inner_text().startswith("2 frames in")
 
 
-def test_page_comes_back_after_the_connection_is_lost(small, window: LiveWindow, settled, until):
-    window._server._websock_server.disconnect_all_clients()
-    until(lambda: len(window._server.get_clients()) == 0)
-    until(lambda: len(window._server.get_clients()) == 1)
+def test_page_comes_back_after_the_connection_is_lost(small, window: LiveWindow, servers, viewers, settled, until):
+    servers[-1]._websock_server.disconnect_all_clients()  # viser has no public way
+    until(lambda: len(viewers()) == 0)
+    until(lambda: len(viewers()) == 1)
     small.wait_for_selector("table.verdicts", state="attached")
     before = window.sight.wish
     small.keyboard.press("Shift+ArrowRight")
@@ -150,14 +151,15 @@ def test_two_windows_show_one_sensor(small, browser, window: LiveWindow, settled
     second.close()
 
 
-def test_object_is_dragged_with_the_mouse(small, window: LiveWindow, settled, until):
+def test_object_is_dragged_with_the_mouse(small, window: LiveWindow, viewers, settled, until):
     page = small
-    until(lambda: any(each.camera.position is not None for each in window._server.get_clients().values()))
+    until(lambda: any(each.camera.position is not None for each in viewers()))
     page.wait_for_timeout(1500)  # the view is drawn
     before = window.sight.wish
     height = -before.gap_mm
-    begin = pixel_of(window, page, (before.x_mm, before.y_mm, height + 3.0))
-    end = pixel_of(window, page, (before.x_mm, before.y_mm, height + 5.0))
+    camera = viewers()[0].camera
+    begin = pixel_of(camera, page, (before.x_mm, before.y_mm, height + 3.0))
+    end = pixel_of(camera, page, (before.x_mm, before.y_mm, height + 5.0))
     page.mouse.move(*begin)
     page.mouse.down()
     for share in (0.25, 0.5, 0.75, 1.0):
