@@ -84,11 +84,12 @@ def run_left_out(*, quick: bool = False) -> dict[str, Any]:
         quick: Small images, fewer repeats.
     """
     settings = SMALL if quick else ()
-    rows = told(_measured(make(settings), QUICK_REPEATS if quick else REPEATS) for make in RULES)
+    rows = told(measured(make(settings), QUICK_REPEATS if quick else REPEATS) for make in RULES)
     return {"kind": "left-out", "quick": quick, "results": [asdict(row) for row in rows], "machine": machine()}
 
 
-def _measured(rule: Rule, repeats: int) -> LeftOutRow:
+def measured(rule: Rule, repeats: int) -> LeftOutRow:
+    """Both ways of a rule, timed and compared."""
     seconds: dict[str, list[float]] = {"full": [], "lean": []}
     rule.full(), rule.lean()  # compiles
     for _ in range(repeats):
@@ -133,7 +134,8 @@ def _repeated_states(settings: tuple[str, ...]) -> Rule:
     )  # fmt: skip
 
 
-def _far_field(settings: tuple[str, ...]) -> Rule:
+def far_field(settings: tuple[str, ...]) -> Rule:
+    """The lattice that grows coarser away from the contact, against one that is fine everywhere."""
     scene = load_scene("pressed", settings)
     graded, whole = (
         Sensor.for_scene(scene),
@@ -148,7 +150,9 @@ def _far_field(settings: tuple[str, ...]) -> Rule:
     )  # fmt: skip
 
 
-def _recorded(state: str) -> Callable[[tuple[str, ...]], Rule]:
+def recorded(state: str) -> Callable[[tuple[str, ...]], Rule]:
+    """Paths that the untouched block has recorded, in a preset scene's first state."""
+
     def make(settings: tuple[str, ...]) -> Rule:
         scene = load_scene(state, settings)
         other = load_scene(state, [*settings, f"render.anchor_seed={OTHER_SEED}"], seed=OTHER_SEED)
@@ -160,14 +164,16 @@ def _recorded(state: str) -> Callable[[tuple[str, ...]], Rule]:
     return make
 
 
-def _out_of_reach(settings: tuple[str, ...]) -> Rule:
+def out_of_reach(settings: tuple[str, ...]) -> Rule:
+    """An object too far away to be seen."""
     scene = load_scene("near", [DARK, *settings, f"keyframes=[{{frame=0, gap_mm={FAR_MM}}}]"])
     return Rule(
         name=f"an object {FAR_MM / 1000:g} m away", result="bounded", full=_image(scene, far=True), lean=_image(scene)
     )
 
 
-def _still_meshes(settings: tuple[str, ...]) -> Rule:
+def still_meshes(settings: tuple[str, ...]) -> Rule:
+    """Vertices that are not moved anew where another mesh moves."""
     scene = load_scene("near", [*settings, "keyframes=[{frame=0, gap_mm=1.2}, {frame=1, gap_mm=1.0}]"])
     sensor = Sensor.for_scene(scene)
     sensor.renderer.leaves_out_unmoved = False
@@ -247,14 +253,16 @@ def _region(settings: tuple[str, ...]) -> Rule:
     )  # fmt: skip
 
 
-def _dark_flashlight(settings: tuple[str, ...]) -> Rule:
+def dark_flashlight(settings: tuple[str, ...]) -> Rule:
+    """A lamp that gives no light."""
     whole = (DARK, "render.anchor_samples=0")
     off = load_scene("rest", [*settings, *whole])
     lamp = load_scene("flashlight", [*settings, *whole, "rig.flashlight.radiance=[0,0,0]"])
     return Rule(name="a flashlight that is off", result="exact", full=_image(lamp), lean=_image(off))
 
 
-def _outputs(settings: tuple[str, ...]) -> Rule:
+def bare_outputs(settings: tuple[str, ...]) -> Rule:
+    """A mask and displacements that nobody asked for."""
     scene = load_scene("pressed", ["references=0", *settings])
     bare = scene.model_copy(
         update={"output": scene.output.model_copy(update={"contact_mask": False, "displacements": False})}
@@ -279,8 +287,8 @@ def _outputs(settings: tuple[str, ...]) -> Rule:
 
 
 RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (
-    _repeated_states, _far_field, _nothing_scatters, _dark_flashlight, _recorded("near"),
-    _recorded("flashlight"), _out_of_reach, _hardly_moved("still_mm", "displacements below"),
+    _repeated_states, far_field, _nothing_scatters, dark_flashlight, recorded("near"),
+    recorded("flashlight"), out_of_reach, _hardly_moved("still_mm", "displacements below"),
     _hardly_moved("reuse_mm", "camera paths past what moved by less than"), _light_of_touches,
-    _still_meshes, _region, _outputs,
+    still_meshes, _region, bare_outputs,
 )  # fmt: skip

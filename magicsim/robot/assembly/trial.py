@@ -16,6 +16,7 @@ from magicsim.robot.assembly.meeting import FORWARD, Contact, MetLoad
 from magicsim.robot.assembly.misaligned import Misalignment
 from magicsim.robot.assembly.stages import TIMELINE, Stage, Step
 from magicsim.robot.assembly.surface import plug_elements
+from magicsim.robot.assembly.ways import carriage_ways, evenly_to, spread
 from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.grip.outcome import Hold
 from magicsim.robot.grip.truth import GripMoment
@@ -33,10 +34,6 @@ PLACE = ObjectPlace(y_mm=6.0)
 """Where the fingers take the handle: towards their tips, the pin beyond them."""
 MOST_SLIDE_MM = 6.0
 """Way of the plug in the grip in one step beyond which it is lost [mm]; assumed."""
-LONGEST_STEP_MM = 0.5
-"""Longest way of the carriage between two equilibria while the pin may meet the base [mm]."""
-FROM_MM = 8.0
-"""From how far before the end of a step the base comes that was not there before it [mm]; assumed."""
 SPACE = Workspace(
     x_mm=(-1.5, 1.5), y_mm=(0.0, 8.0), twist_deg=(-15.0, 15.0), tilt_x_deg=(-15.0, 15.0), tilt_y_deg=(-15.0, 15.0),
     gap_mm=(-1.5, 20.0),
@@ -189,19 +186,19 @@ def play(
                 gripper.hold(load=load.at(None, way=0.0), most_slide_mm=MOST_SLIDE_MM)
                 axis, depth = object_pose(plug, gripper.place), None
             off = None if step.is_aligned else misalignment
-            first, ways = _ways(depth, step.depth_mm, setup.samples)
+            first, ways = carriage_ways(depth, step.depth_mm, setup.samples)
             loads = [load.at(_base(axis, tip, each, off), way=FORWARD) for each in ways]
             start, walked = gripper.now(), _walk(gripper, plug, loads, step.push_n)
             depth = ways[len(walked) - 1]
             if len(walked) < setup.samples:
                 gripper.go_back(start)
-                finer = _evenly_to(first, depth, setup.samples)
+                finer = evenly_to(first, depth, setup.samples)
                 walked = _walk(gripper, plug, [load.at(_base(axis, tip, each, off), way=FORWARD) for each in finer])
             load = walked[-1][1]
         else:
             walked.append((gripper.now(), load, 0.0))
         before = 0
-        for now in _evenly(len(walked), setup.samples):
+        for now in spread(len(walked), setup.samples):
             moment, acting, _ = walked[now - 1]
             gripper.go_back(moment)
             moments.append(_moment(gripper, plug, step, acting, sum(slid for _, _, slid in walked[before:now])))
@@ -232,11 +229,6 @@ def _references(gripper: Gripper, count: int) -> tuple[list[Frame], list[Frame]]
     return frames
 
 
-def _evenly(count: int, samples: int) -> list[int]:
-    """How many of so many places have passed at each sample: whole numbers up to all of them."""
-    return sorted({round(count * number / samples) for number in range(1, samples + 1)} - {0})
-
-
 def _walk(gripper: Gripper, plug: PlugObject, loads: Sequence[MetLoad], push_n: float = np.inf) -> Walked:
     """Holds the plug while the base comes, until it pushes too hard or the plug drops."""
     walked: Walked = []
@@ -247,26 +239,6 @@ def _walk(gripper: Gripper, plug: PlugObject, loads: Sequence[MetLoad], push_n: 
         if gripper.outcome is Hold.DROPPED or np.linalg.norm(met[:3]) > push_n:
             break
     return walked
-
-
-def _ways(start: float | None, end: float, samples: int) -> tuple[float, list[float]]:
-    """Where the carriage may meet the base first, and its places from there, the last one being the end.
-
-    Args:
-        start: Where it was; None where it was not there.
-        end: Where it goes [mm].
-        samples: Places where it is not near the base.
-    """
-    if start is None or max(start, end) <= 0:
-        first, count = end - FROM_MM, samples
-    else:
-        first = min(max(start, 0.0), end)
-        count = max(1, int(np.ceil(abs(end - first) / LONGEST_STEP_MM - 1e-9)))
-    return first, _evenly_to(first, end, count)
-
-
-def _evenly_to(first: float, end: float, count: int) -> list[float]:
-    return [first + (end - first) * (number + 1) / count for number in range(count)]
 
 
 def _base(axis: Pose, tip_mm: float, depth_mm: float, misalignment: Misalignment | None) -> Pose:

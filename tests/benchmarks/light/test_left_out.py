@@ -9,13 +9,13 @@ from laboratory.light.left_out import (
     SMALL,
     LeftOutRow,
     Rule,
-    _dark_flashlight,
-    _far_field,
-    _measured,
-    _out_of_reach,
-    _outputs,
-    _recorded,
-    _still_meshes,
+    bare_outputs,
+    dark_flashlight,
+    far_field,
+    measured,
+    out_of_reach,
+    recorded,
+    still_meshes,
 )
 from PIL import Image
 
@@ -23,7 +23,7 @@ from magicsim.geometry.design import FAR_FIELD_BOUND
 
 
 def test_row_says_what_a_rule_saves_and_changes() -> None:
-    row = _measured(
+    row = measured(
         Rule(name="half", result="statistical", full=lambda: np.full(4, 2.0), lean=lambda: np.full(4, 2.1),
              again=(lambda: np.full(4, 2.3), lambda: np.full(4, 1.7))),
         3,
@@ -33,22 +33,22 @@ def test_row_says_what_a_rule_saves_and_changes() -> None:
     assert row.noise == pytest.approx(np.hypot(0.3, 0.4) / np.sqrt(2) / 2)
 
 
-@pytest.mark.parametrize("rule", [_outputs, _still_meshes, _dark_flashlight])
+@pytest.mark.parametrize("rule", [bare_outputs, still_meshes, dark_flashlight])
 def test_exact_rule_changes_nothing(rule) -> None:
-    assert _measured(rule(SMALL), 1).difference == 0
+    assert measured(rule(SMALL), 1).difference == 0
 
 
 def test_bounded_rule_stays_within_its_bound() -> None:
-    assert 0 < _measured(_far_field(SMALL), 1).difference < FAR_FIELD_BOUND
+    assert 0 < measured(far_field(SMALL), 1).difference < FAR_FIELD_BOUND
 
 
 def test_far_object_changes_next_to_nothing() -> None:
-    assert _measured(_out_of_reach((*SMALL, "object.radius_mm=100")), 1).difference < 1e-3
+    assert measured(out_of_reach((*SMALL, "object.radius_mm=100")), 1).difference < 1e-3
 
 
 @pytest.mark.slow
 def test_recorded_paths_differ_by_their_noise() -> None:
-    row = _measured(_recorded("near")(SMALL), 1)
+    row = measured(recorded("near")(SMALL), 1)
     assert 0 < row.difference < 1.5 * row.noise
 
 

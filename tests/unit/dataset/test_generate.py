@@ -291,7 +291,7 @@ def test_damaged_episode_that_waited_is_simulated_again(whole: Path, tmp_path: P
     out = tmp_path / "set"
     with monkeypatch.context() as patch:
         patch.setattr("magicsim.dataset.generate.Assembly.close_ready_shards", lambda *_: None)
-        patch.setattr("magicsim.dataset.assembly.Assembly._close", lambda *_: 1 / 0)
+        patch.setattr("magicsim.dataset.assembly.write_rows", lambda *_: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             generate_dataset(small_recipe("episodes=11"), out, options=ONE, simulator=FAKE)
     waiting = sorted((out / ".work").glob("*.parquet"))

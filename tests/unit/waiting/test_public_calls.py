@@ -62,8 +62,12 @@ def test_episode_tells_its_share_unless_its_caller_is_told(lines: list[str], mon
 
 
 def test_still_says_which_frame(lines: list[str], monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(still, "_rendered", lambda *_, **__: heard(lines))
-    assert magicsim.render(load_scene("pressed"), told=lines.append).startswith("rendering frame 0, ")
+    def build(scene: object) -> None:
+        raise KeyError(heard(lines))
+
+    monkeypatch.setattr(still, "Sensor", SimpleNamespace(for_scene=build))
+    with pytest.raises(KeyError, match="rendering frame 0, "):
+        magicsim.render(load_scene("pressed"), told=lines.append)
 
 
 def test_press_tells_its_share_on_stderr_and_under_a_bar_nothing(lines: list[str], capsys: pytest.CaptureFixture[str]):

@@ -1,13 +1,11 @@
 """A trial from grip to open fingers, on sensors small enough for a test."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
 from magicsim.robot.assembly.misaligned import Misalignment
 from magicsim.robot.assembly.stages import Stage, Step
-from magicsim.robot.assembly.trial import Setup, _evenly, _ways, base_of, check_plug, play, take_plug
+from magicsim.robot.assembly.trial import Setup, base_of, check_plug, play, take_plug
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
@@ -54,23 +52,6 @@ def test_plug_meets_the_base_beside_the_jack_and_goes_in_on_its_axis(scene: Scen
     assert aligned[2].place.y_mm == pytest.approx(aligned[1].place.y_mm, abs=1e-3)
     assert np.abs(met.images[0].astype(int) - beside[1].images[0]).max() > 3
     assert len(gripped.references[0]) == 2
-
-
-def test_ways_are_short_near_the_base_and_as_many_as_samples_far_from_it():
-    assert _ways(-0.5, 2.0, 4) == (0.0, pytest.approx([0.5, 1.0, 1.5, 2.0]))
-    assert _ways(2.0, 2.3, 4) == (2.0, [2.3])
-    assert _ways(None, 8.0, 1)[1] == [8.0]
-    assert _ways(None, -0.5, 1)[1] == [-0.5]
-    assert _ways(None, 8.0, 4) == (0.0, pytest.approx([2.0, 4.0, 6.0, 8.0]))
-
-
-@pytest.mark.parametrize(("count", "samples"), [(1, 4), (3, 4), (4, 4), (16, 3), (7, 1)])
-def test_samples_are_spread_over_a_step_and_hold_its_end(count: int, samples: int):
-    found = _evenly(count, samples)
-    assert found[-1] == count
-    assert len(found) == min(count, samples)
-    gaps = [after - before for before, after in pairwise([0, *found])]
-    assert max(gaps) - min(gaps) <= 1
 
 
 @pytest.mark.slow
