@@ -52,6 +52,8 @@ class Deformation(PathFigures):
     """Which of them touch and slide, their friction at its limit, shape (points,); none without friction."""
     contact_gap_mm: Array
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
+    touching_gap_mm: Array
+    """Distance up to which they touch, see `magicsim.deform.contact.touching`, shape (points,) [mm]."""
     relaxation: RelaxationState | None
     """What a rate-dependent body remembers; None in the long term."""
     linearisation: Linearisation | None
@@ -63,7 +65,7 @@ class Deformation(PathFigures):
     torque_nmm: Array
     """Its torque about the origin, shape (3,) [N mm]."""
     contact_area_mm2: float
-    """Deformed area of the points that touch, to within 1 % of the smallest cell edge [mm2]."""
+    """Deformed area of the points that touch [mm2]."""
     table: TableMemory | None = None
     """What friction below a block on a table remembers; None at rest and where the base is bonded."""
 
@@ -111,6 +113,7 @@ class Deformation(PathFigures):
             contact_traction_mpa=np.zeros_like(points),
             is_slipping=np.zeros(len(points), bool),
             contact_gap_mm=np.full(len(points), np.inf),
+            touching_gap_mm=np.zeros(len(points)),
             relaxation=None,
             linearisation=None,
             pose=None,

@@ -68,12 +68,13 @@ def contact_mask(deformation: Deformation, landing_mm: Array) -> Mask:
     Returns:
         Mask of shape (rows, columns).
     """
-    points, gap = deformation.contact_points_mm[:, :2], deformation.contact_gap_mm
-    touching, mask = points[gap <= TOUCHING_GAP_MM], np.zeros(landing_mm.shape[:2], bool)
+    points = deformation.contact_points_mm[:, :2]
+    apart = deformation.contact_gap_mm - np.maximum(deformation.touching_gap_mm, TOUCHING_GAP_MM)
+    touching, mask = points[apart <= 0], np.zeros(landing_mm.shape[:2], bool)
     if len(touching):
         looked_at = _in_box(landing_mm, touching, AROUND_MM)
         near = _in_box(points, touching, 2 * AROUND_MM)
-        mask[looked_at] = _between(points[near], gap[near], landing_mm[looked_at]) <= TOUCHING_GAP_MM
+        mask[looked_at] = _between(points[near], apart[near], landing_mm[looked_at]) <= 0
     return mask
 
 

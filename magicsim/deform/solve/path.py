@@ -14,7 +14,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import dragged_anchors
 from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face
-from magicsim.deform.contact.touching import touching_points
+from magicsim.deform.contact.touching import border_gaps_mm, touching_points
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.pattern import block_pattern
@@ -297,10 +297,11 @@ class ContactSolver:
         forces = face.area_mm2[:, None] * traction
         friction = np.linalg.norm(contact.shear_mpa, axis=1)
         tolerance = problem.options.tolerance_mm
-        touching = touching_points(
-            self.lattice, face, contact.points_mm, contact.gap_mm,
-            gap_limit_mm=max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm),
-        )  # fmt: skip
+        limits = np.maximum(
+            border_gaps_mm(self.lattice, face, contact.points_mm, contact.normal),
+            max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm),
+        )
+        touching = touching_points(self.lattice, face, contact.points_mm, contact.gap_mm, gap_limits_mm=limits)
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,
@@ -312,6 +313,7 @@ class ContactSolver:
             & (friction > 0)
             & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
+            touching_gap_mm=limits,
             relaxation=None,
             linearisation=self._condenser.linearisation,
             pose=pose,

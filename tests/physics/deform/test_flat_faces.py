@@ -1,4 +1,4 @@
-"""Flat faces and edges at the default settings, beside lattices that are finer at the edges."""
+"""Flat faces, edges and balls at the default settings, beside lattices that are finer."""
 
 from dataclasses import replace
 
@@ -38,3 +38,15 @@ def test_force_and_area_below_a_flat_face(what: str) -> None:
     best = ContactSolver(fine(own, 0.5), point_spacing_mm=spacing).solve(pressed)
     assert found.force_n[2] == pytest.approx(QUARTERS * best.force_n[2], rel=0.02)
     assert found.contact_area_mm2 == pytest.approx(QUARTERS * best.contact_area_mm2, rel=0.1)
+
+
+@pytest.mark.parametrize("radius_mm", [2, 4])
+def test_area_below_a_ball(radius_mm: int) -> None:
+    """A face whose nodes are almost half a radius apart tells the border of the contact to a seventh of the area."""
+    pressed = place_object(parse_object(f"sphere:radius_mm={radius_mm}"), gap_mm=-1.0)
+    zone = contact_zone([pressed], DESIGN)
+    assert zone is not None
+    found = ContactSolver(build_lattice(DESIGN, zone=zone)).solve(pressed)
+    best = ContactSolver(central_lattice(DESIGN, zone, spacing_mm=0.3, is_quarter=True)).solve(pressed)
+    assert found.contact_area_mm2 == pytest.approx(QUARTERS * best.contact_area_mm2, rel=0.15)
+    assert found.force_n[2] == pytest.approx(QUARTERS * best.force_n[2], rel=0.07)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from magicsim.deform.contact.face import contact_face
-from magicsim.deform.contact.touching import WAVE_MM, touching_points
+from magicsim.deform.contact.touching import BORDER, WAVE_MM, border_gaps_mm, touching_points
 from magicsim.deform.lattice.structure import box_lattice
 
 PLANES = np.linspace(-3, 3, 7)
@@ -13,7 +13,7 @@ POINTS = FACE.positions(LATTICE.nodes_mm)
 
 
 def touching(gap: np.ndarray) -> np.ndarray:
-    return touching_points(LATTICE, FACE, POINTS, gap, gap_limit_mm=0.002)
+    return touching_points(LATTICE, FACE, POINTS, gap, gap_limits_mm=0.002)
 
 
 def test_a_wave_between_points_that_touch_is_bridged() -> None:
@@ -33,3 +33,20 @@ def test_nothing_is_bridged_beside_a_round_contact_nor_over_a_wide_gap() -> None
     assert not found[radius > 1.9].any()
     hole = np.where(radius < 0.5, 2 * WAVE_MM, 0.0)
     assert not touching(hole)[radius < 0.5].any()
+
+
+def test_border_of_a_round_contact_is_known_to_a_share_of_the_arc_over_a_facet() -> None:
+    def gaps(radius: float) -> np.ndarray:
+        away = POINTS - [0.0, 0.0, -radius]
+        return border_gaps_mm(LATTICE, FACE, POINTS, away / np.linalg.norm(away, axis=1)[:, None])
+
+    np.testing.assert_allclose(gaps(40.0), BORDER / (8 * 40.0), rtol=0.02)
+    assert (gaps(1.0)[np.hypot(*POINTS[:, :2].T) < 0.5] == 0).all()  # turns too far over a facet of 1 mm
+
+
+def test_flat_faces_and_edges_have_no_border_gap() -> None:
+    up, side = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    flat = np.tile(up, (len(POINTS), 1))
+    assert (border_gaps_mm(LATTICE, FACE, POINTS, flat) == 0).all()
+    edge = np.where(POINTS[:, :1] < 0.5, up, side)
+    assert (border_gaps_mm(LATTICE, FACE, POINTS, edge) == 0).all()
