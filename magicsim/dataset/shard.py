@@ -63,8 +63,7 @@ def read_episodes(path: Path, wanted: set[int]) -> Iterator[tuple[int, pa.Table]
     """Rows of some episodes of a shard, one episode at a time."""
     if not wanted:
         return
-    with pq.ParquetFile(path) as file:
-        whole = file.read()
+    whole = read_rows(path)
     episodes = whole["episode"].to_pylist()
     for episode in sorted(wanted & set(episodes)):
         yield episode, whole.slice(episodes.index(episode), episodes.count(episode)).combine_chunks()

@@ -32,10 +32,6 @@ class GraspStage(StrEnum):
     """Opening and going back; until Untouched has been seen for `return_frames`."""
 
 
-HOLDING = frozenset({GraspStage.GRASPED, GraspStage.TRANSPORTING})
-"""Stages in which a slip is possible."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspState:
     """The machine between two frames."""

@@ -107,21 +107,3 @@ class HalfMirror(Sheet):
 
 
 Coat = Annotated[OpaqueCoat | HalfMirror, Field(discriminator="kind")]
-
-
-def film_on_face(reflectance: float, transmittance: float, bare: float, *, inside: bool) -> tuple[float, float]:
-    """Reflectance and transmittance of a face with a film of metal on its inner side, incoherent between both.
-
-    The film and the bare face reflect light to and fro: the geometric series of parallel plates.
-
-    Args:
-        reflectance: Of the film alone.
-        transmittance: Of the film alone.
-        bare: Reflectance of the face without it, by Fresnel's formula; 1 beyond the critical angle.
-        inside: Whether light arrives from within the body.
-    """
-    series = 1 / (1 - reflectance * bare)
-    through = transmittance * (1 - bare) * series
-    if inside:
-        return reflectance + transmittance**2 * bare * series, through
-    return bare + (1 - bare) ** 2 * reflectance * series, through

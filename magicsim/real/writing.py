@@ -69,7 +69,7 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
         manifest = _begun(real, sequences, found, out)
-        manifest = _complete(real, sequences, out, manifest)
+        manifest = _complete(sequences, out, manifest)
     return RealSummary(
         samples=manifest.rows,
         episodes=manifest.episodes,
@@ -128,7 +128,7 @@ def _begun(real: RealSource, sequences: list[Sequence], found: Inspection, out: 
     return manifest
 
 
-def _complete(real: RealSource, sequences: list[Sequence], out: Path, manifest: Manifest) -> Manifest:
+def _complete(sequences: list[Sequence], out: Path, manifest: Manifest) -> Manifest:
     ledger = open_ledger(out)
     columns = table_columns(contact_is_told=_tells_contact(sequences))
     made_by = ", ".join(f"{name} {version}" for name, version in manifest.versions.items())

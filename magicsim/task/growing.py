@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
+from PIL import Image
 
+from magicsim.arrays import Frame
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
+from magicsim.folder.parquet import parquet_bytes
 from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.task.folder import EPISODES, FOLDER, INDEX, TaskIndex, episode_name
@@ -110,9 +113,14 @@ def as_json(values: Mapping[str, Any], *, indent: int | None = 1) -> bytes:
 
 def as_parquet(rows: list[dict[str, Any]]) -> bytes:
     """Rows as a Parquet file's content."""
-    sink = io.BytesIO()
-    pq.write_table(pa.Table.from_pylist(rows), sink, compression="zstd")
-    return sink.getvalue()
+    return parquet_bytes(pa.Table.from_pylist(rows))
+
+
+def as_png(rows: Sequence[Frame]) -> bytes:
+    """Images above each other as a PNG file's content."""
+    file = io.BytesIO()
+    Image.fromarray(np.concatenate(rows)).save(file, format="PNG")
+    return file.getvalue()
 
 
 def _refuse_fewer(out: Path, names: Iterable[str], episodes: int) -> None:

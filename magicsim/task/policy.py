@@ -5,7 +5,6 @@ from typing import Literal
 
 from magicsim.detectors.grasp import GraspStage
 
-HOLDING = (GraspStage.GRASPED, GraspStage.TRANSPORTING)
 RELEASE_FRAMES = 2
 """Frames at B before the gripper opens on purpose."""
 

@@ -28,10 +28,6 @@ class FactorStore:
         self.made = 0
         """Factorisations so far."""
 
-    def holds(self, linearisation: Linearisation | None) -> bool:
-        """Whether the factor of this very linearisation is the one that is held."""
-        return linearisation is not None and linearisation is self._held
-
     def part(self, problem: Problem, facets: Index) -> FacePart | None:
         """Some facets with the analysis of what is condensed onto them; None where there are none, or too many.
 

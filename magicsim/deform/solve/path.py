@@ -258,7 +258,7 @@ class ContactSolver:
             )
             if self._is_valid(problem, iterate, moved):
                 effort.rungs |= iterate.rungs | strides.rungs
-                state, pose = self._result(problem, iterate, next_pose, effort, state), next_pose
+                state, pose = self._result(problem, iterate, next_pose, effort), next_pose
                 strides.succeed()
             else:
                 effort.last = stuck if strides.is_leap else iterate  # a leap may end far from what went wrong
@@ -289,9 +289,7 @@ class ContactSolver:
         effort.tell()
         LOGGER.debug("iteration %d: %s", iterate.iteration, figures)
 
-    def _result(
-        self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort, start: Deformation
-    ) -> Deformation:
+    def _result(self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort) -> Deformation:
         contact, face = iterate.contact, problem.face
         traction = contact.traction_mpa()
         forces = face.area_mm2[:, None] * traction

@@ -106,7 +106,7 @@ class Coating:
         return dr.lerp(below, above, v)
 
     def _through_film(self, reflectance: Any, segment: Segment, clear: Any) -> tuple[Any, Any]:
-        """Share of what goes on that is reflected, and the share that goes on; see `film_on_face`.
+        """Share of what goes on that is reflected, and the share that goes on, to and fro before a film.
 
         Args:
             reflectance: Of the bare interface, by Fresnel's formula.

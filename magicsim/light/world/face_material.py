@@ -14,7 +14,7 @@ from magicsim.light.single_directions import SingleDirections
 
 
 class FilmedDielectric(SingleDirections):
-    """A smooth dielectric with a film of metal on its inner side, see `film_on_face`."""
+    """A smooth dielectric with a film of metal inside, incoherent: the geometric series of parallel plates."""
 
     def __init__(self, properties: Any) -> None:
         """Reads `ior`, `reflectance` and `transmittance`."""

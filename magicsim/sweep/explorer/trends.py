@@ -11,7 +11,7 @@ change of all rows differs from zero by more than its interval, and no row says 
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 
 from magicsim.sweep.judging.measures import Measured
@@ -52,13 +52,9 @@ TRENDS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TrendCheck:
+class TrendCheck(Trend):
     """How far a sweep bears a trend out."""
 
-    statement: str
-    field: str
-    measure: str
-    rises: bool
     series: int
     """Rows of designs that differ in the field alone."""
     steps: int
@@ -120,10 +116,7 @@ def _check(trend: Trend, rows: Sequence[Sequence[Measured]]) -> TrendCheck:
     change = sum(changes) / len(rows)
     half = math.hypot(*known) / len(rows) if len(known) == len(rows) else None
     return TrendCheck(
-        statement=trend.statement,
-        field=trend.field,
-        measure=trend.measure,
-        rises=trend.rises,
+        **asdict(trend),
         series=len(rows),
         steps=len(steps),
         steps_right=sum(step > 0 for step in steps),

@@ -1,14 +1,12 @@
 """All episodes of an alignment into one folder; a run that was stopped goes on where it was."""
 
 import importlib.metadata
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from magicsim.arrays import Frame
 from magicsim.folder.hashing import sha256_of
@@ -23,7 +21,7 @@ from magicsim.task.alignment.grip import build_gripper, draw_grip, grip_scene
 from magicsim.task.alignment.outcome import AlignmentSummary, Outcome, judge_episode, summarise
 from magicsim.task.alignment.settings import AlignmentConfig
 from magicsim.task.folder import EPISODES_TABLE, FRAMES_TABLE, RESULTS
-from magicsim.task.growing import Played, Progress, Run, as_json, as_parquet, grow
+from magicsim.task.growing import Played, Progress, Run, as_json, as_parquet, as_png, grow
 from magicsim.task.item import load_item
 from magicsim.task.resolved import resolved
 
@@ -132,7 +130,4 @@ def run_alignment(
 
 def first_and_last(pairs: Sequence[tuple[Frame, Frame]]) -> bytes:
     """A PNG: upper and lower finger's frame at first, and at last."""
-    row = np.concatenate([*pairs[0], *pairs[-1]], axis=1)
-    file = io.BytesIO()
-    Image.fromarray(row).save(file, format="PNG")
-    return file.getvalue()
+    return as_png([np.concatenate([*pairs[0], *pairs[-1]], axis=1)])

@@ -1,14 +1,12 @@
 """All trials of an assembly into one folder; a run that was stopped goes on where it was."""
 
 import importlib.metadata
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from magicsim.config.ranges import check_number
 from magicsim.detectors.profiles.profile_file import load_profile
@@ -24,7 +22,7 @@ from magicsim.scenes.scene import SceneConfig
 from magicsim.task.assembly.series_plot import draw_series
 from magicsim.task.assembly.summary import AssemblySummary, Trial, played_out, summarise
 from magicsim.task.folder import RESULTS
-from magicsim.task.growing import Played, Progress, Run, as_json, grow
+from magicsim.task.growing import Played, Progress, Run, as_json, as_png, grow
 from magicsim.task.resolved import plain_values, resolved_scene
 
 MOST_TRIALS, MOST_SAMPLES = 1000, 20
@@ -155,7 +153,4 @@ def run_assembly(
 def in_a_strip(moments: Sequence[Moment]) -> bytes:
     """A PNG: the frames at the end of each step beside each other, the upper finger's above the lower one's."""
     ends = {moment.step: moment.images for moment in moments}.values()
-    rows = [np.concatenate([images[finger] for images in ends], axis=1) for finger in range(2)]
-    file = io.BytesIO()
-    Image.fromarray(np.concatenate(rows)).save(file, format="PNG")
-    return file.getvalue()
+    return as_png([np.concatenate([images[finger] for images in ends], axis=1) for finger in range(2)])
