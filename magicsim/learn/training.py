@@ -23,6 +23,8 @@ from magicsim.learn.weights import load_weights, open_network
 
 LAST_RATE = 0.01
 """Learning rate of the last pass, in units of the first one's."""
+BATCH = 64
+"""Frames that are answered on at once."""
 LogRow = dict[str, float | int]
 
 
@@ -135,18 +137,17 @@ def answer(samples: Samples, model: bytes, config: ModelConfig) -> Array:
     return answers_with(open_network(model, config), samples, config)
 
 
-def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig, *, batch: int = 64) -> Array:
+def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig) -> Array:
     """Answers of a network on all frames, shape (n, labels).
 
     Args:
         network: With its weights, see `open_network`.
         samples: Reduced frames of the size that it takes.
         config: Header of its file.
-        batch: Frames at once.
     """
     torch.set_num_threads(1)
     images = torch.from_numpy(_normalised(samples, config))
-    return answers_of(_outputs(network, images, np.arange(len(samples)), batch, torch.device("cpu")), config)
+    return answers_of(_outputs(network, images, np.arange(len(samples)), BATCH, torch.device("cpu")), config)
 
 
 def _pass(

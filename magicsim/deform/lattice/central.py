@@ -58,9 +58,9 @@ def central_lattice(design: ElastomerDesign, zone: Zone, *, spacing_mm: float, i
     return replace(lattice_on((x, y, z), design), zone=zone, is_mirrored=is_quarter)
 
 
-def is_mirror_image(indenter: Indenter, *, seed: int = 0) -> bool:
+def is_mirror_image(indenter: Indenter) -> bool:
     """Whether an object is the same in the planes x = 0 and y = 0, as far as points near its top can tell."""
-    random, size = np.random.default_rng(seed), 2 * max(abs(indenter.top_mm()), 1.0)
+    random, size = np.random.default_rng(0), 2 * max(abs(indenter.top_mm()), 1.0)
     points = indenter.pose.position_mm * [0, 0, 1] + random.uniform(-3 * size, 3 * size, (MIRROR_POINTS, 3))
     own = indenter.distance(points)[0]
     mirrored = (indenter.distance(points * sign)[0] for sign in ([-1, 1, 1], [1, -1, 1]))

@@ -48,17 +48,16 @@ class Cues:
     """Label: how far the plug slid in the grip on the way to this step [mm]."""
 
 
-def check_references(count: int, profile: str = PROFILE) -> None:
+def check_references(count: int) -> None:
     """Refuses a number of reference frames of which nothing can be learned, before any is rendered.
 
     Args:
         count: Frames of each finger.
-        profile: Name or file of a detector profile.
 
     Raises:
         ConfigError: With what is allowed.
     """
-    least = load_profile(profile).background_count
+    least = load_profile(PROFILE).background_count
     if count < least:
         msg = f"references = {count} is not allowed with task assembly: must be at least {least}"
         raise ConfigError(msg)
@@ -74,17 +73,16 @@ class Reader:
     profile: DetectorProfile
 
     @classmethod
-    def learned(cls, references: tuple[Sequence[Frame], Sequence[Frame]], profile: str = PROFILE) -> "Reader":
+    def learned(cls, references: tuple[Sequence[Frame], Sequence[Frame]]) -> "Reader":
         """From frames of the upper and of the lower finger with nothing between them.
 
         Args:
             references: At least as many as the profile's temporal fusion takes.
-            profile: Name or file of a detector profile.
 
         Raises:
             MagicsimError: The profile cannot learn from these frames.
         """
-        found = load_profile(profile)
+        found = load_profile(PROFILE)
         upper, lower = (np.mean(frames, axis=0).round().astype(np.uint8) for frames in references)
         return cls(
             empty=(upper, lower),
