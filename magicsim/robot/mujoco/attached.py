@@ -74,9 +74,9 @@ class AttachedSensor:
         self._index = 0
         self._memory: CameraMemory | None = None
 
-    def pose(self, data: MjData) -> Pose:
+    def pose(self, model: MjModel, data: MjData) -> Pose:
         """Where the object is in the sensor's frame."""
-        position, rotation = object_pose_m(data, self.pair.body, self._frame)
+        position, rotation = object_pose_m(model, data, self.pair.body, self._frame)
         site = self.pair.site
         return pose_in_sensor(position, rotation, data.site_xpos[site], data.site_xmat[site].reshape(AXES, AXES))
 

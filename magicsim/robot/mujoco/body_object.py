@@ -66,7 +66,7 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
     return BodyObject(solid=solid, color=(red, green, blue), specular=specular), frame
 
 
-def object_pose_m(data: MjData, body: int, frame: int | None) -> tuple[Array, Array]:
+def object_pose_m(model: MjModel, data: MjData, body: int, frame: int | None) -> tuple[Array, Array]:
     """Where the object's frame is in the world: position, shape (3,) [m], and rotation, shape (3, 3)."""
     if frame is None:
         return np.array(data.xpos[body]), np.array(data.xmat[body]).reshape(3, 3)

@@ -131,7 +131,7 @@ class Coupling:
         engine().mj_step1(self.model, self.data)
         time_s = float(self.data.time)
         is_due = time_s - self._start_s >= (self._frames / self.frames_per_second) - self.model.opt.timestep / 2
-        poses = {name: sensor.pose(self.data) for name, sensor in self.sensors.items()}
+        poses = {name: sensor.pose(self.model, self.data) for name, sensor in self.sensors.items()}
         solved = [name for name, pose in poses.items() if is_due or self.sensors[name].needs_solve(pose)]
         for name in solved:
             self.sensors[name].solve(poses[name])
