@@ -1,38 +1,10 @@
-"""A film of metal on a face: closed forms of parallel plates."""
+"""Coats of the contact face: what is refused, and what of them is felt."""
 
 import pytest
 
 from magicsim.config.models import validate
 from magicsim.errors import ConfigError
-from magicsim.geometry.coat import HalfMirror, OpaqueCoat, film_on_face
-
-BARE = (0.0, 0.04, 0.3, 1.0)
-
-
-@pytest.mark.parametrize("bare", BARE)
-def test_film_without_losses_keeps_all_light(bare):
-    for inside in (True, False):
-        assert sum(film_on_face(0.6, 0.4, bare, inside=inside)) == pytest.approx(1)
-
-
-@pytest.mark.parametrize("bare", BARE)
-def test_as_much_passes_inwards_as_outwards(bare):
-    inward, outward = (film_on_face(0.3, 0.45, bare, inside=inside)[1] for inside in (False, True))
-    assert inward == pytest.approx(outward)
-
-
-def test_film_alone_is_itself():
-    assert film_on_face(0.3, 0.45, 0.0, inside=True) == pytest.approx((0.3, 0.45))
-
-
-def test_no_film_is_the_bare_face():
-    assert film_on_face(0.0, 1.0, 0.04, inside=True) == pytest.approx((0.04, 0.96))
-
-
-def test_beyond_the_critical_angle_light_crosses_the_film_twice():
-    reflected, passed = film_on_face(0.3, 0.5, 1.0, inside=True)
-    assert passed == 0
-    assert reflected == pytest.approx(0.3 + 0.5**2 / (1 - 0.3))
+from magicsim.geometry.coat import HalfMirror, OpaqueCoat
 
 
 def test_film_that_makes_light_is_refused():
