@@ -32,9 +32,9 @@ def lit(scene, *, particles):
     ("name", "overrides"),
     [
         ("near", ()),
-        pytest.param("pressed", (), marks=pytest.mark.slow),
+        ("pressed", ()),
         pytest.param("near", ("rig.ambient=[0.3,0.2,0.1]",), marks=pytest.mark.slow),
-        ("pressed", ("design.materials.body.sigma_s_per_mm=0.3",)),
+        pytest.param("pressed", ("design.materials.body.sigma_s_per_mm=0.3",), marks=pytest.mark.slow),
     ],
 )
 def test_rays_bring_as_much_light_as_particles(small_scene, name, overrides):
