@@ -52,7 +52,7 @@ class Deformation(PathFigures):
     """Which of them touch and slide, their friction at its limit, shape (points,); none without friction."""
     contact_gap_mm: Array
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
-    touching_gap_mm: Array
+    touches_within_mm: Array
     """Distance up to which they touch, see `magicsim.deform.contact.touching`, shape (points,) [mm]."""
     relaxation: RelaxationState | None
     """What a rate-dependent body remembers; None in the long term."""
@@ -113,7 +113,7 @@ class Deformation(PathFigures):
             contact_traction_mpa=np.zeros_like(points),
             is_slipping=np.zeros(len(points), bool),
             contact_gap_mm=np.full(len(points), np.inf),
-            touching_gap_mm=np.zeros(len(points)),
+            touches_within_mm=np.zeros(len(points)),
             relaxation=None,
             linearisation=None,
             pose=None,

@@ -6,11 +6,12 @@ from magicsim.arrays import Array
 from magicsim.geometry.design import CELL_MM, HEIGHT_MM, ElastomerDesign
 from magicsim.geometry.flaws.unevenness import MIN_WALL_MM
 
-MAX_CELL_DEVIATION = 0.15 + 1e-9  # as it is written: 0.85 of 1 mm is allowed
+ROUNDING = 1e-9
+"""Slack of what is compared with a round number: 0.85 of 1 mm is 15 % off, and allowed."""
+MAX_CELL_DEVIATION = 0.15 + ROUNDING
 """Largest relative difference between the resolved cell and the one asked for."""
 STEP_MM = 0.01
 """Step of the values that are proposed [mm]."""
-ROUNDING = 1e-9
 
 
 def fitted(core_mm: Array, cell_mm: Array | float, wall_mm: Array | float) -> tuple[Array, Array]:

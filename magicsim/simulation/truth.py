@@ -69,7 +69,7 @@ def contact_mask(deformation: Deformation, landing_mm: Array) -> Mask:
         Mask of shape (rows, columns).
     """
     points = deformation.contact_points_mm[:, :2]
-    apart = deformation.contact_gap_mm - np.maximum(deformation.touching_gap_mm, TOUCHING_GAP_MM)
+    apart = deformation.contact_gap_mm - np.maximum(deformation.touches_within_mm, TOUCHING_GAP_MM)
     touching, mask = points[apart <= 0], np.zeros(landing_mm.shape[:2], bool)
     if len(touching):
         looked_at = _in_box(landing_mm, touching, AROUND_MM)

@@ -9,7 +9,7 @@ better than by h^2 / 8R, the height of an arc over its chord: what is nearer tha
 import numpy as np
 from scipy.spatial import cKDTree
 
-from magicsim.arrays import Array, Mask
+from magicsim.arrays import Array, Index, Mask
 from magicsim.deform.contact.face import ContactFace
 from magicsim.deform.lattice.structure import Lattice
 
@@ -38,8 +38,7 @@ def border_gaps_mm(lattice: Lattice, face: ContactFace, points_mm: Array, normal
     """
     first = np.flatnonzero(np.diff(face.facet, prepend=-1))
     count = np.diff(first, append=len(face.facet))
-    x, y = (np.diff(planes) for planes in lattice.planes_mm[:2])
-    edge = np.maximum(x[face.facet[first] % len(x)], y[face.facet[first] // len(x)])
+    edge = _edges_mm(lattice, face.facet[first])
 
     def spread(values: Array) -> Array:
         mean = np.add.reduceat(values, first) / count[:, None]
@@ -66,9 +65,7 @@ def touching_points(
     own = points_mm[touching, :2]
     if len(apart) == 0 or len(own) < LEAST_AROUND:
         return touching
-    x, y = (np.diff(planes) for planes in lattice.planes_mm[:2])
-    reach = np.maximum(x[face.facet[apart] % len(x)], y[face.facet[apart] // len(x)])
-    around = cKDTree(own).query_ball_point(points_mm[apart, :2], reach)
+    around = cKDTree(own).query_ball_point(points_mm[apart, :2], _edges_mm(lattice, face.facet[apart]))
     is_between = np.zeros(len(apart), bool)
     for number, near in enumerate(around):
         if len(near) >= LEAST_AROUND:
@@ -77,3 +74,9 @@ def touching_points(
             is_between[number] = np.linalg.norm(ways.mean(0)) < ONE_SIDED
     touching[apart[is_between]] = True
     return touching
+
+
+def _edges_mm(lattice: Lattice, facets: Index) -> Array:
+    """Longer edge of some facets at rest, of the shape of their numbers [mm]."""
+    x, y = (np.diff(planes) for planes in lattice.planes_mm[:2])
+    return np.asarray(np.maximum(x[facets % len(x)], y[facets // len(x)]))

@@ -311,7 +311,7 @@ class ContactSolver:
             & (friction > 0)
             & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
-            touching_gap_mm=limits,
+            touches_within_mm=limits,
             relaxation=None,
             linearisation=self._condenser.linearisation,
             pose=pose,
