@@ -10,16 +10,16 @@ takes more counts as ended there. Prints one JSON object: on how many paths each
 
 import argparse
 import json
-import signal
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 from magicsim.bench.stress.cases import StressPath, every_path
+from magicsim.bench.stress.limit import OutOfProcessorTimeError, processor_limit
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.solve import condensed, line_search, load_step, newton, path, strides
@@ -81,8 +81,9 @@ def stages_passed(stress: StressPath, limit_s: float, without: Rung | None = Non
         for each in _ablated(without) if without is not None else ():
             stack.enter_context(each)
         try:
-            with time_limit(limit_s):
-                poses, options = stress.indenters(), {}
+            with processor_limit(limit_s):
+                poses = stress.indenters()
+                options: dict[str, Any] = {}
                 if stress.max_step_mm is not None:
                     options["max_step_mm"] = stress.max_step_mm
                 lattice = stress.lattice()
@@ -100,7 +101,7 @@ def stages_passed(stress: StressPath, limit_s: float, without: Rung | None = Non
                     state = solver.solve(pose, state, **timing)
                     rungs |= set(state.rungs)
                     done += 1
-        except (MagicsimError, TimeoutError):
+        except (MagicsimError, OutOfProcessorTimeError):
             pass
     return done, rungs
 
@@ -114,21 +115,6 @@ def run(number: int, stress: StressPath, limit_s: float) -> Row:
         number=number, label=stress.label + material, stages=len(stress.stages), passed=passed, ran=sorted(ran),
         without=without,
     )  # fmt: skip
-
-
-@contextmanager
-def time_limit(seconds: float) -> Iterator[None]:
-    """Raises TimeoutError after processor seconds."""
-
-    def stop(*_: object) -> None:
-        raise TimeoutError
-
-    signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
 
 
 def summary(rows: list[Row]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from magicsim.bench.stress.cases import Stage, StressPath
+from magicsim.bench.stress.limit import OutOfProcessorTimeError
 from magicsim.bench.stress.validity import Verification, verify
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
@@ -60,7 +61,11 @@ class StressRow:
 
 
 def run_path(path: StressPath) -> Iterator[StressRow]:
-    """One row for each stage, whatever happens; a stage starts where the last valid one ended."""
+    """One row for each stage, whatever happens; a stage starts where the last valid one ended.
+
+    Raises:
+        OutOfProcessorTimeError: Whoever runs it has set a limit.
+    """
     options: dict[str, Any] = {"friction": path.friction} if path.friction else {}
     if path.max_step_mm is not None:
         options["max_step_mm"] = path.max_step_mm
@@ -85,6 +90,8 @@ def run_path(path: StressPath) -> Iterator[StressRow]:
         except ConvergenceError as error:
             yield _row(path, stage, depth, DECLARED, str(error), seconds=time.perf_counter() - start)
             continue
+        except OutOfProcessorTimeError:
+            raise
         except Exception as error:
             message = f"{type(error).__name__}: {error}"
             yield _row(path, stage, depth, CRASHED, message, seconds=time.perf_counter() - start)

@@ -1,4 +1,4 @@
-"""The paths of the stress grid on all cores, each with a limit of time; what a killed run has done is kept."""
+"""The paths of the stress grid on all cores, within processor seconds each; what a killed run has done is kept."""
 
 import json
 import logging
@@ -9,6 +9,7 @@ from pathlib import Path
 
 from magicsim.bench.stress.cases import StressPath, every_path
 from magicsim.bench.stress.grid import CRASHED, TIMED_OUT, StressRow, run_path, unsolved
+from magicsim.bench.stress.limit import OutOfProcessorTimeError, processor_limit
 from magicsim.workers.options import WorkerOptions, usable_cores
 from magicsim.workers.outcome import FailureKind
 from magicsim.workers.tasks import run_tasks
@@ -17,7 +18,9 @@ LOGGER = logging.getLogger(__name__)
 SLOW = frozenset({"sphere 0.5 mm"})
 """What is left to the end: pressed more than its own size deep, it takes minutes a stage."""
 LIMIT_S = 1200.0
-"""Time for all stages of one path; what is not done by then counts as not valid."""
+"""Processor time for all stages of one path; what is not done by then counts as not valid."""
+STUCK = 20
+"""How many times longer a path may take by the clock: it does not compute any more, or not here alone."""
 
 
 def pooled_rows(chosen: Sequence[StressPath], folder: Path) -> list[StressRow]:
@@ -32,8 +35,8 @@ def pooled_rows(chosen: Sequence[StressPath], folder: Path) -> list[StressRow]:
     files = [folder / f"{numbers[path.key]:03d}.jsonl" for path in chosen]
     todo = [(path, file) for path, file in zip(chosen, files, strict=True) if len(_read(file)) < len(path.stages)]
     todo.sort(key=lambda each: each[0].label in SLOW)
-    options = WorkerOptions(workers=usable_cores(), timeout_s=LIMIT_S, retries=0)
-    tasks = [(number, (numbers[path.key], str(file))) for number, (path, file) in enumerate(todo)]
+    options = WorkerOptions(workers=usable_cores(), timeout_s=STUCK * LIMIT_S, retries=0)
+    tasks = [(number, (numbers[path.key], str(file), LIMIT_S)) for number, (path, file) in enumerate(todo)]
     for done, outcome in enumerate(run_tasks(_solve, tasks, options, prepare=_use_threads), 1):
         path, file = todo[outcome.key]
         if outcome.failures:
@@ -70,15 +73,18 @@ def _use_threads(threads: int) -> None:
     pardiso.THREADS = threads
 
 
-def _solve(task: tuple[int, str]) -> int:
-    """Solves one path into its file; returns the number of stages."""
-    number, file = task[0], Path(task[1])
+def _solve(task: tuple[int, str, float]) -> int:
+    """Solves one path into its file within processor seconds; returns the number of stages."""
+    path, file, limit_s = every_path()[task[0]], Path(task[1]), task[2]
     file.unlink(missing_ok=True)
-    rows = 0
-    for row in run_path(every_path()[number]):
-        _append(file, row)
-        rows += 1
-    return rows
+    try:
+        with processor_limit(limit_s):
+            for row in run_path(path):
+                _append(file, row)
+    except OutOfProcessorTimeError as error:
+        for stage in path.stages[len(_read(file)) :]:
+            _append(file, unsolved(path, stage, TIMED_OUT, str(error)))
+    return len(path.stages)
 
 
 def _append(file: Path, row: StressRow) -> None:

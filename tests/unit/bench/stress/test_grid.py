@@ -189,7 +189,9 @@ def test_finished_paths_are_read_and_the_rest_is_solved(tmp_path, monkeypatch):
 
 def test_path_that_takes_too_long_is_timed_out_in_every_stage(tmp_path, monkeypatch):
     monkeypatch.setattr(stress_pool, "LIMIT_S", 0.01)
+    monkeypatch.setattr(stress_pool, "STUCK", 10_000)
     chosen = [one for one in every_path() if one.label == "height 1.5 mm"]
     rows = stress_pool.pooled_rows(chosen, tmp_path)
     assert [row.outcome for row in rows] == [stress.TIMED_OUT] * len(chosen[0].stages)
+    assert {row.message for row in rows} == {"took longer than 0.01 s of processor time"}
     assert benchmark.summarise(rows)["valid_share"] == 0
