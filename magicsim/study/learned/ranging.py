@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field
 
 from magicsim.dataset.recipes.path_recipe import ClearPath, HoverPath, PathRecipe
 from magicsim.errors import ConfigError
@@ -35,7 +34,7 @@ THERE = Label(name="there", kind="flag")
 NUMBERS = (Label(name="x", unit="mm"), Label(name="y", unit="mm"), Label(name="gap", unit="mm"))
 LABELS = (THERE, *NUMBERS)
 EDGES_MM = (0.0, 1.0, 3.0, 6.0, 12.0, 25.0)
-"""Ends of the bins of the gap [mm]."""
+"""Ends of the bins of the gap [mm]; frames with a larger gap are left out."""
 ABSENT, LIKELY = 0, 0.5
 """Group of the frames without an object; probability from which the answer is that there is one."""
 NOTES = (
@@ -52,8 +51,6 @@ class RangingConfig(LearnedConfig):
     """Settings of the study."""
 
     kind: Literal["ranging"]
-    most_gap_mm: Annotated[float, Field(gt=0, le=200)] = 25.0
-    """Frames with a larger gap are left out [mm]."""
 
 
 def near_frames(paths: Sequence[PathRecipe]) -> int:
