@@ -1,14 +1,14 @@
 """Which values of the assumed constants bring the simulated sensor to the published figures of E, C and S?
 
-    python benchmarks/operating_point.py search SEARCH.jsonl --steps 96 --first 48     # 47 CPU seconds a step
-    python benchmarks/operating_point.py check SEARCH.jsonl                            # best ones at full size
+    python benchmarks/operating_point.py search SEARCH.jsonl --steps 48 --first 24     # CPU minutes a step: two
+    python benchmarks/operating_point.py check SEARCH.jsonl                            # best ones with less noise
     python benchmarks/operating_point.py report SEARCH.jsonl --out docs
 
-`search` films one choice of the optical constants a step, in a small image, and reads it through many cameras; a run
+`search` films one choice of the optical constants a step and reads it through many cameras; a run
 that is cut off goes on where it stopped. The first steps cover the ranges evenly (Sobol), the rest move the best.
-`check` renders the default, the best of the ensemble and the sensor that meets most targets at full size, and leaves
-out each mechanism of the last. `report` writes `operating-point.json`: targets, ensemble, distance by quantity, how far
-the ensemble narrows each range, which targets are met together; and its tables.
+`check` renders the default, the best of the ensemble and the sensor that meets most targets with more samples, and
+leaves out each mechanism of the last. `report` writes `operating-point.json`: targets, ensemble, distance by quantity,
+how far the ensemble narrows each range, which targets are met together; and its tables.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from laboratory.operating_point.counts import counts
 from laboratory.operating_point.ensemble import summarise
 from laboratory.operating_point.filming import QUALITY, film_states, search_scene
 from laboratory.operating_point.front import met
-from laboratory.operating_point.reading import read_states, scaled
+from laboratory.operating_point.reading import read_states
 from laboratory.operating_point.search import (
     CAMERA,
     CAMERA_NAMES,
@@ -43,15 +43,16 @@ from laboratory.operating_point.search import (
 from laboratory.operating_point.tables import tables
 from laboratory.operating_point.targets import distances, total_distance
 
+from magicsim.conventions import IMAGE_COLUMNS
 from magicsim.detectors import load_profile
 from magicsim.errors import MagicsimError
 from magicsim.fit.constants import CONSTANTS, value_of
 
-COLUMNS, ROWS, FULL = 120, 160, 240
-CAMERAS = 48
+COLUMNS, ROWS = IMAGE_COLUMNS, 320
+CAMERAS = 32
 GOOD = 8
 """Best steps that the later ones are drawn around."""
-FULL_QUALITY = (
+CAREFUL = (
     "render.samples=4", "render.particles=60000", "render.anchor_samples=20", "render.anchor_particles=600000",
 )  # fmt: skip
 
@@ -84,7 +85,7 @@ def widest(rows: Sequence[dict[str, Any]]) -> Candidate:
 def search(path: Path, *, steps: int, first: int, minutes: float, seed: int) -> None:
     """Adds steps to the file until there are enough, or time is up."""
     scene = search_scene(COLUMNS, ROWS)
-    profile = scaled(load_profile("published"), columns=COLUMNS, full=FULL)
+    profile = load_profile("published")
     rows, end = read_rows(path), time.monotonic() + 60 * minutes
     if rows:
         path.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
@@ -113,43 +114,40 @@ def checked_file(path: Path) -> Path:
     return path.with_suffix(".check.json")
 
 
-def default_reading(columns: int, rows: int, quality: tuple[str, ...]) -> dict[str, Any]:
-    """The default sensor at a size of the image."""
-    scene = search_scene(columns, rows, quality)
-    profile = scaled(load_profile("published"), columns=columns, full=FULL)
+def default_reading(quality: tuple[str, ...]) -> dict[str, Any]:
+    """The default sensor."""
+    scene = search_scene(COLUMNS, ROWS, quality)
     reading = read_states(
         film_states(scene, {}), scene.rig.camera, ambient=float(np.mean(scene.rig.ambient)), flashlight=1.0,
-        crosstalk=0.0, profile=profile,
+        crosstalk=0.0, profile=load_profile("published"),
     )  # fmt: skip
     return asdict(reading) | {"distance": total_distance(reading.quantities)}
 
 
 def check(path: Path, *, members: int) -> None:
-    """Default at both sizes, and the best of the ensemble at the full one."""
+    """Default as in the search and with less noise, and the best of the ensemble with less noise."""
     target = checked_file(path)
     found: dict[str, Any] = json.loads(target.read_text(encoding="utf-8")) if target.is_file() else {}
-    if "default_small" not in found:
-        found["default_small"] = default_reading(COLUMNS, ROWS, QUALITY)
-    if "default_full" not in found:
-        found["default_full"] = default_reading(FULL, FULL * ROWS // COLUMNS, FULL_QUALITY)
-    target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    scene, profile = search_scene(FULL, FULL * ROWS // COLUMNS, FULL_QUALITY), load_profile("published")
+    for name, quality in (("default", QUALITY), ("default_careful", CAREFUL)):
+        if name not in found:
+            found[name] = default_reading(quality)
+            target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    scene, profile = search_scene(COLUMNS, ROWS, CAREFUL), load_profile("published")
 
-    def at_full_size(each: Candidate) -> dict[str, Any]:
-        full = candidate(film_states(scene, optical_fields(each.optical)), scene, each.optical, each.camera, profile)
-        return {"small": asdict(each), "full": None if full is None else asdict(full)}
+    def with_less_noise(each: Candidate) -> dict[str, Any]:
+        careful = candidate(film_states(scene, optical_fields(each.optical)), scene, each.optical, each.camera, profile)
+        return {"searched": asdict(each), "careful": None if careful is None else asdict(careful)}
 
     rows = read_rows(path)
-    found["widest"] = at_full_size(widest(rows))
+    found["widest"] = with_less_noise(widest(rows))
     target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     found["members"] = []
     for each in best_of(rows, members):
-        found["members"].append(at_full_size(each))
+        found["members"].append(with_less_noise(each))
         target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    small = search_scene(COLUMNS, ROWS)
-    found["without"] = left_out(widest(rows), small, scaled(profile, columns=COLUMNS, full=FULL))
+    found["without"] = left_out(widest(rows), search_scene(COLUMNS, ROWS), profile)
     target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    print(json.dumps({name: distances(found[name]["quantities"]) for name in ("default_small", "default_full")}))
+    print(json.dumps({name: distances(found[name]["quantities"]) for name in ("default", "default_careful")}))
 
 
 def report(path: Path, out: Path, name: str) -> None:
@@ -166,7 +164,7 @@ def report(path: Path, out: Path, name: str) -> None:
     checked = checked_file(path)
     if checked.is_file():
         summary["check"] = json.loads(checked.read_text(encoding="utf-8"))
-    summary["counts"] = counts(rows, summary.get("check", {}).get("default_small", {}).get("quantities"))
+    summary["counts"] = counts(rows, summary.get("check", {}).get("default", {}).get("quantities"))
     (out / f"{name}.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     (out / f"{name}-tables.txt").write_text(tables(summary), encoding="utf-8")
     print(json.dumps(summary["distance"], indent=1))
@@ -177,8 +175,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("stage", choices=("search", "check", "report"))
     parser.add_argument("rows", type=Path)
-    parser.add_argument("--steps", type=int, default=96)
-    parser.add_argument("--first", type=int, default=48)
+    parser.add_argument("--steps", type=int, default=48)
+    parser.add_argument("--first", type=int, default=24)
     parser.add_argument("--minutes", type=float, default=1e6)
     parser.add_argument("--members", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)

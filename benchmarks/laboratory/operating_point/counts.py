@@ -23,7 +23,8 @@ def counts(rows: Rows, default: Mapping[str, float] | None = None) -> dict[str, 
     Returns:
         `settled`: best distance after so many steps; `crosstalk`: mean C near an object in the lowest and the highest
         third of the crosstalk; `as_near`: distances of those that are at least as near as the default in every
-        quantity.
+        quantity; `contact`: best balanced accuracy of contact by the published thresholds, and that of the sensors that
+        also tell near objects and the flashlight.
     """
     everything = [each for row in rows for each in row["candidates"]]
     place = CAMERA_NAMES.index("crosstalk")
@@ -31,16 +32,28 @@ def counts(rows: Rows, default: Mapping[str, float] | None = None) -> dict[str, 
         part: [each["reading"]["quantities"]["c_near"] for each in everything if low <= each["camera"][place] <= high]
         for part, (low, high) in {"lowest": (0, 1 / 3), "highest": (2 / 3, 1)}.items()
     }
+    contact = {
+        "best": _best_contact(everything),
+        "with_proximity": _best_contact(
+            [each for each in everything if each["reading"]["right"]["near"] == each["reading"]["right"]["light"] == 1]
+        ),
+    }
     ends = [round(share * len(rows)) for share in SETTLED]
     aim = distances(default) if default is not None else None
     return {
         "settled": {end: _best(rows[:end]) for end in ends},
         "crosstalk": {part: float(np.mean(values)) if values else None for part, values in near.items()},
+        "contact": contact,
         "as_near": None if aim is None else sorted(
             each["distance"] for each in everything
             if all(abs(left) <= abs(aim[name]) for name, left in distances(each["reading"]["quantities"]).items())
         ),
     }  # fmt: skip
+
+
+def _best_contact(sensors: Rows) -> float | None:
+    right = [each["reading"]["right"] for each in sensors]
+    return max(((each["untouched"] + each["touched"]) / 2 for each in right), default=None)
 
 
 def _best(rows: Rows) -> float | None:

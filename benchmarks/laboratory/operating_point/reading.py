@@ -13,7 +13,7 @@ from magicsim.camera.effects.live import Gains, corrected, metered
 from magicsim.camera.effects.spread import spread_light
 from magicsim.camera.exposure import aimed_signal, meter, sensed
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
-from magicsim.detectors import DetectorProfile, Proximity, References, detect, fuse
+from magicsim.detectors import Contact, DetectorProfile, Proximity, References, Verdict, detect, fuse
 from magicsim.fit.blocks import block_means
 from magicsim.scenes.rig import Camera
 
@@ -48,6 +48,8 @@ class Reading:
     disparity: dict[str, float]
     """At `rest`, in `touch` and under `light`: how differently the channels are spread over the face, see `disparity`;
     of what brightens for the last two."""
+    right: dict[str, float]
+    """Shares of right verdicts: `untouched` and `touched` of contact, `near` (`NEAR_MM`) and `light` of proximity."""
 
 
 def read_states(
@@ -84,17 +86,21 @@ def read_states(
     first = meter(on_film(seen_states.rest), mixed)
     stream = CameraStream(camera=mixed, exposure=first, room=on_film(np.float32(ambient) * states.room.rest))
 
-    def shoot(radiance: FloatImage, frame: int) -> Frame:
+    def settled(radiance: FloatImage) -> tuple[FloatImage, CameraMemory]:
         seen = on_film(radiance)
         gain = first.gain if mixed.live is None else settled_gain(seen, mixed, first.gain)
-        at = Instant(seed=SEED, index=frame, time_s=frame / RATE, frames_per_second=RATE)
-        return stream.take(seen, CameraMemory(gains=Gains(now=gain)), at)[0]
+        return seen, CameraMemory(gains=Gains(now=gain))
 
-    resting = [shoot(seen_states.rest, number) for number in range(count)]
+    def shoot(state: tuple[FloatImage, CameraMemory], frame: int) -> Frame:
+        at = Instant(seed=SEED, index=frame, time_s=frame / RATE, frames_per_second=RATE)
+        return stream.take(*state, at)[0]
+
+    at_rest = settled(seen_states.rest)
+    resting = [shoot(at_rest, number) for number in range(count)]
     references: References = fuse(resting, profile)
     lit = (seen_states.rest + flashlight * states.light).astype(np.float32)
-    images = [seen_states.rest, *seen_states.near, *seen_states.touch, lit]
-    shots = [shoot(image, count + number) for number, image in enumerate(images)]
+    later = [at_rest, *(settled(image) for image in (*seen_states.near, *seen_states.touch, lit))]
+    shots = [shoot(state, count + number) for number, state in enumerate(later)]
     rest, *others, light = [detect(shot, references, profile) for shot in shots]
     near, touch = others[: len(GAPS_MM)], others[len(GAPS_MM) :]
     seen = [each.proximity is Proximity.APPROACHING for each in near]
@@ -128,6 +134,7 @@ def read_states(
             "touch": disparity(_brightening(shots[len(GAPS_MM) + 1], resting)),
             "light": disparity(_brightening(shots[-1], resting)),
         },
+        right=_right([rest, *near, light], touch, close, light),
     )
 
 
@@ -181,6 +188,17 @@ def disparity(image: Array) -> float:
     shapes = blocks / means
     pairs = [np.sqrt(np.mean((shapes[..., a] - shapes[..., b]) ** 2)) for a, b in combinations(range(3), 2)]
     return float(np.mean(pairs))
+
+
+def _right(
+    untouched: Sequence[Verdict], touched: Sequence[Verdict], close: Sequence[Verdict], light: Verdict
+) -> dict[str, float]:
+    return {
+        "untouched": float(np.mean([each.combined is not Contact.TOUCHED for each in untouched])),
+        "touched": float(np.mean([each.combined is Contact.TOUCHED for each in touched])),
+        "near": float(np.mean([each.proximity is Proximity.APPROACHING for each in close])),
+        "light": float(light.proximity is Proximity.NOISE),
+    }
 
 
 def _brightening(shot: Frame, resting: Sequence[Frame]) -> Array:

@@ -41,7 +41,7 @@ def _quantities(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
     for name, target in summary["targets"].items():
         found = summary["quantities"][name]
         defaults = [
-            _number(check.get(key, {}).get("quantities", {}).get(name)) for key in ("default_small", "default_full")
+            _number(check.get(key, {}).get("quantities", {}).get(name)) for key in ("default", "default_careful")
         ]
         rows.append(
             [
@@ -56,8 +56,8 @@ def _quantities(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
     head = [
         "published",
         "target",
-        "default, small",
-        "default, full size",
+        "default",
+        "default, less noise",
         "ensemble",
         "left [tolerances]",
         "met alone by",
@@ -91,6 +91,10 @@ def _counts(summary: Mapping[str, Any]) -> str:
             for part, value in found["crosstalk"].items()
         ),
     ]
+    rows += [
+        [f"best contact by the published thresholds{which}, balanced", _number(found["contact"][key])]
+        for key, which in (("best", ""), ("with_proximity", ", near and flashlight told as well"))
+    ]
     if found["as_near"] is not None:
         rows.append(["at least as near as the default in every quantity", _as_near(found["as_near"], total)])
     return markdown_table(["of all sensors", "found"], rows)
@@ -113,7 +117,7 @@ def _colours(summary: Mapping[str, Any], check: Mapping[str, Any]) -> str:
     readings = {"best of the search": summary["best"]["reading"]}
     readings |= {
         title: check[key]
-        for key, title in (("default_small", "default, small"), ("default_full", "default, full size"))
+        for key, title in (("default", "default"), ("default_careful", "default, less noise"))
         if key in check
     }
     rows = [
@@ -132,12 +136,12 @@ def _members(members: Sequence[Mapping[str, Any]]) -> str:
     rows = [
         [
             str(number),
-            f"{each['small']['distance']:.2f}",
-            DASH if each["full"] is None else f"{each['full']['distance']:.2f}",
+            f"{each['searched']['distance']:.2f}",
+            DASH if each["careful"] is None else f"{each['careful']['distance']:.2f}",
         ]
         for number, each in enumerate(members, 1)
     ]
-    return markdown_table(["member", "distance, small", "distance, full size"], rows)
+    return markdown_table(["member", "distance", "distance, less noise"], rows)
 
 
 def _front(summary: Mapping[str, Any]) -> str:
@@ -162,7 +166,7 @@ def _exclusive(summary: Mapping[str, Any]) -> str:
 
 def _without(without: Mapping[str, float | None]) -> str:
     rows = [[name, "no grid to read" if value is None else f"{value:.2f}"] for name, value in without.items()]
-    return markdown_table(["the sensor that meets most, at small size, without", "distance"], rows)
+    return markdown_table(["the sensor that meets most, without", "distance"], rows)
 
 
 def _number(value: float | None) -> str:

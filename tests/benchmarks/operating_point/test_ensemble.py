@@ -31,6 +31,7 @@ def candidate(place: int) -> Candidate:
         reading=Reading(
             quantities=quantities, correlation=[0.1], entropy=[1.0], similarity=[0.8], evenness=[0.5, 1.0, 0.5],
             disparity={"rest": 0.3, "touch": 0.2, "light": 0.1},
+            right={"untouched": 1.0, "touched": (place % 3) / 2, "near": float(place % 3 < 2), "light": 1.0},
         ),
     )  # fmt: skip
 
@@ -86,3 +87,8 @@ def test_counts_are_those_of_all_sensors():
     assert found["settled"] == {10: 0, 14: 0, 18: 0, 21: 0}
     assert counts(rows()[5:15])["settled"][5] == pytest.approx(candidate(5).distance, abs=1e-4)
     assert counts(rows())["as_near"] is None
+
+
+def test_best_contact_is_told_with_and_without_proximity():
+    assert counts(rows())["contact"] == {"best": 1.0, "with_proximity": 0.75}
+    assert counts([])["contact"] == {"best": None, "with_proximity": None}

@@ -52,6 +52,17 @@ def test_quantities_of_a_plain_sensor():
     assert found["lead_mm"] == max(GAPS_MM)
 
 
+def test_right_verdicts_are_those_of_the_published_thresholds():
+    found, profile = read(), load_profile("published")
+    low = np.array(found.similarity) < profile.tau_g
+    alike = (np.array(found.entropy) >= profile.tau_e) & (np.array(found.correlation) >= profile.tau_c)
+    touched, count = low & ~alike, len(GAPS_MM)
+    assert found.right["touched"] == touched[count:].mean() == 0  # brightens alike, so that it may be light
+    assert found.right["untouched"] == 1 - touched[:count].sum() / (count + 2) == 0.75
+    assert found.right["near"] == found.right["light"] == 1
+    assert read(flashlight=0.0).right["light"] == 0
+
+
 def test_crosstalk_makes_the_colours_alike_and_the_flashlight_moves_what_it_lights_alone():
     assert read(crosstalk=0.3).quantities["c_near"] > read().quantities["c_near"] + 0.1
     weak, strong = read(flashlight=0.05), read(flashlight=1.0)
