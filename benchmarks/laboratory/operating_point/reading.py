@@ -1,6 +1,6 @@
 """What the published detectors read of the filmed states through one camera, and how the colours behave."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
@@ -188,6 +188,11 @@ def disparity(image: Array) -> float:
     shapes = blocks / means
     pairs = [np.sqrt(np.mean((shapes[..., a] - shapes[..., b]) ** 2)) for a, b in combinations(range(3), 2)]
     return float(np.mean(pairs))
+
+
+def right_share(right: Mapping[str, float]) -> float:
+    """Mean balanced accuracy of contact and proximity, from `Reading.right`."""
+    return (right["untouched"] + right["touched"] + right["near"] + right["light"]) / 4
 
 
 def _right(
