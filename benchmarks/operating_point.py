@@ -52,7 +52,7 @@ from magicsim.fit.constants import CONSTANTS, value_of
 
 COLUMNS, ROWS = IMAGE_COLUMNS, 320
 CAMERAS = 32
-GOOD = 8
+GOOD = 5
 """Best steps that the later ones are drawn around."""
 AIMS: Mapping[str, Callable[[Mapping[str, Any]], tuple[float, ...]]] = {
     "figures": lambda each: (each["distance"],),
