@@ -52,7 +52,7 @@ class Row:
     """Stages that are valid without each of `LEFT_OUT`."""
 
 
-def _ablated(rung: Rung) -> list[Any]:
+def ablated(rung: Rung) -> list[Any]:
     """Patches that take a rung away."""
     search, plain = line_search.search, newton.step
 
@@ -82,7 +82,7 @@ def valid_without(stress: StressPath, rung: Rung, limit_s: float) -> int:
     """Stages that are valid without a rung."""
     valid = 0
     with ExitStack() as stack:
-        for each in _ablated(rung):
+        for each in ablated(rung):
             stack.enter_context(each)
         try:
             with processor_limit(limit_s):
