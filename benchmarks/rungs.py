@@ -54,7 +54,7 @@ class Row:
 
 def ablated(rung: Rung) -> list[Any]:
     """Patches that take a rung away."""
-    search, plain = line_search.search, newton.step
+    search, plain, follow = line_search.search, newton.step, path.ContactSolver._follow_path
 
     def unstretched(problem: Any, surface: Any, start: Any, direction: Any) -> Any:  # noqa: ANN401
         return search(problem, surface, start, replace(direction, is_stiffened=False))
@@ -62,6 +62,9 @@ def ablated(rung: Rung) -> list[Any]:
     def stuck(problem: Any, surface: Any, iterate: Any) -> Any:  # noqa: ANN401
         ends = problem.options.is_condensed
         return replace(iterate, stuck=True) if ends else plain(problem, surface, iterate)
+
+    def once(solver: Any, *given: Any, longer: float = 1) -> Any:  # noqa: ANN401
+        return follow(solver, *given) if longer == 1 else None
 
     unshifted = replace(newton.NewtonOptions(), last_shift=1e-12)
     taken: dict[Rung, Callable[[], list[Any]]] = {
@@ -72,8 +75,7 @@ def ablated(rung: Rung) -> list[Any]:
         Rung.CAREFUL: lambda: [patch.object(Problem, "careful", lambda self: self)],
         Rung.PATIENT: lambda: [patch.object(strides, "NEARLY_FOLDED", 2.0)],
         Rung.LEAP: lambda: [patch.object(strides, "FOLDED", 2.0)],
-        Rung.FEWER: lambda: [patch.object(path, "RESTARTS", (4,))],
-        Rung.MORE: lambda: [patch.object(path, "RESTARTS", (1 / 4,))],
+        Rung.FEWER: lambda: [patch.object(path.ContactSolver, "_follow_path", once)],
     }
     return taken[rung]()
 

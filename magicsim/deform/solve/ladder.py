@@ -8,7 +8,7 @@
 | iteration | the step folds a cell, or the energy rises | a shorter one; `STRETCHED` after a shift | `line_search` |
 | load step | no equilibrium | `HALVED` and `CAREFUL`, then `PATIENT` | `strides`, `Problem` |
 | load step | no short one leads on | `LEAP` | `strides` |
-| path | no load step leads on | `FEWER`, then `MORE` | `path` |
+| path | no load step leads on | `FEWER` | `path` |
 
 A result names the rungs on which it stands (`Deformation.rungs`), and for plain steps why they were taken, so that
 `magicsim bench stress` counts what each one of them is good for.
@@ -44,8 +44,6 @@ class Rung(StrEnum):
     """A longer load step, over the snap of a face that no short one can follow."""
     FEWER = "fewer"
     """The path begun again from rest with longer load steps."""
-    MORE = "more"
-    """The path begun again from rest with shorter load steps."""
 
 
 WHY_PLAIN = frozenset({Rung.UNTOUCHED, Rung.LARGE, Rung.INDEFINITE, Rung.UNSOLVED, Rung.PATIENT})

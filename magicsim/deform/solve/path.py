@@ -1,7 +1,7 @@
 """Poses in sequence: warm starts, sub-steps, the fallbacks of a step that fails, and the check of what comes out.
 
-What is tried where a step fails is in `strides`; when all of
-that fails the path is begun again from rest, with longer and with shorter steps.
+What is tried where a step fails is in `strides`; when all of that fails the path is begun again from rest, with longer
+steps.
 """
 
 import logging
@@ -58,10 +58,9 @@ BALANCE_SHARE = 100.0
 """Largest force balance in units of the residual that ends the iterations, where that is not `MAX_BALANCE`'s."""
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
-RESTARTS = (1 / 4, 4)
-"""Numbers of load steps of a path begun again, in units of the first attempt's: long steps do not meet the snaps of a
-face between the bumps of a texture at all, and short ones follow what long ones miss. Short ones, the costlier, are not
-tried where the object has passed through the face with long ones."""
+LONGER = 4
+"""How much longer the load steps of a path are that is begun again: they do not meet the snaps of a face between the
+bumps of a texture at all."""
 
 
 def waiting(indenter: Indenter) -> Indenter:
@@ -155,13 +154,10 @@ class ContactSolver:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort(progress=progress)
-        state = self._follow_path(problem, indenter, start, effort, fineness=1)
-        for fineness in RESTARTS if self._forgets_its_path else ():
-            if state is not None or (fineness > 1 and self._has_passed_through(effort.last)):
-                break
-            effort.restarts += 1
-            effort.rungs = frozenset((Rung.FEWER if fineness < 1 else Rung.MORE,))
-            state = self._follow_path(problem, indenter, self._rest, effort, fineness=fineness)
+        state = self._follow_path(problem, indenter, start, effort)
+        if state is None and self._forgets_its_path:
+            effort.restarts, effort.rungs = 1, frozenset((Rung.FEWER,))
+            state = self._follow_path(problem, indenter, self._rest, effort, longer=LONGER)
         if state is None:
             complain = report_passage if self._has_passed_through(effort.last) else report
             raise ConvergenceError(complain(problem, effort), history=tuple(effort.iterations))
@@ -178,7 +174,7 @@ class ContactSolver:
     def _recovered(self, indenter: Indenter, start: Deformation, dt_s: float, effort: Effort) -> Deformation:
         """What is left of a dent that nothing presses any more; rest where that is next to nothing."""
         problem = self._timed(start, dt_s)
-        state = self._follow_path(problem, indenter, start, effort, fineness=1)
+        state = self._follow_path(problem, indenter, start, effort)
         if state is None:
             raise ConvergenceError(report(problem, effort), history=tuple(effort.iterations))
         if np.abs(state.displacements_mm).max() < RECOVERED_MM:
@@ -232,11 +228,11 @@ class ContactSolver:
         return np.asarray(self._problem.face.area_mm2[inside] @ state.contact_traction_mpa[inside])
 
     def _follow_path(
-        self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, fineness: float
+        self, problem: Problem, indenter: Indenter, start: Deformation, effort: Effort, *, longer: float = 1
     ) -> Deformation | None:
         first = start.pose or first_contact(indenter)
         reach = reach_mm(start, first)
-        longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) / fineness
+        longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) * longer
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose = start, first
         strides = Strides(usual=1.0 / count, may_leap=self._forgets_its_path)

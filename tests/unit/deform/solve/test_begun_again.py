@@ -30,21 +30,16 @@ def pressed(
     return ContactSolver(LATTICE, max_step_mm=longest_mm, options=options, friction=friction).solve(ball)
 
 
-@pytest.mark.parametrize(
-    ("radius_mm", "longest_mm", "restarts", "rung"), [(0.5, 1.0, 1, Rung.FEWER), (2.0, 0.25, 2, Rung.MORE)]
-)
-def test_a_path_that_fails_is_begun_again_with_longer_and_then_with_shorter_steps(
-    radius_mm: float, longest_mm: float, restarts: int, rung: Rung
-) -> None:
-    usual = pressed(radius_mm, 1.8, longest_mm=longest_mm, options=NewtonOptions())
-    found = pressed(radius_mm, 1.8, longest_mm=longest_mm, options=FEW)
+def test_a_path_that_fails_is_begun_again_with_longer_steps() -> None:
+    usual = pressed(0.5, 1.8, longest_mm=1.0, options=NewtonOptions())
+    found = pressed(0.5, 1.8, longest_mm=1.0, options=FEW)
     assert usual.restarts == 0
-    assert found.restarts == restarts
-    assert found.rungs[-1] == rung
+    assert found.restarts == 1
+    assert found.rungs[-1] == Rung.FEWER
     np.testing.assert_allclose(found.force_n[2], usual.force_n[2], rtol=5e-3)  # penetration of 2 of 1800 um
 
 
-@pytest.mark.parametrize(("friction", "restarts"), [(0.0, 2), (0.5, 0)])
+@pytest.mark.parametrize(("friction", "restarts"), [(0.0, 1), (0.5, 0)])
 def test_a_path_with_friction_is_not_begun_again(friction: float, restarts: int) -> None:
     hopeless = NewtonOptions(max_iterations=1)
     with pytest.raises(ConvergenceError, match=f"did not reach a valid equilibrium .* and {restarts} restarts"):
