@@ -26,7 +26,7 @@ from laboratory.operating_point.counts import counts
 from laboratory.operating_point.ensemble import summarise
 from laboratory.operating_point.filming import QUALITY, film_states, search_scene
 from laboratory.operating_point.front import met
-from laboratory.operating_point.reading import read_states, right_share
+from laboratory.operating_point.reading import read_states, short_of
 from laboratory.operating_point.search import (
     CAMERA,
     CAMERA_NAMES,
@@ -56,7 +56,7 @@ GOOD = 5
 """Best steps that the later ones are drawn around."""
 AIMS: Mapping[str, Callable[[Mapping[str, Any]], tuple[float, ...]]] = {
     "figures": lambda each: (each["distance"],),
-    "verdicts": lambda each: (-right_share(each["reading"]["right"]), each["distance"]),
+    "verdicts": lambda each: (short_of(each["reading"], load_profile("published")), each["distance"]),
 }
 """What makes a candidate the better one."""
 CAREFUL = (

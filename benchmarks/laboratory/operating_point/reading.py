@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +29,9 @@ SETTLING = 24
 """Frames after which a live camera counts as settled: its quickest one comes to 1e-7 of the error."""
 RATE = 15.0
 """Frames a second, as of a scene."""
+MARGIN = 0.3
+"""Distance from a threshold that counts as none, in units of `SCALES`."""
+SCALES = {"similarity": 0.1, "entropy": 0.5, "correlation": 0.2}
 SEED = 7
 """Of the camera's noise: the same for all cameras, so that they differ by their constants alone."""
 
@@ -190,9 +194,28 @@ def disparity(image: Array) -> float:
     return float(np.mean(pairs))
 
 
-def right_share(right: Mapping[str, float]) -> float:
-    """Mean balanced accuracy of contact and proximity, from `Reading.right`."""
-    return (right["untouched"] + right["touched"] + right["near"] + right["light"]) / 4
+def short_of(reading: Mapping[str, Any], profile: DetectorProfile) -> float:
+    """How far a sensor is from the right verdicts; 0 where each state is on its side of the thresholds, with a margin.
+
+    Args:
+        reading: A `Reading` as plain data.
+        profile: The thresholds.
+
+    Returns:
+        The sum of what similarity lacks before and in contact, entropy of near objects, correlation of near objects
+        and of the flashlight, means over the states in units of `SCALES`.
+    """
+    gaps, close = len(GAPS_MM), [place for place, gap in enumerate(GAPS_MM) if gap <= NEAR_MM]
+    similarity, entropy, correlation = (np.array(reading[name]) for name in ("similarity", "entropy", "correlation"))
+    light = reading["quantities"]["c_light"]
+    lacks = {
+        "similarity": (profile.tau_g - similarity[:gaps], similarity[gaps:] - profile.tau_g),
+        "entropy": (profile.tau_e - entropy[close],),
+        "correlation": (correlation[close] - profile.tau_c, profile.tau_c - light),
+    }
+    return float(
+        sum(np.maximum(0, each / SCALES[name] + MARGIN).mean() for name, states in lacks.items() for each in states)
+    )
 
 
 def _right(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from laboratory.operating_point.filming import GAPS_MM, Approach, FilmedStates
 from laboratory.operating_point.reading import (
+    MARGIN,
     crosstalk_matrix,
     disparity,
     evenness,
@@ -11,6 +12,7 @@ from laboratory.operating_point.reading import (
     read_states,
     scaled,
     settled_gain,
+    short_of,
 )
 from laboratory.operating_point.search import CAMERA_NAMES, EFFECT_NAMES, LEFT_OUT, effects
 
@@ -61,6 +63,18 @@ def test_right_verdicts_are_those_of_the_published_thresholds():
     assert found.right["untouched"] == 1 - touched[:count].sum() / (count + 2) == 0.75
     assert found.right["near"] == found.right["light"] == 1
     assert read(flashlight=0.0).right["light"] == 0
+
+
+def test_a_sensor_is_short_of_right_verdicts_by_what_lies_on_the_wrong_side():
+    profile, count = load_profile("published"), len(GAPS_MM)
+    right = {
+        "similarity": [0.9] * count + [0.4, 0.3], "entropy": [3.0] * (count + 2), "correlation": [0.0] * (count + 2),
+        "quantities": {"c_light": 0.9},
+    }  # fmt: skip
+    assert short_of(right, profile) == 0
+    blind = right | {"similarity": [0.9] * count + [0.4, profile.tau_g + 0.1]}
+    assert short_of(blind, profile) == pytest.approx((1 + MARGIN) / 2)
+    assert short_of(right | {"quantities": {"c_light": profile.tau_c}}, profile) == pytest.approx(MARGIN)
 
 
 def test_crosstalk_makes_the_colours_alike_and_the_flashlight_moves_what_it_lights_alone():
