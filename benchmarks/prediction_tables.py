@@ -8,6 +8,18 @@ from prediction_limit_tables import limit_tables
 from relaxation_curve import READING_S, SPEEDS_MM_S, ramp_ratio
 
 Rows = list[dict[str, Any]]
+TOGETHER_MM = (0.2, 1.0, 2.0, 3.0, 4.0)
+"""Depths at which all uncertainties stand together [mm]."""
+TOGETHER = (
+    "What one assumption at a time changes in the force of a press, where all of them were computed (skin of 0.6 mm): "
+    "the lattice, friction of 0.5 instead of 1, walls of 0.2 mm with the moduli that go with them (by the effective "
+    "core), and an infill that carries no shear at all, the most that one can that yields: minus four times what 25 % "
+    "more of its modulus add. Together is the root of the sum of squares of what lowers and of what raises, the "
+    "lattice's on both sides. Forces at a speed run from those of a reading after {:g} s, lowered, to those of one "
+    "after {:g} s, raised."
+)
+STIFFER_TO_NONE = 4.0
+"""A change of -100 % of the infill's modulus in units of one of +25 %."""
 HEAD = """# Predictions
 
 Written before any comparison by `python benchmarks/predictions.py` (forces of presses and of sheared presses) and
@@ -37,6 +49,8 @@ def markdown(results: dict[str, Any]) -> str:
         lines += ["", *_shear(results["shear"]["rows"], _how(setting, variants))]
     if "limits" in results:
         lines += ["", *limit_tables(results["limits"], results.get("press", {}).get("rows", []))]
+    if {"press", "limits"} <= results.keys():
+        lines += ["", *_together(results["press"]["rows"], results["limits"])]
     return "\n".join(lines) + "\n"
 
 
@@ -82,6 +96,58 @@ def _timed(rows: Rows) -> list[str]:
                 early, late = (force * ratios[pair][reading][place] for reading in READING_S)
                 cells.append(f"{early:.3g} (to {late:.3g})")
             lines.append(_line(cells))
+    return lines
+
+
+def _together(rows: Rows, variants: dict[str, dict[str, Rows]]) -> list[str]:
+    """What each assumption does to the force of a press, and all of them at two speeds."""
+    found, heads, depths = _by_depth(rows)
+    walls = {
+        (row["diameter_mm"], row["skin_mm"], row["depth_mm"]): row["fz_n"]
+        for row in variants["walls 0.2 mm"]["presses"]
+    }
+    plain = {
+        (row["diameter_mm"], row["skin_mm"], row["depth_mm"]): row["fz_n"] for row in variants["nominal"]["presses"]
+    }
+    speeds = [f"at {speed:g} mm/s [N]" for speed in SPEEDS_MM_S]
+    lines = [
+        "## All uncertainties together", "",
+        TOGETHER.format(*READING_S),
+        "",
+        *_head(
+            ["indenter, depth [mm]", "force [N]", "lattice", "friction", "walls", "infill", "together", *speeds]
+        ),
+    ]  # fmt: skip
+    for pair in heads:
+        path = np.array([(each, found[*pair, each]["value"]["force_n"]) for each in depths])
+        ratios = {
+            (speed, reading): ramp_ratio(path, speed_mm_s=speed, reading_s=reading)
+            for speed in SPEEDS_MM_S for reading in READING_S
+        }  # fmt: skip
+        for place, (depth, force) in enumerate(path):
+            case = (*pair, float(depth))
+            if case not in walls or float(depth) not in TOGETHER_MM:
+                continue
+            changes = {name: each["force_n"] / force for name, each in found[case]["differences"].items()}
+            parts = [
+                changes["finer lattice"], changes["friction 0.5"], walls[case] / plain[case] - 1,
+                -STIFFER_TO_NONE * changes["infill +25 %"],
+            ]  # fmt: skip
+            down, up = (
+                float(np.hypot.reduce([abs(parts[0]), *(each for each in parts[1:] if sign * each > 0)]))
+                for sign in (-1, 1)
+            )
+            ends = [
+                f"{force * ratios[speed, READING_S[0]][place] * (1 - down):.2g} to "
+                f"{force * ratios[speed, READING_S[-1]][place] * (1 + up):.2g}"
+                for speed in SPEEDS_MM_S
+            ]
+            told = [f"{100 * each:+.0f} %" for each in parts]
+            lines.append(
+                _line(
+                    [f"{pair[0]:g} mm, {depth:g}", float(force), *told, f"-{100 * down:.0f}, +{100 * up:.0f} %", *ends]
+                )
+            )
     return lines
 
 
