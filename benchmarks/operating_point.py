@@ -54,11 +54,11 @@ COLUMNS, ROWS = IMAGE_COLUMNS, 320
 CAMERAS = 32
 GOOD = 5
 """Best steps that the later ones are drawn around."""
-AIMS: Mapping[str, Callable[[Mapping[str, Any]], tuple[float, ...]]] = {
-    "figures": lambda each: (each["distance"],),
-    "verdicts": lambda each: (short_of(each["reading"], load_profile("published")), each["distance"]),
+AIMS: Mapping[str, Callable[[Candidate], float]] = {
+    "figures": lambda each: each.distance,
+    "verdicts": lambda each: short_of(each.reading, load_profile("published")),
 }
-"""What makes a candidate the better one."""
+"""What is to be small."""
 CAREFUL = (
     "render.samples=4", "render.particles=60000", "render.anchor_samples=20", "render.anchor_particles=600000",
 )  # fmt: skip
@@ -79,8 +79,8 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
 
 def best_of(rows: Sequence[dict[str, Any]], count: int, aim: str = "figures") -> list[Candidate]:
     """The best candidate of each of the best steps."""
-    best = sorted((min(row["candidates"], key=AIMS[aim]) for row in rows if row["candidates"]), key=AIMS[aim])
-    return [Candidate.read_back(each) for each in best[:count]]
+    read = [[Candidate.read_back(each) for each in row["candidates"]] for row in rows if row["candidates"]]
+    return sorted((min(each, key=AIMS[aim]) for each in read), key=AIMS[aim])[:count]
 
 
 def widest(rows: Sequence[dict[str, Any]]) -> Candidate:
@@ -103,7 +103,14 @@ def search(path: Path, *, steps: int, first: int, minutes: float, seed: int, aim
         row: dict[str, Any] = {"index": index, "seed": seed, "first": first, "aim": aim, "candidates": []}
         try:
             found = search_step(
-                scene, profile, best_of(rows, GOOD, aim), index=index, first=first, cameras=CAMERAS, seed=seed
+                scene,
+                profile,
+                best_of(rows, GOOD, aim),
+                aim=AIMS[aim],
+                index=index,
+                first=first,
+                cameras=CAMERAS,
+                seed=seed,
             )
             row["candidates"] = as_row(found)
         except MagicsimError as error:

@@ -1,9 +1,8 @@
 """What the published detectors read of the filmed states through one camera, and how the colours behave."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -194,11 +193,11 @@ def disparity(image: Array) -> float:
     return float(np.mean(pairs))
 
 
-def short_of(reading: Mapping[str, Any], profile: DetectorProfile) -> float:
+def short_of(reading: Reading, profile: DetectorProfile) -> float:
     """How far a sensor is from the right verdicts; 0 where each state is on its side of the thresholds, with a margin.
 
     Args:
-        reading: A `Reading` as plain data.
+        reading: What was read of it.
         profile: The thresholds.
 
     Returns:
@@ -206,8 +205,8 @@ def short_of(reading: Mapping[str, Any], profile: DetectorProfile) -> float:
         and of the flashlight, means over the states in units of `SCALES`.
     """
     gaps, close = len(GAPS_MM), [place for place, gap in enumerate(GAPS_MM) if gap <= NEAR_MM]
-    similarity, entropy, correlation = (np.array(reading[name]) for name in ("similarity", "entropy", "correlation"))
-    light = reading["quantities"]["c_light"]
+    similarity, entropy, correlation = map(np.array, (reading.similarity, reading.entropy, reading.correlation))
+    light = reading.quantities["c_light"]
     lacks = {
         "similarity": (profile.tau_g - similarity[:gaps], similarity[gaps:] - profile.tau_g),
         "entropy": (profile.tau_e - entropy[close],),

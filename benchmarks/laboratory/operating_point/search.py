@@ -1,6 +1,6 @@
 """One step of the search: a choice of all constants, filmed once and read through many cameras."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeVar
 
@@ -79,6 +79,8 @@ LEFT_OUT: Mapping[str, Mapping[str, float]] = {
     "a dry object": {"contact_coupling": 0.0},
 }
 """Mechanisms, and the share of a constant's range that has them not."""
+ROUNDS = 4
+"""Of drawing cameras in one step."""
 EXPOSURES: tuple[LiveExposure | None, ...] = (None, LiveExposure(white_balance=False), LiveExposure())
 """Locked, live, live with white balance."""
 EFFECT_NAMES = (*EFFECTS, "compression")
@@ -200,15 +202,19 @@ def candidate(
 
 
 def search_step(
-    scene: SceneConfig, profile: DetectorProfile, good: Sequence[Candidate], *, index: int, first: int, cameras: int,
-    seed: int,
+    scene: SceneConfig, profile: DetectorProfile, good: Sequence[Candidate], *, aim: Callable[[Candidate], float],
+    index: int, first: int, cameras: int, seed: int,
 ) -> list[Candidate]:  # fmt: skip
     """Films one choice of the optical constants and reads it through several cameras, those without a grid left out.
+
+    Cameras are cheap beside a filming: those of later steps are drawn in `ROUNDS`, the first around the good ones of
+    other filmings, the others around the best of this one.
 
     Args:
         scene: From `laboratory.operating_point.filming.search_scene`.
         profile: Options of the detectors.
         good: The best candidates so far, one for each filming; used from step `first` on.
+        aim: What is to be small.
         index: Number of the step; a step depends on `seed`, `index` and `good` alone.
         first: Number of steps whose points cover the ranges evenly.
         cameras: Cameras to read through.
@@ -219,15 +225,18 @@ def search_step(
         optical = first_points(index + 1, len(OPTICAL_NAMES), seed=seed)[index]
     else:
         optical = next_point([np.array(each.optical) for each in good], seed=seed, index=2 * index)
-    points = list(first_points(cameras, len(CAMERA_NAMES), seed=seed + 1 + index))
-    if not even:
-        known = [np.array(each.camera) for each in good]
-        points[::2] = [
-            next_point(known, seed=seed, index=2 * (index * cameras + place) + 1) for place in range(len(points[::2]))
-        ]
     states = film_states(scene, optical_fields(optical.tolist()))
-    found = [candidate(states, scene, optical.tolist(), each.tolist(), profile) for each in points]
-    return [each for each in found if each is not None]
+    found: list[Candidate] = []
+    for turn in range(1 if even else ROUNDS):
+        points = list(first_points(cameras, len(CAMERA_NAMES), seed=seed + 1 + index)) if turn == 0 else []
+        best = sorted(found, key=aim)[: len(good)] if turn > 0 else good
+        if best and not even:
+            known, place = [np.array(each.camera) for each in best], (index * ROUNDS + turn) * cameras
+            near = [next_point(known, seed=seed, index=2 * (place + each) + 1) for each in range((cameras + 1) // 2)]
+            points = [*points[1::2], *near]
+        every = [candidate(states, scene, optical.tolist(), each.tolist(), profile) for each in points]
+        found += [each for each in every if each is not None]
+    return found
 
 
 def left_out(best: Candidate, scene: SceneConfig, profile: DetectorProfile) -> dict[str, float | None]:

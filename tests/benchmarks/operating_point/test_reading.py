@@ -67,14 +67,13 @@ def test_right_verdicts_are_those_of_the_published_thresholds():
 
 def test_a_sensor_is_short_of_right_verdicts_by_what_lies_on_the_wrong_side():
     profile, count = load_profile("published"), len(GAPS_MM)
-    right = {
-        "similarity": [0.9] * count + [0.4, 0.3], "entropy": [3.0] * (count + 2), "correlation": [0.0] * (count + 2),
-        "quantities": {"c_light": 0.9},
-    }  # fmt: skip
+    far, near = [0.9] * count, [0.4, 0.3]
+    values = {"similarity": far + near, "entropy": [3.0] * (count + 2), "correlation": [0.0] * (count + 2)}
+    right = replace(read(), quantities={"c_light": 0.9}, **values)
     assert short_of(right, profile) == 0
-    blind = right | {"similarity": [0.9] * count + [0.4, profile.tau_g + 0.1]}
+    blind = replace(right, similarity=[*far, 0.4, profile.tau_g + 0.1])
     assert short_of(blind, profile) == pytest.approx((1 + MARGIN) / 2)
-    assert short_of(right | {"quantities": {"c_light": profile.tau_c}}, profile) == pytest.approx(MARGIN)
+    assert short_of(replace(right, quantities={"c_light": profile.tau_c}), profile) == pytest.approx(MARGIN)
 
 
 def test_crosstalk_makes_the_colours_alike_and_the_flashlight_moves_what_it_lights_alone():
