@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from laboratory.operating_point.search import CAMERA_NAMES
-from laboratory.operating_point.targets import distances
+from laboratory.operating_point.targets import TARGETS, distances
 
 Rows = Sequence[Mapping[str, Any]]
 SETTLED = (1 / 2, 2 / 3, 5 / 6, 1)
@@ -24,7 +24,7 @@ def counts(rows: Rows, default: Mapping[str, float] | None = None) -> dict[str, 
         `settled`: best distance after so many steps; `crosstalk`: mean C near an object in the lowest and the highest
         third of the crosstalk; `as_near`: distances of those that are at least as near as the default in every
         quantity; `contact`: best balanced accuracy of contact by the published thresholds, and that of the sensors that
-        also tell near objects and the flashlight.
+        also see nothing at rest, see near objects and tell the flashlight.
     """
     everything = [each for row in rows for each in row["candidates"]]
     place = CAMERA_NAMES.index("crosstalk")
@@ -34,9 +34,7 @@ def counts(rows: Rows, default: Mapping[str, float] | None = None) -> dict[str, 
     }
     contact = {
         "best": _best_contact(everything),
-        "with_proximity": _best_contact(
-            [each for each in everything if each["reading"]["right"]["near"] == each["reading"]["right"]["light"] == 1]
-        ),
+        "with_proximity": _best_contact([each for each in everything if _has_proximity(each["reading"])]),
     }
     ends = [round(share * len(rows)) for share in SETTLED]
     aim = distances(default) if default is not None else None
@@ -49,6 +47,12 @@ def counts(rows: Rows, default: Mapping[str, float] | None = None) -> dict[str, 
             if all(abs(left) <= abs(aim[name]) for name, left in distances(each["reading"]["quantities"]).items())
         ),
     }  # fmt: skip
+
+
+def _has_proximity(reading: Mapping[str, Any]) -> bool:
+    """Whether nothing is seen at rest, near objects are, and the flashlight is told apart."""
+    is_quiet = TARGETS["e_rest"].distance(reading["quantities"]["e_rest"]) == 0
+    return is_quiet and reading["right"]["near"] == reading["right"]["light"] == 1
 
 
 def _best_contact(sensors: Rows) -> float | None:

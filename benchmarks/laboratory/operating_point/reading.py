@@ -201,15 +201,15 @@ def short_of(reading: Reading, profile: DetectorProfile) -> float:
         profile: The thresholds.
 
     Returns:
-        The sum of what similarity lacks before and in contact, entropy of near objects, correlation of near objects
-        and of the flashlight, means over the states in units of `SCALES`.
+        The sum of what similarity lacks before and in contact, entropy of near objects and at rest, correlation of near
+        objects and of the flashlight, means over the states in units of `SCALES`.
     """
     gaps, close = len(GAPS_MM), [place for place, gap in enumerate(GAPS_MM) if gap <= NEAR_MM]
     similarity, entropy, correlation = map(np.array, (reading.similarity, reading.entropy, reading.correlation))
-    light = reading.quantities["c_light"]
+    rest, light = reading.quantities["e_rest"], reading.quantities["c_light"]
     lacks = {
         "similarity": (profile.tau_g - similarity[:gaps], similarity[gaps:] - profile.tau_g),
-        "entropy": (profile.tau_e - entropy[close],),
+        "entropy": (profile.tau_e - entropy[close], rest - profile.tau_e),
         "correlation": (correlation[close] - profile.tau_c, profile.tau_c - light),
     }
     return float(

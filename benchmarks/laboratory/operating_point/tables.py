@@ -93,7 +93,7 @@ def _counts(summary: Mapping[str, Any]) -> str:
     ]
     rows += [
         [f"best contact by the published thresholds{which}, balanced", _number(found["contact"][key])]
-        for key, which in (("best", ""), ("with_proximity", ", near and flashlight told as well"))
+        for key, which in (("best", ""), ("with_proximity", ", rest, near and flashlight told as well"))
     ]
     if found["as_near"] is not None:
         rows.append(["at least as near as the default in every quantity", _as_near(found["as_near"], total)])

@@ -90,5 +90,7 @@ def test_counts_are_those_of_all_sensors():
 
 
 def test_best_contact_is_told_with_and_without_proximity():
+    # Up to place 1 nothing is seen at rest, and places 2, 5, ... touch right and see no near object.
     assert counts(rows())["contact"] == {"best": 1.0, "with_proximity": 0.75}
+    assert counts(rows()[2:])["contact"]["with_proximity"] is None
     assert counts([])["contact"] == {"best": None, "with_proximity": None}

@@ -69,11 +69,12 @@ def test_a_sensor_is_short_of_right_verdicts_by_what_lies_on_the_wrong_side():
     profile, count = load_profile("published"), len(GAPS_MM)
     far, near = [0.9] * count, [0.4, 0.3]
     values = {"similarity": far + near, "entropy": [3.0] * (count + 2), "correlation": [0.0] * (count + 2)}
-    right = replace(read(), quantities={"c_light": 0.9}, **values)
+    right = replace(read(), quantities={"c_light": 0.9, "e_rest": 0.1}, **values)
     assert short_of(right, profile) == 0
     blind = replace(right, similarity=[*far, 0.4, profile.tau_g + 0.1])
     assert short_of(blind, profile) == pytest.approx((1 + MARGIN) / 2)
-    assert short_of(replace(right, quantities={"c_light": profile.tau_c}), profile) == pytest.approx(MARGIN)
+    alike = replace(right, quantities={"c_light": profile.tau_c, "e_rest": profile.tau_e})
+    assert short_of(alike, profile) == pytest.approx(2 * MARGIN)
 
 
 def test_crosstalk_makes_the_colours_alike_and_the_flashlight_moves_what_it_lights_alone():
