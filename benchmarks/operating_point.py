@@ -8,9 +8,9 @@
 `search` films one choice of the optical constants a step and reads it through many cameras; a run
 that is cut off goes on where it stopped. The first steps cover the ranges evenly (Sobol), the rest move the best: those
 that are nearest to the published figures, or those for which the published thresholds give the right verdicts.
-`check` renders the default, the best of the ensemble and the sensor that meets most targets with more samples, and
-leaves out each mechanism of the last. `report` writes `operating-point.json`: targets, ensemble, distance by quantity,
-how far the ensemble narrows each range, which targets are met together; and its tables.
+`check` renders the default, the best of the ensemble, the nearest to right verdicts and the sensor that meets most
+targets with more samples, and leaves out each mechanism of the last. `report` writes `operating-point.json`: targets,
+ensemble, distance by quantity, how far the ensemble narrows each range, which targets are met together; and its tables.
 """
 
 import argparse
@@ -32,6 +32,7 @@ from laboratory.operating_point.search import (
     CAMERA_NAMES,
     EFFECT_NAMES,
     OPTICAL,
+    OPTICAL_NAMES,
     Candidate,
     as_row,
     camera_values,
@@ -155,6 +156,8 @@ def check(path: Path, *, members: int) -> None:
     rows = read_rows(path)
     found["widest"] = with_less_noise(widest(rows))
     target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    found["verdicts"] = with_less_noise(best_of(rows, 1, "verdicts")[0])
+    target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     found["members"] = []
     for each in best_of(rows, members):
         found["members"].append(with_less_noise(each))
@@ -162,6 +165,12 @@ def check(path: Path, *, members: int) -> None:
     found["without"] = left_out(widest(rows), search_scene(COLUMNS, ROWS), profile)
     target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print(json.dumps({name: distances(found[name]["quantities"]) for name in ("default", "default_careful")}))
+
+
+def named_values(sensor: Mapping[str, Any]) -> dict[str, float | str]:
+    """Every constant of a sensor by its name."""
+    names, shares = (*OPTICAL_NAMES, *CAMERA_NAMES), (*sensor["optical"], *sensor["camera"])
+    return {name: value_at(name, share) for name, share in zip(names, shares, strict=True)}
 
 
 def report(path: Path, out: Path, name: str) -> None:
@@ -178,6 +187,8 @@ def report(path: Path, out: Path, name: str) -> None:
     checked = checked_file(path)
     if checked.is_file():
         summary["check"] = json.loads(checked.read_text(encoding="utf-8"))
+    if "verdicts" in summary.get("check", {}):
+        summary["check"]["verdicts"]["constants"] = named_values(summary["check"]["verdicts"]["searched"])
     summary["counts"] = counts(rows, summary.get("check", {}).get("default", {}).get("quantities"))
     (out / f"{name}.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     (out / f"{name}-tables.txt").write_text(tables(summary), encoding="utf-8")

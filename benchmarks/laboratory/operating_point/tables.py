@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from laboratory.markdown import markdown_table
+from laboratory.operating_point.filming import GAPS_MM, TOUCHES_MM
 
 DASH = "-"
 THOUSAND = 1000
@@ -29,6 +30,8 @@ def tables(summary: Mapping[str, Any]) -> str:
         _front(summary),
         _exclusive(summary),
     ]
+    if check.get("verdicts"):
+        parts.append(_verdicts(check["verdicts"]))
     if check.get("without"):
         parts.append(_without(check["without"]))
     if check.get("members"):
@@ -142,6 +145,33 @@ def _members(members: Sequence[Mapping[str, Any]]) -> str:
         for number, each in enumerate(members, 1)
     ]
     return markdown_table(["member", "distance", "distance, less noise"], rows)
+
+
+def _verdicts(sensor: Mapping[str, Any]) -> str:
+    """E, C and S of one sensor at every state, as in the search and with less noise."""
+    states = [*(f"{gap:g} mm away" for gap in GAPS_MM), *(f"{depth:g} mm deep" for depth in TOUCHES_MM)]
+    readings = [sensor["searched"]["reading"], *([sensor["careful"]["reading"]] if sensor["careful"] else [])]
+    rows = [
+        [
+            state,
+            *(
+                f"{reading[name][place]:.2f}"
+                for reading in readings
+                for name in ("entropy", "correlation", "similarity")
+            ),
+        ]
+        for place, state in enumerate(states)
+    ]
+    for state, key in (("untouched", "rest"), ("flashlight", "light")):
+        row = [state]
+        for reading in readings:
+            row += [
+                DASH if value is None else f"{value:.2f}"
+                for value in (reading["quantities"].get(f"{letter}_{key}") for letter in "ecs")
+            ]
+        rows.append(row)
+    head = [f"{letter}{noise}" for noise in ("", ", less noise")[: len(readings)] for letter in ("E [bit]", "C", "S")]
+    return markdown_table(["the sensor nearest to right verdicts", *head], rows)
 
 
 def _front(summary: Mapping[str, Any]) -> str:

@@ -1,9 +1,11 @@
 import json
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 from laboratory.operating_point.counts import counts
 from laboratory.operating_point.ensemble import LEAST, summarise
+from laboratory.operating_point.filming import GAPS_MM, TOUCHES_MM
 from laboratory.operating_point.reading import Reading
 from laboratory.operating_point.search import (
     CAMERA_NAMES,
@@ -63,6 +65,18 @@ def test_summary_is_json_and_its_tables_name_every_target_and_constant():
     assert all(f"`{name}`" in text for name in (*OPTICAL_NAMES, *CAMERA_NAMES))
     widths = {line.count("|") for line in text.splitlines() if line.startswith("|")}
     assert widths == {3, 4, 7, 8}
+
+
+def test_the_sensor_nearest_to_right_verdicts_is_told_state_by_state():
+    states = len(GAPS_MM) + len(TOUCHES_MM)
+    sensor = asdict(replace(candidate(1), reading=replace(
+        candidate(1).reading, entropy=[1.0] * states, correlation=[0.0] * states, similarity=[0.7] * states,
+    )))  # fmt: skip
+    check = {"verdicts": {"searched": sensor, "careful": None}}
+    text = tables(summarise(rows()) | {"counts": counts(rows()), "check": check})
+    assert "| 40 mm away | 1.00 | 0.00 | 0.70 |" in text
+    assert "| 1 mm deep | 1.00 | 0.00 | 0.70 |" in text
+    assert "| untouched | 0.50 | - | 0.83 |" in text
 
 
 def test_candidates_are_read_back():
