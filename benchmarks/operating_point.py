@@ -4,6 +4,7 @@
     python benchmarks/operating_point.py search SEARCH.jsonl --steps 64 --aim verdicts # goes on for another aim
     python benchmarks/operating_point.py check SEARCH.jsonl                            # best ones with less noise
     python benchmarks/operating_point.py report SEARCH.jsonl --out docs
+    python benchmarks/operating_point.py sensor docs/operating-point.json --out SENSOR # its rig, design and profile
 
 `search` films one choice of the optical constants a step and reads it through many cameras; a run
 that is cut off goes on where it stopped. The first steps cover the ranges evenly (Sobol), the rest move the best: those
@@ -11,17 +12,19 @@ that are nearest to the published figures, or those for which the published thre
 `check` renders the default, the best of the ensemble, the nearest to right verdicts and the sensor that meets most
 targets with more samples, and leaves out each mechanism of the last. `report` writes `operating-point.json`: targets,
 ensemble, distance by quantity, how far the ensemble narrows each range, which targets are met together; and its tables.
+`sensor` writes the one nearest to right verdicts as TOML files.
 """
 
 import argparse
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 from laboratory.operating_point.counts import counts
 from laboratory.operating_point.ensemble import summarise
 from laboratory.operating_point.filming import QUALITY, film_states, search_scene
@@ -41,6 +44,7 @@ from laboratory.operating_point.search import (
     left_out,
     optical_fields,
     search_step,
+    sensor_scene,
     value_at,
 )
 from laboratory.operating_point.tables import tables
@@ -50,6 +54,7 @@ from magicsim.conventions import IMAGE_COLUMNS
 from magicsim.detectors import load_profile
 from magicsim.errors import MagicsimError
 from magicsim.fit.constants import CONSTANTS, value_of
+from magicsim.scenes.scene import load_scene
 
 COLUMNS, ROWS = IMAGE_COLUMNS, 320
 CAMERAS = 32
@@ -195,10 +200,25 @@ def report(path: Path, out: Path, name: str) -> None:
     print(json.dumps(summary["distance"], indent=1))
 
 
+def write_sensor(summary: Path, out: Path) -> None:
+    """Writes rig, design and profile of the sensor nearest to right verdicts, and says the rest."""
+    found = json.loads(summary.read_text(encoding="utf-8"))["check"]["verdicts"]["searched"]
+    scene = sensor_scene(load_scene("demo"), found["optical"], found["camera"])
+    polarity, similarity = grid_reading(found["camera"])
+    profile = replace(load_profile("published"), polarity=polarity, similarity=similarity)
+    for name, values in (
+        ("rig", scene.rig.model_dump(mode="json", exclude_none=True)),
+        ("design", scene.design.model_dump(mode="json", exclude_none=True)),
+        ("profile", {"schema_version": 1} | asdict(profile)),
+    ):
+        (out / f"{name}.toml").write_text(tomli_w.dumps(values), encoding="utf-8")
+    print(f"--set rig={out}/rig.toml --set design={out}/design.toml --set contact.coupling={scene.contact.coupling}")
+
+
 def main() -> None:
     """Runs one stage."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("stage", choices=("search", "check", "report"))
+    parser.add_argument("stage", choices=("search", "check", "report", "sensor"))
     parser.add_argument("rows", type=Path)
     parser.add_argument("--steps", type=int, default=48)
     parser.add_argument("--first", type=int, default=24)
@@ -214,8 +234,10 @@ def main() -> None:
         search(given.rows, steps=given.steps, first=given.first, minutes=given.minutes, seed=given.seed, aim=given.aim)
     elif given.stage == "check":
         check(given.rows, members=given.members)
-    else:
+    elif given.stage == "report":
         report(given.rows, given.out, given.name)
+    else:
+        write_sensor(given.rows, given.out)
 
 
 if __name__ == "__main__":

@@ -84,15 +84,10 @@ def film_states(scene: SceneConfig, values: Mapping[str, object]) -> FilmedState
     Raises:
         MagicsimError: The design, a deformation or an image is not valid.
     """
-    chosen = dict(values)
+    chosen = scene_fields(scene, values)
     room = chosen.pop("rig.room", scene.rig.room)
-    if chosen.pop(PRINT, "smooth") == "rough":
-        chosen["design.roughness"] = ROUGHNESS
-    lamps: dict[str, object] = {"rig.room": None, "rig.ambient": DARK}
-    if chosen.pop(LAMPS, "strips") == "leds":
-        lamps |= {"rig.strips.*.radiance": DARK, "rig.leds": single_leds(scene)}
-    strips = Sensor.for_scene(with_values(scene, chosen | lamps))
-    lit = {"rig.strips.*.radiance": DARK, "rig.ambient": BRIGHT, "rig.room": room}
+    strips = Sensor.for_scene(with_values(scene, chosen | {"rig.room": None, "rig.ambient": DARK}))
+    lit = {"rig.strips.*.radiance": DARK, "rig.ambient": BRIGHT, "rig.room": room, "rig.leds": []}
     by_strips = _approach(strips)
     flash = strips.radiance(replace(UNTOUCHED, flashlight=True), strips.rest)
     return FilmedStates(
@@ -100,6 +95,16 @@ def film_states(scene: SceneConfig, values: Mapping[str, object]) -> FilmedState
         room=_approach(Sensor.for_scene(with_values(scene, chosen | lit))),
         light=np.maximum(flash - by_strips.rest, 0).astype(np.float32),
     )
+
+
+def scene_fields(scene: SceneConfig, values: Mapping[str, object]) -> dict[str, object]:
+    """Fields of a scene for what `film_states` takes."""
+    fields = dict(values)
+    if fields.pop(PRINT, "smooth") == "rough":
+        fields["design.roughness"] = ROUGHNESS
+    if fields.pop(LAMPS, "strips") == "leds":
+        fields |= {"rig.strips.*.radiance": DARK, "rig.leds": single_leds(scene)}
+    return fields
 
 
 def single_leds(scene: SceneConfig) -> list[dict[str, object]]:

@@ -8,15 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from laboratory.operating_point.draws import first_points, next_point
-from laboratory.operating_point.filming import LAMPS, PRINT, FilmedStates, film_states
-from laboratory.operating_point.reading import Reading, read_states
+from laboratory.operating_point.filming import LAMPS, PRINT, FilmedStates, film_states, scene_fields
+from laboratory.operating_point.reading import Reading, crosstalk_matrix, read_states
 from laboratory.operating_point.targets import total_distance
 from magicsim.camera.settings import Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg
 from magicsim.conventions import IMAGE_COLUMNS
 from magicsim.detectors import DetectorProfile
 from magicsim.detectors.profiles.profile import Polarity, Similarity
 from magicsim.errors import FrameError, RenderError
-from magicsim.fit.constants import CONSTANTS, Constant
+from magicsim.fit.constants import CONSTANTS, Constant, with_values
 from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import SceneConfig
 
@@ -199,6 +199,33 @@ def candidate(
     return Candidate(
         optical=list(optical), camera=list(camera), distance=total_distance(reading.quantities), reading=reading
     )
+
+
+def sensor_scene(scene: SceneConfig, optical: Sequence[float], camera: Sequence[float]) -> SceneConfig:
+    """A scene with all constants of a sensor, its reading of S left out.
+
+    Args:
+        scene: What happens, with the default sensor.
+        optical: Shares of the ranges of `OPTICAL_NAMES`.
+        camera: Shares of the ranges of `CAMERA_NAMES`.
+    """
+    values, lamps = camera_values(camera), scene.rig.flashlight
+    with_optics = with_values(scene, scene_fields(scene, optical_fields(optical)))
+    changes: dict[str, object] = {CONSTANTS[name].path.rpartition(".")[2]: values[name] for name in CAMERA}
+    seen = with_optics.rig.camera.model_copy(
+        update=changes
+        | effects(camera, scene.rig.camera)
+        | {"live": exposing(camera), "color_matrix": crosstalk_matrix(values["crosstalk"])}
+    )
+    strength = tuple(values["flashlight"] * each for each in lamps.radiance)
+    rig = with_optics.rig.model_copy(
+        update={
+            "camera": seen,
+            "ambient": (values["ambient"],) * 3,
+            "flashlight": lamps.model_copy(update={"radiance": strength}),
+        }
+    )
+    return with_optics.model_copy(update={"rig": rig})
 
 
 def search_step(
