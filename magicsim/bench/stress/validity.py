@@ -15,7 +15,7 @@ from magicsim.geometry.indenter import Indenter
 PENETRATION_SLACK = 1.001
 """Penetration that passes, in units of the tolerance: rounding alone."""
 PIERCED_SHARE = 0.01
-"""Normal force, in units of the sum of the forces on all contact points, below which nothing presses back."""
+"""What pressures push back, in units of their sum over all contact points, below which nothing presses back."""
 MAX_BALANCE = 1e-5
 """Out-of-balance force that passes, in units of the contact force."""
 
@@ -33,7 +33,8 @@ class Verification:
     interior_residual: float
     """Largest force on a free node off the contact face, over the contact force."""
     normal_share: float
-    """Normal force over the sum of the forces on all points; an object that has pierced the face is only squeezed."""
+    """What pressures push back over their sum, friction aside, by which a wedge may hold itself against a pull; an
+    object that has pierced the face is only squeezed."""
 
     def faults(self, tolerance_mm: float) -> tuple[str, ...]:
         """What is not valid, empty where all is.
@@ -46,7 +47,7 @@ class Verification:
             f"penetration {self.penetration_mm:.3g} mm": self.penetration_mm <= PENETRATION_SLACK * tolerance_mm,
             f"force balance {self.force_balance:.2g}": self.force_balance <= MAX_BALANCE,
             f"interior residual {self.interior_residual:.2g}": self.interior_residual <= MAX_BALANCE,
-            f"normal share of the forces {self.normal_share:.2g}": self.normal_share > PIERCED_SHARE,
+            f"normal share of the pressures {self.normal_share:.2g}": self.normal_share > PIERCED_SHARE,
         }
         return tuple(words for words, passes in checks.items() if not passes)
 
@@ -75,14 +76,14 @@ def verify(
     inside = gradient[lattice.layer_nodes : lattice.free_nodes]
     touching = bool(np.any(state.force_n))
     face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
-    gap = indenter.distance(face.positions(positions))[0]
-    pressing = face.area_mm2[:, None] * state.contact_traction_mpa
+    gap, normal = indenter.distance(face.positions(positions))
+    pressing = face.area_mm2 * state.contact_pressure_mpa
     return Verification(
         min_jacobian=float(volume_ratios(lattice.nodes_mm[lattice.cells], positions[lattice.cells]).min()),
         penetration_mm=max(0.0, -float(gap.min())),
         force_balance=float(np.linalg.norm(state.force_n + reaction)) / force if touching else 0.0,
         interior_residual=float(np.linalg.norm(inside, axis=1).max(initial=0.0)) / force if touching else 0.0,
-        normal_share=float(pressing[:, 2].sum() / np.linalg.norm(pressing, axis=1).sum()) if touching else 0.0,
+        normal_share=float(pressing @ normal[:, 2] / pressing.sum()) if touching and pressing.any() else 0.0,
     )
 
 

@@ -12,7 +12,7 @@ from magicsim.deform.solve.problem import Problem
 MAX_BALANCE = 1e-6
 """Largest relative difference between contact force and reaction that is accepted."""
 LEAST_LIFT = 0.01
-"""Normal force, in units of the sum of the forces on all points of the face, below which the object has pierced it:
+"""What pressures push back, in units of their sum over all points of the face, below which the object has pierced it:
 what is left squeezes its flanks."""
 PARTS = 1000
 """In which progress is told."""
@@ -73,15 +73,17 @@ def force_balance(problem: Problem, iterate: Iterate) -> float:
 
 
 def lift(problem: Problem, iterate: Iterate) -> float:
-    """Normal force on the face in units of the sum of the forces on all its points; 0 where nothing touches.
+    """What pressures push back in units of their sum over all points of the face; 0 where nothing touches.
+
+    Friction is left aside: a steep wedge may hold itself by it, and pull.
 
     Args:
         problem: The lattice.
         iterate: A state of it.
     """
-    forces = problem.face.area_mm2[:, None] * iterate.contact.traction_mpa()
-    total = np.linalg.norm(forces, axis=1).sum()
-    return float(forces[:, 2].sum() / total) if total > 0 else 0.0
+    pressing = problem.face.area_mm2 * iterate.contact.pressure_mpa
+    total = pressing.sum()
+    return float(pressing @ iterate.contact.normal[:, 2] / total) if total > 0 else 0.0
 
 
 def report(problem: Problem, effort: Effort) -> str:
@@ -113,7 +115,7 @@ def report_passage(problem: Problem, effort: Effort) -> str:
     """
     share = 0.0 if effort.last is None else lift(problem, effort.last)
     return (
-        f"the object passed through the contact face: {share:.2g} of the forces on the face press back (above "
+        f"the object passed through the contact face: {share:.2g} of the pressures on the face push back (above "
         f"{LEAST_LIFT:g}) after {len(effort.iterations)} iterations, {effort.cutbacks} halved steps and "
         f"{effort.restarts} restarts; it is pressed deeper than it is high, or a soft face would close above it, or "
         "lattice.spacing_mm is too coarse for it"

@@ -15,12 +15,16 @@ def problem() -> Any:
     return SimpleNamespace(face=SimpleNamespace(area_mm2=AREA_MM2))
 
 
-def ended(*traction_mpa: tuple[float, float, float]) -> Any:
-    return SimpleNamespace(contact=SimpleNamespace(traction_mpa=lambda: np.array(traction_mpa)))
+def ended(*pressure_mpa: tuple[float, float, float]) -> Any:
+    """Pressures as vectors along the object's normal."""
+    vectors = np.array(pressure_mpa, float)
+    size = np.linalg.norm(vectors, axis=1)
+    normal = vectors / np.where(size > 0, size, 1)[:, None]
+    return SimpleNamespace(contact=SimpleNamespace(pressure_mpa=size, normal=normal))
 
 
 @pytest.mark.parametrize(
-    ("traction_mpa", "share"),
+    ("pressure_mpa", "share"),
     [
         (((0, 0, 0.1), (0, 0, 0.3)), 1.0),  # pressed back
         (((0.1, 0, 0), (-0.05, 0, 0)), 0.0),  # squeezed at its flanks
@@ -28,12 +32,12 @@ def ended(*traction_mpa: tuple[float, float, float]) -> Any:
         (((0, 0, 0), (0, 0, 0)), 0.0),  # nothing touches
     ],
 )
-def test_lift_is_the_share_of_forces_along_the_normal(traction_mpa: tuple[Any, Any], share: float) -> None:
-    assert lift(problem(), ended(*traction_mpa)) == pytest.approx(share, abs=1e-12)
+def test_lift_is_the_share_of_pressures_that_push_back(pressure_mpa: tuple[Any, Any], share: float) -> None:
+    assert lift(problem(), ended(*pressure_mpa)) == pytest.approx(share, abs=1e-12)
 
 
 def test_report_has_the_share_beside_the_least_one() -> None:
     effort = Effort(cutbacks=3, restarts=2, last=ended((0.1, 0, 0.0005), (-0.05, 0, 0)))
     told = report_passage(problem(), effort)
-    assert told.startswith("the object passed through the contact face: 0.0025 of the forces")
+    assert told.startswith("the object passed through the contact face: 0.0025 of the pressures")
     assert f"(above {LEAST_LIFT:g}) after 0 iterations, 3 halved steps and 2 restarts" in told
