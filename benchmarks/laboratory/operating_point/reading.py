@@ -207,13 +207,13 @@ def short_of(reading: Reading, profile: DetectorProfile) -> float:
     gaps, close = len(GAPS_MM), [place for place, gap in enumerate(GAPS_MM) if gap <= NEAR_MM]
     similarity, entropy, correlation = map(np.array, (reading.similarity, reading.entropy, reading.correlation))
     rest, light = reading.quantities["e_rest"], reading.quantities["c_light"]
-    lacks = {
+    lacks: dict[str, tuple[Array | float, ...]] = {
         "similarity": (profile.tau_g - similarity[:gaps], similarity[gaps:] - profile.tau_g),
         "entropy": (profile.tau_e - entropy[close], rest - profile.tau_e),
         "correlation": (correlation[close] - profile.tau_c, profile.tau_c - light),
     }
     return float(
-        sum(np.maximum(0, each / SCALES[name] + MARGIN).mean() for name, states in lacks.items() for each in states)
+        sum(np.mean(np.maximum(0, each / SCALES[name] + MARGIN)) for name, states in lacks.items() for each in states)
     )
 
 
