@@ -31,6 +31,7 @@ RATE = 15.0
 MARGIN = 0.3
 """Distance from a threshold that counts as none, in units of `SCALES`."""
 SCALES = {"similarity": 0.1, "entropy": 0.5, "correlation": 0.2}
+"""What counts as one, entropy in bit; our own choice."""
 SEED = 7
 """Of the camera's noise: the same for all cameras, so that they differ by their constants alone."""
 

@@ -157,6 +157,13 @@ def effects(point: Sequence[float], camera: Camera) -> dict[str, object]:
     return found | {name: table for name, table in tables.items() if values[name] > 0}
 
 
+def camera_at(point: Sequence[float], camera: Camera) -> Camera:
+    """A camera with all that is drawn of one but crosstalk, at shares of the ranges of `CAMERA_NAMES`."""
+    values = camera_values(point)
+    changes: dict[str, object] = {CONSTANTS[name].path.rpartition(".")[2]: values[name] for name in CAMERA}
+    return camera.model_copy(update=changes | effects(point, camera) | {"live": exposing(point)})
+
+
 def exposing(point: Sequence[float]) -> LiveExposure | None:
     """How the camera at these shares follows what it sees."""
     return _chosen(EXPOSURES, point[CAMERA_NAMES.index("live")])
@@ -181,14 +188,11 @@ def candidate(
         profile: Options of the detectors.
     """
     values = camera_values(camera)
-    changes: dict[str, object] = {CONSTANTS[name].path.rpartition(".")[2]: values[name] for name in CAMERA}
     polarity, similarity = grid_reading(camera)
     try:
         reading = read_states(
             states,
-            scene.rig.camera.model_copy(
-                update=changes | effects(camera, scene.rig.camera) | {"live": exposing(camera)}
-            ),
+            camera_at(camera, scene.rig.camera),
             ambient=values["ambient"],
             flashlight=values["flashlight"],
             crosstalk=values["crosstalk"],
@@ -211,11 +215,8 @@ def sensor_scene(scene: SceneConfig, optical: Sequence[float], camera: Sequence[
     """
     values, lamps = camera_values(camera), scene.rig.flashlight
     with_optics = with_values(scene, scene_fields(scene, optical_fields(optical)))
-    changes: dict[str, object] = {CONSTANTS[name].path.rpartition(".")[2]: values[name] for name in CAMERA}
-    seen = with_optics.rig.camera.model_copy(
-        update=changes
-        | effects(camera, scene.rig.camera)
-        | {"live": exposing(camera), "color_matrix": crosstalk_matrix(values["crosstalk"])}
+    seen = camera_at(camera, scene.rig.camera).model_copy(
+        update={"color_matrix": crosstalk_matrix(values["crosstalk"])}
     )
     strength = tuple(values["flashlight"] * each for each in lamps.radiance)
     rig = with_optics.rig.model_copy(
