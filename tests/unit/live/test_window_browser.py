@@ -40,9 +40,9 @@ def settled(window: LiveWindow, until) -> Callable[[Callable[[], bool]], None]:
     return lambda holds: until(lambda: window.busy is None and holds())
 
 
-def shown(page, text: str) -> None:
-    """Waits until the page's table of forces says a text: it comes after the window has settled, by its socket."""
-    page.wait_for_function("text => document.querySelector('table.forces').innerText.includes(text)", arg=text)
+def shown(page, place: str, text: str) -> None:
+    """Waits until a place of the page says a text: it comes by the socket after the window has settled, drawn anew."""
+    page.locator(place).filter(has_text=text).wait_for(state="attached")
 
 
 def pixel_of(camera, page, point_mm: tuple[float, float, float]) -> tuple[float, float]:
@@ -91,7 +91,7 @@ def test_keys_move_and_press_the_object(small, window: LiveWindow, settled):
     for key in ("Shift+ArrowRight", "Shift+ArrowUp", "Shift+KeyP", "Shift+KeyJ"):
         small.keyboard.press(key)
     settled(lambda: window.sight.wish == start.pushed(window.workspace, x_mm=0.1, y_mm=0.1, gap_mm=-0.1, twist_deg=5.0))
-    shown(small, f"{window.sight.wish.gap_mm:.2f} mm")
+    shown(small, "table.forces", f"{window.sight.wish.gap_mm:.2f} mm")
     for key in ("Shift+ArrowLeft", "Shift+ArrowDown", "Shift+KeyL", "Shift+KeyK"):
         small.keyboard.press(key)
     settled(lambda: window.sight.wish == start)
@@ -111,13 +111,12 @@ def test_slider_is_moved_by_keyboard_alone(opened, window: LiveWindow, settled, 
 
 
 def test_recording_is_written_by_one_button(small, window: LiveWindow, settled):
-    note = "text => document.querySelector('.recorded').innerText.includes(text)"
     small.get_by_role("button", name="Record").click()
-    small.wait_for_function(note, arg="Recording: 1 frames")
+    shown(small, ".recorded", "Recording: 1 frames")
     small.keyboard.press("Shift+KeyP")
-    small.wait_for_function(note, arg="Recording: 2 frames")
+    shown(small, ".recorded", "Recording: 2 frames")
     small.get_by_role("button", name="Stop and save").click()
-    small.wait_for_function(note, arg="2 frames in")
+    shown(small, ".recorded", "2 frames in")
     pressed, newest = window.sight.wish.gap_mm, max(window.folder.iterdir(), key=lambda each: each.name)
     assert {each.name for each in newest.iterdir()} >= {TABLE, "report.html", "config.toml", "frames"}
     small.keyboard.press("Shift+KeyL")
@@ -145,7 +144,7 @@ def test_two_windows_show_one_sensor(small, browser, window: LiveWindow, settled
     small.keyboard.press("Shift+KeyP")
     settled(lambda: window.sight.wish != before)
     for each in (small, second):
-        shown(each, f"{window.sight.wish.gap_mm:.2f} mm")
+        shown(each, "table.forces", f"{window.sight.wish.gap_mm:.2f} mm")
     second.keyboard.press("Shift+KeyL")
     settled(lambda: window.sight.wish == before)
     second.close()
