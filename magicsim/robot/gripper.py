@@ -20,6 +20,7 @@ from magicsim.robot.grip.linkage import Linkage
 from magicsim.robot.grip.load import Load
 from magicsim.robot.grip.outcome import Hold
 from magicsim.robot.grip.pair import Pair, finger_seed
+from magicsim.robot.grip.stall import close_until
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
 from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor
 from magicsim.robot.quality import Quality
@@ -187,9 +188,10 @@ class Gripper:
     ) -> Hold:
         """Brings the faces to a distance and lets go of the object: it rests where fingers and load hold it, or drops.
 
-        The balance is that of all three forces and three torques, with Coulomb's friction at both faces, as far as the
-        workspace lets the object move; a coordinate that ends on its limit is held by that. Weight and outer wrench act
-        at once. After a drop the fingers are empty until `close` puts the object between them again.
+        The balance is that of all three forces and three torques, with Coulomb's friction at both faces. An object that
+        is driven on where the workspace ends is not followed any farther: it counts as dropped, and `GripTruth.limit`
+        names the coordinate; one without any range is held by its guide. Weight and outer wrench act at once. After a
+        drop the fingers are empty until `close` puts the object between them again.
 
         Args:
             width_mm: Distance between the contact faces at rest; as it is by default [mm].
@@ -220,7 +222,9 @@ class Gripper:
         except MagicsimError:
             self._pair.go_back(before)
             raise
-        self._state = GripState(width_mm=width, place=held.place, hold=held.hold, load=acting, slid_mm=held.slid_mm)
+        self._state = GripState(
+            width_mm=width, place=held.place, hold=held.hold, load=acting, slid_mm=held.slid_mm, limit=held.limit
+        )
         return held.hold
 
     def remove_object(self) -> None:
@@ -261,20 +265,20 @@ class Gripper:
         """
         check_number("dt_s", dt_s, 0, 1e3)
         check_number("angle_deg", angle_deg, -360, 360)
-        target = self.linkage.turned_deg(self.angle_deg, angle_deg, dt_s=dt_s)
-        before, start, limit_n = self.now(), self.width_mm, self.linkage.force_limit_n
+        target = self.linkage.width_mm(self.linkage.turned_deg(self.angle_deg, angle_deg, dt_s=dt_s))
         acting = load if load is not None or self.outcome is Hold.PLACED else self._state.load
-        pressed = self._pair.normal_n
-        with waiting("turning the cranks", self._told):
-            self._go(target, acting, floats=floats)
-            reached = self._pair.normal_n
-            if reached <= limit_n or self.linkage.width_mm(target) >= start:
-                return self.outcome
-            share = max(0.0, (limit_n - pressed) / (reached - pressed)) if reached > pressed else 0.0
+        before, slid = self.now(), self._pair.slid_mm
+        try:
+            with waiting("turning the cranks", self._told):
+                is_stalled = self._close_to(target, acting, floats=floats)
+        except MagicsimError:
             self.go_back(before)
-            width = start + share * (self.linkage.width_mm(target) - start)
-            self._go(self.linkage.angle_deg(width), acting, floats=floats)
-        self._state = replace(self._state, is_stalled=True)
+            raise
+        way = max(now - then for now, then in zip(self._pair.slid_mm, slid, strict=True))
+        is_held = self.outcome in {Hold.HELD, Hold.SLIPPED}
+        hold = Hold.of_way(way) if is_held else self.outcome
+        self._state = replace(self._state, hold=hold, slid_mm=way if is_held else self._state.slid_mm)
+        self._state = replace(self._state, is_stalled=is_stalled)
         return self.outcome
 
     def now(self) -> GripMoment:
@@ -313,6 +317,33 @@ class Gripper:
     ) -> None:
         """Releases."""
         self.release()
+
+    def _close_to(self, width_mm: float, load: Load | None, *, floats: bool) -> bool:
+        """Turns the cranks until the faces are so far apart, or the motors stall: says whether they did."""
+        start = self.width_mm
+        if width_mm >= start or self.outcome.is_empty:
+            self._go(self.linkage.angle_deg(width_mm), load, floats=floats)
+            return False
+        base = [self.now()]
+
+        def force_n(width: float) -> float:
+            self.go_back(base[0])
+            self._go(self.linkage.angle_deg(width), load, floats=floats)
+            return self._pair.normal_n
+
+        def keep() -> None:
+            base[0] = self.now()
+
+        touching, closest = self._pair.closing_mm(self.place, floats=floats or load is not None)
+        first, last = min(start, max(touching, width_mm)), max(width_mm, closest)
+        if first < start:
+            force_n(first)
+            keep()
+        stands = first, self._pair.normal_n
+        is_stalled = close_until(force_n, keep, stands, min(first, last), self.linkage.force_limit_n)
+        if not is_stalled and width_mm < last:
+            force_n(width_mm)  # refused by the workspace: the motors were stronger than it is deep
+        return is_stalled
 
     def _go(self, angle_deg: float, load: Load | None, *, floats: bool) -> None:
         """Turns the cranks at once, the object held under a load, or staying where it is in the room."""

@@ -224,7 +224,9 @@ class World:
             self._has_stalled = gripper.truth().is_stalled
         elif held and gripper.truth().load != self._load():
             gripper.hold(load=self._load())
-        return "dropped" if held and gripper.outcome is Hold.DROPPED else ""
+        if not held or gripper.outcome is not Hold.DROPPED:
+            return ""
+        return "pulled" if self._pull_n > 0 else "dropped"
 
     def _shine(self, frame: int, asked: Command) -> bool:
         """Turns the story's flashlights on and off, each by what has happened."""

@@ -119,9 +119,57 @@ def test_cranks_close_at_their_speed_along_their_arc_and_stall_at_their_force(gr
         gripper.turn_to(-3, dt_s=0.04)
         truth = gripper.truth()
         assert truth.is_stalled
-        assert truth.upper.force_n[2] == pytest.approx(3.0, rel=0.15)
+        assert truth.upper.force_n[2] == pytest.approx(3.0, rel=0.01)
     finally:
         gripper.linkage = Linkage()
+
+
+def test_motors_stall_on_the_object_and_not_before_it_however_far_away_they_begin(gripper: Gripper):
+    gripper.linkage = Linkage(speed_deg_s=1000, force_limit_n=3.0)
+    try:
+        gripper.close(gripper.touching_width_mm + 9, place=ObjectPlace())
+        gripper.turn_to(-4, dt_s=1)  # told to go deeper than the workspace
+        truth = gripper.truth()
+        assert truth.is_stalled
+        assert truth.upper.force_n[2] == pytest.approx(3.0, rel=0.01)
+        gripper.close(gripper.touching_width_mm + 9, place=ObjectPlace(z_mm=0.4))
+        gripper.turn_to(-4, dt_s=1)  # the upper finger alone has met it
+        truth = gripper.truth()
+        assert truth.is_stalled
+        assert (truth.upper.force_n[2], truth.lower.force_n[2]) == pytest.approx((3.0, 0.0), rel=0.01)
+        gripper.close(gripper.touching_width_mm + 9, place=ObjectPlace(z_mm=0.4))
+        gripper.turn_to(-4, dt_s=1, floats=True)
+        truth = gripper.truth()
+        assert truth.is_stalled
+        assert (truth.upper.force_n[2], truth.lower.force_n[2]) == pytest.approx((3.0, 3.0), rel=0.015)
+    finally:
+        gripper.linkage = Linkage()
+
+
+def test_motors_that_are_stronger_than_the_workspace_is_deep_are_refused_and_nothing_moves(gripper: Gripper):
+    gripper.linkage = Linkage(speed_deg_s=1000, force_limit_n=900.0)
+    try:
+        before = gripper.width_mm
+        with pytest.raises(ConfigError, match="gap_mm"):
+            gripper.turn_to(gripper.linkage.angle_deg(gripper.touching_width_mm - 2.6), dt_s=1)
+        assert gripper.width_mm == before
+    finally:
+        gripper.linkage = Linkage()
+
+
+def test_object_that_is_turned_to_the_end_of_the_workspace_is_dropped_there_by_name(gripper: Gripper):
+    assert gripper.hold(load=Load(torque_nmm=(0, 60.0, 0))) is Hold.DROPPED
+    truth = gripper.truth()
+    assert truth.limit == "tilt_y_deg"
+    assert truth.place.tilt_y_deg == pytest.approx(SPACE.tilt_y_deg[1], abs=0.5)
+
+
+def test_weight_of_a_light_object_counts_however_hard_it_is_pressed(gripper: Gripper):
+    weight = 0.03 * normal_n(gripper)
+    assert gripper.hold(load=Load(weight_n=weight, centre_mm=(2.0, 0, 0))) is Hold.HELD
+    truth = gripper.truth()
+    assert truth.force_n[1] == pytest.approx(weight, rel=0.1)
+    assert truth.torque_nmm[2] == pytest.approx(2.0 * weight, rel=0.25)
 
 
 def test_impossible_distances_are_refused_in_one_line(gripper: Gripper):

@@ -31,7 +31,9 @@ class Search(StrEnum):
     BALANCED = "balanced"
     """At rest within the tolerance."""
     LOST = "lost"
-    """Slid farther than allowed, or to a limit of its motion."""
+    """Slid farther than allowed."""
+    AT_LIMIT = "at limit"
+    """Driven on at a limit of its motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +63,8 @@ class Balance:
     search: Search
     trials: int
     """Evaluations of the force."""
+    limit: int | None = None
+    """The coordinate at whose limit it is driven on."""
 
 
 def find_balance(
@@ -107,7 +111,12 @@ def find_balance(
         if is_long:
             keep()
         is_at_limit = (place <= limits.low) & (force < 0) | (place >= limits.high) & (force > 0)
-        if np.linalg.norm(place) > limits.most_mm or (is_at_limit & free).any():
+        stopped = is_at_limit & free & (np.abs(force) > limits.tolerance_n)
+        if stopped.any():
+            return Balance(
+                place=place, unbalanced=force, search=Search.AT_LIMIT, trials=trials, limit=int(stopped.argmax())
+            )
+        if np.linalg.norm(place) > limits.most_mm:
             return Balance(place=place, unbalanced=force, search=Search.LOST, trials=trials)
     msg = (
         f"the held object does not come to rest: {np.abs(force).max():.3g} N out of balance after {trials} trials, "

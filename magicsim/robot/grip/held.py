@@ -14,11 +14,11 @@ from magicsim.robot.grip.load import Load
 from magicsim.robot.grip.outcome import Hold
 from magicsim.robot.grip.pair import Pair
 
-BALANCE_N, BALANCE_SHARE = 0.01, 0.01
-"""Force out of balance at which the object rests [N], and in units of the larger normal force; the larger one counts.
-Torques count by the levers of `Pair.levers_mm`."""
-SLIPPED_MM = 0.2
-"""Way of the skin over the object from which on it is a slip [mm]."""
+BALANCE_N, BALANCE_SHARE, LOAD_SHARE = 0.01, 0.01, 0.05
+"""Force out of balance at which the object rests: in units of the larger normal force and of the load, of which the
+smaller one counts, and at least so much [N]. Torques count by the levers of `Pair.levers_mm`."""
+COORDINATES = ("x_mm", "y_mm", "z_mm", "tilt_x_deg", "tilt_y_deg", "twist_deg")
+"""Of a place, in the order of the wrench."""
 FULL_TURN = 360.0
 
 
@@ -33,6 +33,8 @@ class Held:
     """How far it slid over the skin that it slid over most [mm]."""
     trials: int
     """Equilibria of both fingers that were solved for it."""
+    limit: str | None = None
+    """The coordinate at whose end in the workspace it was still driven on; it counts as dropped there."""
 
 
 def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_slide_mm: float) -> Held:
@@ -60,7 +62,8 @@ def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_
     pair.put(first, width_mm)
     levers = pair.levers_mm(first)
     scale = np.concatenate([np.ones(3), 1 / levers])
-    tolerance = max(BALANCE_N, BALANCE_SHARE * pair.normal_n)
+    carried = float(np.linalg.norm(load.wrench(object_pose(pair.target, first)) * scale))
+    tolerance = max(BALANCE_N, min(BALANCE_SHARE * pair.normal_n, LOAD_SHARE * carried))
 
     def unbalanced(way: Array) -> Array:
         moved = _inside(pair, _moved(first, way * scale))
@@ -79,17 +82,17 @@ def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_
     found = find_balance(unbalanced, stiffness, limits, keep=keep)
     settled = _inside(pair, _moved(first, found.place * scale))
     way = max(now - before for now, before in zip(pair.slid_mm, slid, strict=True))
-    if found.search is Search.LOST:
-        if not room[0] < settled.z_mm < room[1]:
+    if found.search is not Search.BALANCED:
+        limit = None if found.limit is None else COORDINATES[found.limit]
+        if limit == "z_mm":
             msg = (
                 f"load is not allowed: it presses the object to z_mm = {settled.z_mm:.3g}; gaps of the workspace allow "
                 f"{room[0]:.3g} to {room[1]:.3g}"
             )
             raise ConfigError(msg)
         pair.take_away(width_mm)
-        return Held(hold=Hold.DROPPED, place=settled, slid_mm=way, trials=found.trials)
-    hold = Hold.SLIPPED if way > SLIPPED_MM else Hold.HELD
-    return Held(hold=hold, place=settled, slid_mm=way, trials=found.trials)
+        return Held(hold=Hold.DROPPED, place=settled, slid_mm=way, trials=found.trials, limit=limit)
+    return Held(hold=Hold.of_way(way), place=settled, slid_mm=way, trials=found.trials)
 
 
 def _limits(pair: Pair, place: ObjectPlace, room: tuple[float, float]) -> tuple[Array, Array]:

@@ -1,6 +1,10 @@
 """How a grip stands."""
 
 from enum import StrEnum
+from typing import Self
+
+SLIPPED_MM = 0.2
+"""Way of the skin over the object from which on it is a slip [mm]."""
 
 
 class Hold(StrEnum):
@@ -16,6 +20,11 @@ class Hold(StrEnum):
     """There is none: its caller took it away."""
     DROPPED = "dropped"
     """No friction holds it: it is gone, and the fingers are empty."""
+
+    @classmethod
+    def of_way(cls, slid_mm: float) -> Self:
+        """Whether what rests in the grip was held or slipped on its way [mm]."""
+        return cls.SLIPPED if slid_mm > SLIPPED_MM else cls.HELD
 
     @property
     def is_empty(self) -> bool:

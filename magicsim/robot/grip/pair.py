@@ -104,6 +104,20 @@ class Pair:
         """How far each skin has slid over the object since its stream began [mm]."""
         return self.upper.slid_mm, self.lower.slid_mm
 
+    def closing_mm(self, place: ObjectPlace, *, floats: bool) -> tuple[float, float]:
+        """Distances of the faces at which the first one touches the object, and down to which the workspaces go [mm].
+
+        Args:
+            place: The object's.
+            floats: Whether the object gives way along the closing axis, so that both touch it at once.
+        """
+        up, down = half_extents_mm(self.target, place)
+        (deepest_up, _), (deepest_down, _) = (finger.workspace.gap_mm for finger in self.fingers)
+        if floats:
+            return up + down, up + down + deepest_up + deepest_down
+        above, below = up + place.z_mm, down - place.z_mm
+        return 2 * max(above, below), 2 * max(above + deepest_up, below + deepest_down)
+
     def room_mm(self, place: ObjectPlace, width_mm: float) -> tuple[float, float]:
         """Smallest and largest z of the object at which both fingers' workspaces hold it [mm].
 

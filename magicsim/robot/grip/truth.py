@@ -36,6 +36,8 @@ class GripTruth:
     """What acts on it beside the fingers, where these hold it."""
     slid_mm: float = 0.0
     """How far it slid over the skin in the last motion, the larger of both fingers [mm]."""
+    limit: str | None = None
+    """The coordinate of `place` at whose end in the workspace the object was still driven on, and counts as dropped."""
     angle_deg: float = 0.0
     """Angle of the cranks [degrees]."""
     is_stalled: bool = False
@@ -65,6 +67,8 @@ class GripState:
     """What acts on it, where the fingers hold it."""
     slid_mm: float = 0.0
     """How far it slid over the skin in the last motion [mm]."""
+    limit: str | None = None
+    """The coordinate at whose end in the workspace it was lost."""
     is_stalled: bool = False
     """Whether the motors stopped at their force in the last motion."""
 
@@ -104,6 +108,7 @@ def grip_truth(state: GripState, upper: FrameTruth, lower: FrameTruth, *, angle_
         hold=state.hold,
         load=state.load,
         slid_mm=state.slid_mm,
+        limit=state.limit,
         angle_deg=angle_deg,
         is_stalled=state.is_stalled,
     )
