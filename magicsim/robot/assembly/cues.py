@@ -4,7 +4,7 @@ SSIM is scikit-image's (extra `task`), on RGB frames of 8 bits, against the mean
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -36,8 +36,10 @@ class Cues:
     """Mean grid similarity S of both fingers, which the contact detector judges, 0..1."""
     verdicts: tuple[str, str]
     """Contact verdict of the upper and of the lower finger, read together with proximity."""
+    time_s: float
+    """Since the fingers began to close [s]."""
     force_n: tuple[float, ...]
-    """Label: force of the base on the plug in the gripper's frame [N]."""
+    """Label: force of the base on the plug in the gripper's frame; of the last balance where it is lost [N]."""
     force_size_n: float
     """Its size [N]."""
     torque_nmm: tuple[float, ...]
@@ -46,6 +48,10 @@ class Cues:
     """Label: mean normal force of the fingers [N]."""
     slid_mm: float
     """Label: how far the plug slid in the grip on the way to this step [mm]."""
+    place: tuple[float, ...]
+    """Label: the plug in the gripper's frame: x, y, z [mm], twist, tilt about x and about y [degrees]."""
+    limit: str | None
+    """The coordinate of it at whose end in the workspace the plug was lost."""
 
 
 def check_references(count: int) -> None:
@@ -106,11 +112,14 @@ class Reader:
             ssim_fingers=(ssim[0], ssim[1]),
             similarity=float(np.mean([verdict.similarity for verdict in verdicts])),
             verdicts=(verdicts[0].combined.value, verdicts[1].combined.value),
+            time_s=moment.time_s,
             force_n=moment.base_force_n,
             force_size_n=float(np.linalg.norm(moment.base_force_n)),
             torque_nmm=moment.base_torque_nmm,
             normal_n=moment.normal_n,
             slid_mm=moment.slid_mm,
+            place=astuple(moment.place),
+            limit=moment.limit,
         )
 
 

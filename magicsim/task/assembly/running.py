@@ -14,7 +14,8 @@ from magicsim.errors import MagicsimError
 from magicsim.light.variant import activate_variant
 from magicsim.robot.assembly.cues import PROFILE, Reader, check_references, structural_similarity
 from magicsim.robot.assembly.misaligned import Misalignment, draw_misalignments
-from magicsim.robot.assembly.trial import SPACE, Gripped, Moment, Setup, base_of, check_plug, play, take_plug
+from magicsim.robot.assembly.playing import play
+from magicsim.robot.assembly.trial import SPACE, Gripped, Moment, Setup, base_of, check_plug, take_plug
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim.robot.quality import find_quality

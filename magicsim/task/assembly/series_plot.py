@@ -1,10 +1,9 @@
-"""SSIM against the steps of a trial in their order, the force labels beside it; a tick is where a stage begins."""
+"""SSIM against time, the force labels below it; a line is where a stage ends in most trials."""
 
 import io
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import accumulate
+from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from magicsim.robot.assembly.cues import Cues
@@ -24,53 +23,38 @@ def draw_series(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> bytes:
     """
     figure = Figure(figsize=(8, 5), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
-    begins = stage_begins(series for _, series in trials)
     told, alpha = set(), 0.7 if len(trials) < MANY else 0.3
     for misalignment, series in trials:
         kind = misalignment.kind
         label = kind if kind not in told else None
         told.add(kind)
-        x = step_numbers([cues.stage for cues in series], begins)
-        upper.plot(x, [cues.ssim for cues in series], "o-", color=COLORS[kind], label=label, alpha=alpha)
-        lower.plot(x, [cues.force_size_n for cues in series], "o-", color=COLORS[kind], alpha=alpha)
+        times = [cues.time_s for cues in series]
+        upper.plot(times, [cues.ssim for cues in series], "o-", color=COLORS[kind], label=label, alpha=alpha)
+        lower.plot(times, [cues.force_size_n for cues in series], "o-", color=COLORS[kind], alpha=alpha)
     upper.set_ylabel("SSIM, mean of both fingers")
     lower.set_ylabel("force of the base [N]")
-    lower.set_xticks(list(begins.values()), [stage.value for stage in begins])
+    lower.set_xlabel("time [s]")
     upper.legend(title="base")
+    ends = stage_ends_s([series for _, series in trials])
+    above = upper.secondary_xaxis("top")
+    above.set_xticks(list(ends.values()), [stage.value for stage in ends], fontsize=7)
     for axes in (upper, lower):
+        for end in ends.values():
+            axes.axvline(end, color="grey", linewidth=0.5)
         axes.grid(visible=True, alpha=0.3)
     file = io.BytesIO()
     figure.savefig(file, format="png", dpi=110, metadata={"Software": None})
     return file.getvalue()
 
 
-def stage_begins(trials: Iterable[Sequence[Cues]]) -> dict[Stage, int]:
-    """Number of the first step of each stage that was played, in the stages' order.
-
-    A stage is as long as in the trial that has most steps of it, so that all trials' stages stand below each other.
+def stage_ends_s(trials: Sequence[Sequence[Cues]]) -> dict[Stage, float]:
+    """When each stage that was played ends, the median over trials [s].
 
     Args:
         trials: Series of each.
     """
-    most: dict[Stage, int] = {}
+    lasts: dict[Stage, list[float]] = {}
     for series in trials:
-        counts = Counter(cues.stage for cues in series)
-        most |= {stage: max(count, most.get(stage, 0)) for stage, count in counts.items()}
-    lengths = [(stage, most[stage]) for stage in Stage if stage in most]
-    begins = accumulate((length for _, length in lengths), initial=0)
-    return {stage: begin for (stage, _), begin in zip(lengths, begins, strict=False)}
-
-
-def step_numbers(stages: Sequence[Stage], begins: Mapping[Stage, int]) -> list[int]:
-    """Where each step of one trial is drawn: a step after the one before, each stage from its own beginning on.
-
-    Args:
-        stages: Stage of each step, in the order in which they were played.
-        begins: From `stage_begins`.
-    """
-    seen: Counter[Stage] = Counter()
-    places = []
-    for stage in stages:
-        places.append(begins[stage] + seen[stage])
-        seen[stage] += 1
-    return places
+        for stage, last in {cues.stage: cues.time_s for cues in series}.items():
+            lasts.setdefault(stage, []).append(last)
+    return {stage: float(np.median(lasts[stage])) for stage in Stage if stage in lasts}

@@ -10,6 +10,7 @@ from magicsim.robot.assembly.cues import Cues
 from magicsim.robot.assembly.misaligned import Misalignment
 from magicsim.robot.assembly.recognition import CUES, Rate, Recognition, recognise, unrecognised
 from magicsim.robot.assembly.stages import Stage
+from magicsim.robot.grip.outcome import Hold
 from magicsim.task.summary import reasons_of
 
 
@@ -35,7 +36,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageSeries:
-    """What a cue is in one stage, over trials."""
+    """What a cue is in one stage, over the steps of trials in which the plug was not lost."""
 
     trials: int
     mean: float
@@ -98,7 +99,7 @@ def _by_stage(
         series = [cues for each, whole in played if each.kind == kind for cues in whole]
         found[kind] = {}
         for stage in Stage:
-            here = [cues for cues in series if cues.stage is stage]
+            here = [cues for cues in series if cues.stage is stage and cues.outcome != Hold.DROPPED]
             if here:
                 found[kind][stage.value] = {
                     name: _series([value(cues) for cues in here]) for name, value in CUES.items()

@@ -11,6 +11,7 @@ def step(stage: Stage, ssim: float, *, force_n: float = 0.0, verdict: str = "Tou
     return Cues(
         stage=stage, outcome="held", ssim=ssim, ssim_fingers=(ssim, ssim), similarity=0.5, verdicts=(verdict, verdict),
         force_n=(0.0, -force_n, 0.0), force_size_n=force_n, torque_nmm=(0.0, 0.0, 0.0), normal_n=4.0, slid_mm=0.0,
+        place=(0.0,) * 6, limit=None, time_s=0.0,
     )  # fmt: skip
 
 

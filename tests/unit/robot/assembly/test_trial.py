@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from magicsim.robot.assembly.misaligned import Misalignment
+from magicsim.robot.assembly.playing import play
 from magicsim.robot.assembly.stages import Stage, Step
-from magicsim.robot.assembly.trial import Setup, base_of, check_plug, play, take_plug
+from magicsim.robot.assembly.trial import Setup, base_of, check_plug, take_plug
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
@@ -45,7 +46,8 @@ def test_plug_meets_the_base_beside_the_jack_and_goes_in_on_its_axis(scene: Scen
     assert all(np.array_equal(a.images, b.images) for a, b in zip(again, beside, strict=True))
     met = beside[2]
     assert [each.step.stage for each in beside] == [step.stage for step in SHORT]
-    assert met.base_force_n[1] < -0.5
+    assert 0.95 * 0.5 <= np.linalg.norm(met.base_force_n) <= 0.5  # the carriage stops as hard as it may push
+    assert met.base_force_n[1] < -0.4
     assert met.place.y_mm < beside[1].place.y_mm - 0.05  # the base pushes the plug back into the grip
     assert abs(met.base_force_n[0]) < 0.1 * abs(met.base_force_n[1])
     assert np.linalg.norm(aligned[2].base_force_n) < 0.01
@@ -63,5 +65,7 @@ def test_each_stage_has_its_samples_and_the_base_is_where_the_contact_has_it(sce
         moments = play(gripper, gripped, Misalignment(kind="aligned"))
         shown = [finger.state.companion for finger in gripper.fingers]
     assert [each.step.stage for each in moments] == [step.stage for step in SHORT for _ in range(3)]
+    times = [each.time_s for each in moments]
+    assert times == sorted(set(times))
     mouth = 3.0 + plug.length_mm / 2 + plug.pin_length_mm - 1.0  # the pin is 1 mm deep
     assert [pose and pose[1] for pose in shown] == pytest.approx([mouth, mouth], abs=0.1)

@@ -45,7 +45,7 @@ def made_up(_: object, __: object, misalignment: Misalignment, *, seed: int) -> 
         moments.append(
             Moment(
                 step=step, outcome=Hold.HELD, base_force_n=(0.0, -float(number), 0.0), base_torque_nmm=(0.0, 0.0, 0.0),
-                normal_n=4.0, place=ObjectPlace(), slid_mm=0.0, images=(image, image),
+                normal_n=4.0, place=ObjectPlace(), limit=None, slid_mm=0.0, time_s=float(number), images=(image, image),
             )
         )  # fmt: skip
     return tuple(moments)
