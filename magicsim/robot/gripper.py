@@ -62,8 +62,8 @@ class Gripper:
         Args:
             scene: Design, rig, contact and render settings of the fingers, and the object in the gripper's frame.
             workspace: Where the object may go; x, y, twist and tilts in the gripper's frame, the gap each finger's.
-            lower: Another design or rig for the lower finger; by default the same, with a camera of its own fixed
-                pattern.
+            lower: Another design or rig for the lower finger, in one unit of radiance with the upper one's; by default the
+                same, with a camera of its own fixed pattern.
             linkage: What moves the fingers.
             quality: `full`, or `control` for coarser and faster sensors, see `magicsim.robot.quality`.
             sees_other: Whether each finger is in the other's picture.
@@ -97,6 +97,8 @@ class Gripper:
             self.lower = LiveSensor(
                 facing, workspace=_facing_range(workspace), quality=quality, companion=companion, told=told
             )
+            if lower is not None:
+                self.upper.sensor.opposite, self.lower.sensor.opposite = self.lower.sensor, self.upper.sensor
             self._pair = Pair(self.upper, self.lower, scene.object, sees_other=sees_other)
             self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
             self.reset()

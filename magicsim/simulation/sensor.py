@@ -112,6 +112,8 @@ class Sensor:
         self.companion: SurfaceMesh | None = None
         """What may be seen beside the object and touches nothing, with colours, in its own frame; set before a view
         with a facing finger is rendered."""
+        self.opposite: Sensor | None = None
+        """The sensor that may face this one, where it is of another kind; set before a view with it is rendered."""
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
@@ -314,7 +316,8 @@ class Sensor:
         if self._facing is None:
             from magicsim.light.facing.renderer import FacingRenderer
 
-            self._facing = FacingRenderer.beside(self.renderer, self.companion)
+            other = None if self.opposite is None else self.opposite.renderer
+            self._facing = FacingRenderer.beside(self.renderer, self.companion, other=other)
         return self._facing
 
 

@@ -21,28 +21,30 @@ from magicsim.scenes.view import View
 class FacingRenderer(Renderer):
     """Renders views that have a facing finger; shares the untouched states of the renderer that it stands beside.
 
-    The finger is one of this sensor's own kind, at full light. Its face glows alike in all directions, as bright as it
-    is there; light on its way into this block has the directions that it left with.
+    The finger is one of this sensor's own kind or another, at full light. Its face glows alike in all directions, as
+    bright as it is there; light on its way into this block has the directions that it left with.
     """
 
     glow: Glow
     body: FingerBody
 
     @classmethod
-    def beside(cls, plain: Renderer, companion: SurfaceMesh | None = None) -> Self:
+    def beside(cls, plain: Renderer, companion: SurfaceMesh | None = None, *, other: Renderer | None = None) -> Self:
         """For the sensor of a renderer, with the same object.
 
         Args:
             plain: Renders the sensor without another finger.
             companion: What may be seen beside the object and touches nothing, with colours, in its own frame.
+            other: Renders the finger that faces the sensor; by default one as the sensor.
         """
-        design, rig = plain.elastomer.design, plain.rig
+        facing = other or plain
+        design, rig = facing.elastomer.design, facing.rig
         depth = design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm
         body = FingerBody.of(design.footprint_mm, depth)
-        glow = Glow.of(plain.light(View()), plain.careful().light, design, body)
+        glow = Glow.of(facing.light(View()), facing.careful().light, design, body)
         mesh, finish = with_object(body, plain.object_mesh, plain.object_finish, glow.reflectance, companion)
         found = cls(
-            plain.elastomer, rig, plain.settings, seed=plain.seed, object_mesh=mesh, object_finish=finish,
+            plain.elastomer, plain.rig, plain.settings, seed=plain.seed, object_mesh=mesh, object_finish=finish,
             untouched=plain.untouched_states,
         )  # fmt: skip
         found.body, found.glow = body, glow

@@ -156,6 +156,33 @@ def test_each_finger_sees_the_other_behind_the_object(seeing: Gripper):
         assert one.image.mean() > other.image.mean() + 2
 
 
+def test_unlike_fingers_know_each_other(gripper: Gripper):
+    assert gripper.upper.sensor.opposite is gripper.lower.sensor.opposite is None
+    with Gripper(block(), workspace=SPACE, lower=block("design.height_mm=8")) as unlike:
+        assert unlike.upper.sensor.opposite is unlike.lower.sensor
+        assert unlike.lower.sensor.opposite is unlike.upper.sensor
+
+
+@pytest.mark.slow
+def test_unlike_fingers_see_each_others_light():
+    scene = load_scene("pressed", TINY)
+    strips = tuple(each.model_copy(update={"radiance": (5.0, 0.0, 0.0)}) for each in scene.rig.strips)
+    red = scene.model_copy(update={"rig": scene.rig.model_copy(update={"strips": strips})})
+    with Gripper(scene, workspace=SPACE, lower=red) as unlike, Gripper(scene, workspace=SPACE) as alike:
+        added = []
+        for gripper in (unlike, alike):
+            upper = gripper.upper
+            gripper.close(gripper.touching_width_mm + 4)
+            both = upper.sensor.radiance(upper.state, upper.deformation).mean((0, 1))
+            upper.face(None)
+            added.append(both - upper.sensor.radiance(upper.state, upper.deformation).mean((0, 1)))
+        unlike.lower.face(unlike.width_mm)
+        lower = unlike.lower.sensor.radiance(unlike.lower.state, unlike.lower.deformation).mean((0, 1))
+    assert added[0][0] > 1.5 * added[1][0]  # all of the other's strips are red
+    assert (np.abs(added[0][1:]) < 0.2 * added[1][1:]).all()  # what is left of green and blue is sent back
+    assert (lower[1:] > 0).all()  # the red finger has no green and blue but the other's
+
+
 @pytest.mark.slow
 def test_half_a_turn_about_y_swaps_the_images():
     more = ["render.samples=32", "render.particles=40000", "render.anchor_samples=64", "render.anchor_particles=40000"]
