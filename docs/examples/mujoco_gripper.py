@@ -52,8 +52,8 @@ MODEL = """
 </mujoco>
 """
 TOUCHES = (
-    Touch(site="left", body="ball", x_mm=(-4, 4), y_mm=(-4, 4)),
-    Touch(site="right", body="ball", x_mm=(-4, 4), y_mm=(-4, 4)),
+    Touch(site="left", body="ball", faces="right", x_mm=(-4, 4), y_mm=(-4, 4)),
+    Touch(site="right", body="ball", faces="left", x_mm=(-4, 4), y_mm=(-4, 4)),
 )
 
 

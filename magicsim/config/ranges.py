@@ -1,6 +1,8 @@
 """Numbers that come as arguments, checked as those of configuration files are."""
 
 import math
+import numbers
+from collections.abc import Iterable
 
 from magicsim.errors import ConfigError
 
@@ -19,6 +21,35 @@ def check_number(name: str, value: float, low: float, high: float, *, whole: boo
         ConfigError: It is not finite, not whole, or outside.
     """
     kind = "whole number" if whole else "number"
+    if not is_number(value):
+        msg = f"{name} = {value!r} is not allowed: must be a {kind} of at least {low:g} and at most {high:g}"
+        raise ConfigError(msg)
     if not (math.isfinite(value) and low <= value <= high and (not whole or value == int(value))):
         msg = f"{name} = {value:g} is not allowed: must be a {kind} of at least {low:g} and at most {high:g}"
         raise ConfigError(msg)
+
+
+def check_vector(name: str, value: object, low: float, high: float, *, length: int = 3) -> None:
+    """Refuses what is no row of numbers in a range.
+
+    Args:
+        name: What the user calls it.
+        value: The numbers.
+        low: Smallest that is allowed.
+        high: Largest.
+        length: How many.
+
+    Raises:
+        ConfigError: There are more or fewer, or one is not finite or outside.
+    """
+    parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
+    if len(parts) != length:
+        msg = f"{name} = {value!r} is not allowed: must be {length} numbers"
+        raise ConfigError(msg)
+    for each in parts:
+        check_number(name, each, low, high)
+
+
+def is_number(value: object) -> bool:
+    """Whether something is a real number of Python or NumPy; true and false are none."""
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)

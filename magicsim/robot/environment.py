@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.config.ranges import check_number
+from magicsim.config.ranges import check_number, check_vector
 from magicsim.errors import ConfigError, MagicsimError, unknown_choice
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Load
@@ -184,6 +184,10 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         weight, gap, *place = (given.pop(name, value) for name, value in drawn.items())
         check_number("weight_n", weight, LEAST, MOST)
         check_number("gap_mm", gap, *self.reach.gap_mm)
+        for name, value in zip(DRAWN[2:], place, strict=True):
+            check_number(name, value, -MOST, MOST)
+        for name, value in given.items():
+            check_vector(name, value, -MOST, MOST)
         load = Load(weight_n=weight, **{name: tuple(value) for name, value in given.items()})
         start = ObjectPlace(x_mm=place[0], y_mm=place[1], z_mm=place[2])
         with waiting("resetting the environment", self._told):

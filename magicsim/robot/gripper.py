@@ -62,8 +62,8 @@ class Gripper:
         Args:
             scene: Design, rig, contact and render settings of the fingers, and the object in the gripper's frame.
             workspace: Where the object may go; x, y, twist and tilts in the gripper's frame, the gap each finger's.
-            lower: Another design or rig for the lower finger, in one unit of radiance with the upper one's; by default the
-                same, with a camera of its own fixed pattern.
+            lower: Another design or rig for the lower finger, radiances of both in one unit; by default the same, with
+                a camera of its own fixed pattern.
             linkage: What moves the fingers.
             quality: `full`, or `control` for coarser and faster sensors, see `magicsim.robot.quality`.
             sees_other: Whether each finger is in the other's picture.
@@ -83,13 +83,7 @@ class Gripper:
             raise ConfigError(msg)
         workspace = workspace or Workspace(tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG))
         self.linkage, self._extents_mm = linkage or Linkage(), half_extents_mm(scene.object)
-        widest = self.linkage.width_mm(self.linkage.most_deg)
-        if self.touching_width_mm >= widest:
-            msg = (
-                f"object '{scene.object.kind}' does not fit between the fingers: {self.touching_width_mm:.4g} mm along "
-                f"the closing axis, and they open to {widest:.4g} mm"
-            )
-            raise ConfigError(msg)
+        self.linkage.check_room(scene.object.kind, self.touching_width_mm)
         self._told = told
         with waiting("building both fingers", told):
             self.upper = LiveSensor(scene, workspace=workspace, quality=quality, companion=companion, told=told)

@@ -40,7 +40,7 @@ class Reach:
             deepest_mm: Largest indentation of a finger [mm].
 
         Raises:
-            ConfigError: The fingers would pass through each other.
+            ConfigError: The fingers would pass through each other, or the object does not fit between them.
         """
         linkage, touching = Linkage(), sum(half_extents_mm(target))
         narrowest, widest = (linkage.width_mm(angle) for angle in (linkage.least_deg, linkage.most_deg))
@@ -51,6 +51,7 @@ class Reach:
                 f"{deepest:.4g}, where they are closed"
             )
             raise ConfigError(msg)
+        linkage.check_room(target.kind, touching)
         opened, highest, aside = min(2 * start_gap_mm[1], (widest - touching) / 2), 2 * target_mm, offset_mm + ROOM_MM
         workspace = Workspace(
             x_mm=(-aside, aside),

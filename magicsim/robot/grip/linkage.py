@@ -89,6 +89,24 @@ class Linkage:
             msg = f"width_mm = {width_mm:g} is not allowed: must be {low:.4g} to {high:.4g}, the range of the linkage"
             raise ConfigError(msg)
 
+    def check_room(self, kind: str, thick_mm: float) -> None:
+        """Refuses an object that open fingers have no room for.
+
+        Args:
+            kind: What it is.
+            thick_mm: Its size along the closing axis [mm].
+
+        Raises:
+            ConfigError: Says how far the fingers open.
+        """
+        widest = self.width_mm(self.most_deg)
+        if thick_mm >= widest:
+            msg = (
+                f"object '{kind}' does not fit between the fingers: {thick_mm:.4g} mm along the closing axis, and they "
+                f"open to {widest:.4g} mm"
+            )
+            raise ConfigError(msg)
+
     def turned_deg(self, angle_deg: float, target_deg: float, *, dt_s: float) -> float:
         """The angle after some time on the way to another, at no more than the largest speed [degrees].
 

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.config.ranges import check_number
+from magicsim.config.ranges import check_number, check_vector
 from magicsim.errors import ConfigError
 from magicsim.geometry.pose import Pose
 
@@ -39,8 +39,7 @@ class Load:
         check_number("load.weight_n", self.weight_n, 0, MOST_N)
         limits = {"down": MOST_N, "centre_mm": MOST_MM, "force_n": MOST_N, "torque_nmm": MOST_NMM}
         for name, most in limits.items():
-            for each in getattr(self, name):
-                check_number(f"load.{name}", each, -most, most)
+            check_vector(f"load.{name}", getattr(self, name), -most, most)
         if not any(self.down):
             msg = f"load.down = {list(self.down)} is not allowed: must not be 0"
             raise ConfigError(msg)

@@ -1,5 +1,7 @@
 """One sensor attached to a model: it solves where the body is, answers linearly in between, and takes frames."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from magicsim.arrays import Array
@@ -10,6 +12,7 @@ from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.mujoco.body_object import body_object, object_pose_m, pose_in_sensor
 from magicsim.robot.mujoco.engine import MjData, MjModel, engine
+from magicsim.robot.mujoco.opposite import facing_distance_mm
 from magicsim.robot.mujoco.pair import Touch, check_excluded, find_pair
 from magicsim.robot.mujoco.posed import PosedSensor, PosedState, posed_state
 from magicsim.robot.mujoco.response import Response
@@ -73,6 +76,7 @@ class AttachedSensor:
         self.trust, self.solves = self._first_trust, 0
         self._index = 0
         self._memory: CameraMemory | None = None
+        self._facing_mm: float | None = None
 
     def pose(self, model: MjModel, data: MjData) -> Pose:
         """Where the object is in the sensor's frame."""
@@ -125,13 +129,23 @@ class AttachedSensor:
         """Elastic wrench of the object on the sensor about its origin in its frame, shape (6,) [N, N mm]."""
         return self.response.predicted(pose) if self.response is not None else np.zeros(6)
 
+    def face(self, data: MjData, other: "AttachedSensor") -> None:
+        """Looks at another sensor where both are now.
+
+        Raises:
+            ConfigError: They do not face each other.
+        """
+        names = self.touch.site, other.touch.site
+        self._facing_mm = facing_distance_mm(data, self.pair.site, other.pair.site, names)
+
     def grab(self, time_s: float) -> Moment:
         """The moment of the next frame, as last solved."""
+        state = replace(self.state, facing_mm=self._facing_mm)
         moment = Moment(
             index=self._index,
             time_s=time_s,
             seed=self._seed,
-            state=with_passing(self.state, self.sensor.rig, time_s=time_s, seed=self._seed),
+            state=with_passing(state, self.sensor.rig, time_s=time_s, seed=self._seed),
             deformation=self.deformation,
             slid_mm=0.0,
             led_strength=FULL,

@@ -18,7 +18,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
-from magicsim.errors import ConfigError
+from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.pose import Pose
 from magicsim.robot.gripper import finger_seed
 from magicsim.robot.moment import Moment
@@ -67,7 +67,7 @@ class Coupling:
 
         Raises:
             ConfigError: A name does not exist, a body cannot press, MuJoCo would press it too, the integrator is not
-                allowed, or a number is out of range.
+                allowed, the cameras have no common rate or are faster than the model, or a number is out of range.
             MagicsimError: A sensor cannot be built.
         """
         check_number("tolerance_n", tolerance_n, 1e-6, 10)
@@ -84,6 +84,7 @@ class Coupling:
             raise ConfigError(msg)
         self.model, self.data, self._damping_s = model, data, damping_s
         usual = scene or next((touch.scene for touch in touches if touch.scene is not None), None) or load_scene("grip")
+        _check_rates(float(model.opt.timestep), {touch.site: touch.scene or usual for touch in touches})
         grade, trust = find_quality(quality), Trust(tolerance_n=tolerance_n)
         self.sensors: Mapping[str, AttachedSensor] = {
             touch.site: AttachedSensor(
@@ -98,6 +99,7 @@ class Coupling:
         }
         """The attached sensors by the names of their sites."""
         self.frames_per_second = usual.frames_per_second
+        self._facing = self._opposites()
         self.reset()
 
     def reset(self) -> None:
@@ -125,7 +127,8 @@ class Coupling:
             The moment of each sensor's frame at the begin of the step, where the cameras take one; otherwise None.
 
         Raises:
-            ConfigError: The time step is too long for the stiffness of a contact.
+            ConfigError: The time step is too long for the stiffness of a contact, or sensors that are said to do not
+                face each other.
             ConvergenceError: A contact has no valid equilibrium; the model has not moved.
         """
         engine().mj_step1(self.model, self.data)
@@ -137,6 +140,8 @@ class Coupling:
             self.sensors[name].solve(poses[name])
         rows = np.concatenate([sensor.motion_rows(self.model, self.data) for sensor in self.sensors.values()])
         self._answer(poses, rows, is_new=bool(solved))
+        for sensor, other in self._facing if is_due else ():
+            sensor.face(self.data, other)
         kept = self.data.xfrc_applied.copy()
         self._apply()
         engine().mj_step2(self.model, self.data)
@@ -160,6 +165,22 @@ class Coupling:
             name: frame_truth(each.state, each.deformation, index=each.index, time_s=each.time_s, is_reference=False)
             for name, each in moments.items()
         }
+
+    def _opposites(self) -> list[tuple[AttachedSensor, AttachedSensor]]:
+        """Each sensor that looks at another one, with that."""
+        found = []
+        for sensor in self.sensors.values():
+            faces = sensor.touch.faces
+            if faces is None:
+                continue
+            if faces not in self.sensors or faces == sensor.touch.site:
+                others = [name for name in self.sensors if name != sensor.touch.site]
+                raise ConfigError(unknown_choice("faces", faces, others))
+            other = self.sensors[faces]
+            if (sensor.sensor.design, sensor.sensor.rig) != (other.sensor.design, other.sensor.rig):
+                sensor.sensor.opposite = other.sensor
+            found.append((sensor, other))
+        return found
 
     def _answer(self, poses: Mapping[str, Pose], rows: Array, *, is_new: bool) -> None:
         """The wrench on every sensor; see the head of this module."""
@@ -211,3 +232,21 @@ class Coupling:
             for body, sign in ((sensor.pair.body, -1.0), (sensor.pair.finger, 1.0)):
                 data.xfrc_applied[body, :3] += sign * force
                 data.xfrc_applied[body, 3:] += sign * (torque + np.cross(point - data.xipos[body], force))
+
+
+def _check_rates(timestep_s: float, scenes: Mapping[str, SceneConfig]) -> None:
+    """Refuses cameras that do not film together, or faster than the model moves."""
+    rates = {site: scene.frames_per_second for site, scene in scenes.items()}
+    first = next(iter(rates))
+    for site, rate in rates.items():
+        if rate != rates[first]:
+            msg = (
+                f"frames_per_second = {rate:g} of site '{site}' is not allowed: must be {rates[first]:g}, as of site "
+                f"'{first}': all sensors of a coupling film together"
+            )
+            raise ConfigError(msg)
+    if timestep_s * rates[first] > 1:
+        msg = (
+            f"timestep = {timestep_s:g} s is not allowed: must be at most {1 / rates[first]:.4g} s, the time of a frame"
+        )
+        raise ConfigError(msg)

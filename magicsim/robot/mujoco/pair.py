@@ -21,6 +21,9 @@ class Touch:
     """The body that it sees and touches; all others meet its finger by MuJoCo's own contact."""
     scene: SceneConfig | None = None
     """Design, rig, friction and render settings; the coupling's own where it is None. Its object does not matter."""
+    faces: str | None = None
+    """Site of another sensor that looks at this one, such as that on the other finger of a gripper: it is in the
+    picture, with its lights (`magicsim.light.facing`)."""
     x_mm: Range = (-6.0, 6.0)
     """Part of the contact face where the lattice is fine, along x [mm]. Contact beyond is solved on coarser cells."""
     y_mm: Range = (-6.0, 6.0)

@@ -160,6 +160,12 @@ def test_options_that_do_not_exist_or_are_outside_are_refused(env: GraspLift):
         env.reset(options={"gap_mm": 99})
     with pytest.raises(ConfigError, match="x_mm = 7 is not allowed"):
         env.reset(options={"x_mm": 7})
+    with pytest.raises(ConfigError, match="weight_n = 'a' is not allowed: must be a number"):
+        env.reset(options={"weight_n": "a"})
+    with pytest.raises(ConfigError, match="z_mm = None is not allowed"):
+        env.reset(options={"z_mm": None})
+    with pytest.raises(ConfigError, match="force_n = 3 is not allowed: must be 3 numbers"):
+        env.reset(options={"force_n": 3})
     with pytest.raises(ConfigError, match=r"load.force_n = 1e\+06 is not allowed"):
         env.reset(options={"force_n": (1e6, 0, 0)})
 
@@ -173,6 +179,7 @@ def test_options_that_do_not_exist_or_are_outside_are_refused(env: GraspLift):
         ({"render_mode": "ansi"}, "unknown render_mode 'ansi'"),
         ({"deepest_mm": 4.5}, "fingers would pass through each other, must be below 4.18"),
         ({"cameras": 3}, "unknown cameras '3'"),
+        ({"overrides": ["object.radius_mm=60"]}, "object 'sphere' does not fit between the fingers: 120 mm along"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any], message: str):
