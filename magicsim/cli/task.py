@@ -57,11 +57,17 @@ def assembly(
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's run.")] = False,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Plug a held plug into a base in six stages, and tell who notices that the base is misaligned."""
+    """Plug a held plug into a base in six stages, and tell who notices that the base is misaligned.
+
+    --set changes the scene, or the task where its key begins with `task.`, such as `task.jack.radius_mm=2.8` or
+    `task.offset_mm=[1,3]`.
+    """
     from magicsim.scenes.scene import load_scene
+    from magicsim.task.assembly.settings import split_settings
     from magicsim.task.folder import FOLDER
 
-    loaded = load_scene(scene, settings or [], seed=seed)
+    for_scene, config = split_settings(settings or [])
+    loaded = load_scene(scene, for_scene, seed=seed)
     FOLDER.check(out, resume=resume)
     limit_threads(threads)
     from magicsim.cli.output.progress import show_progress
@@ -70,7 +76,7 @@ def assembly(
     with show_progress("task assembly") as progress:
         summary = run_assembly(
             loaded, out, trials=trials, seed=loaded.seed, quality=quality, samples=samples, shows_base=base,
-            resume=resume, progress=progress,
+            config=config, resume=resume, progress=progress,
         )  # fmt: skip
     print_result(fields_of(summary), as_json=json)
 

@@ -7,10 +7,18 @@ from typing import Literal
 import numpy as np
 
 Kind = Literal["aligned", "offset", "angle"]
-OFFSET_MM, ANGLE_DEG = (3.0, 6.0), (3.0, 8.0)
-"""Ranges of offsets [mm] and angles [degrees]; published are 'above 3 mm' and 'slight angles', the rest is assumed."""
-ALIGNED_MM = 0.3
-"""Largest offset of a trial that counts as aligned [mm]: the chamfer takes it; assumed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spread:
+    """Ranges of misalignments; published are 'above 3 mm' and 'slight angles', the rest is assumed."""
+
+    offset_mm: tuple[float, float] = (3.0, 6.0)
+    """Of a base beside the axis [mm]."""
+    angle_deg: tuple[float, float] = (3.0, 8.0)
+    """Of a base at an angle [degrees]."""
+    aligned_mm: float = 0.3
+    """Largest offset of a base that counts as aligned [mm]: the chamfer takes it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,13 +41,15 @@ class Misalignment:
         return self.kind != "aligned"
 
 
-def draw_misalignments(trials: int, seed: int) -> list[Misalignment]:
+def draw_misalignments(trials: int, seed: int, spread: Spread | None = None) -> list[Misalignment]:
     """Misalignments of a number of trials: in turn aligned, beside and at an angle, in directions drawn evenly.
 
     Args:
         trials: How many.
         seed: Of the draws.
+        spread: Ranges.
     """
+    ranges = spread or Spread()
     rng = np.random.default_rng([seed, 38])
     kinds: tuple[Kind, ...] = ("offset", "angle", "aligned")
     drawn = []
@@ -48,9 +58,13 @@ def draw_misalignments(trials: int, seed: int) -> list[Misalignment]:
         x, z = math.cos(direction), math.sin(direction)
         size = float(rng.uniform(0, 1))
         if kind == "angle":
-            angle = ANGLE_DEG[0] + size * (ANGLE_DEG[1] - ANGLE_DEG[0])
+            angle = _between(ranges.angle_deg, size)
             drawn.append(Misalignment(kind=kind, tilt_x_deg=angle * x, tilt_z_deg=angle * z))
         else:
-            offset = size * ALIGNED_MM if kind == "aligned" else OFFSET_MM[0] + size * (OFFSET_MM[1] - OFFSET_MM[0])
+            offset = size * ranges.aligned_mm if kind == "aligned" else _between(ranges.offset_mm, size)
             drawn.append(Misalignment(kind=kind, x_mm=offset * x, z_mm=offset * z))
     return drawn
+
+
+def _between(ends: tuple[float, float], share: float) -> float:
+    return ends[0] + share * (ends[1] - ends[0])

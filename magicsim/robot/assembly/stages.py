@@ -38,15 +38,28 @@ class Step:
     """Whether the base is on the plug's axis, whatever the trial's misalignment."""
 
 
-TIMELINE = (
-    Step(stage=Stage.GRIP, depth_mm=None),
-    Step(stage=Stage.APPROACH, depth_mm=-0.5),
-    Step(stage=Stage.FIRST, depth_mm=2.0, push_n=2.0),
-    Step(stage=Stage.SECOND, depth_mm=4.0, push_n=4.0),
-    Step(stage=Stage.SUCCESS, depth_mm=8.0, is_aligned=True),
-    Step(stage=Stage.OPEN, depth_mm=8.0, is_aligned=True),
-)
-"""One trial."""
+def timeline(
+    *, before_mm: float = 0.5, insertions: tuple[tuple[float, float], tuple[float, float]] = ((2.0, 2.0), (4.0, 4.0)),
+    success_mm: float = 8.0,
+) -> tuple[Step, ...]:  # fmt: skip
+    """The six stages of one trial.
+
+    Args:
+        before_mm: How far before the mouth the approach ends [mm].
+        insertions: Of the first and of the second: depth [mm], and the force at which the carriage stops [N].
+        success_mm: Depth of the pin once it is aligned [mm].
+    """
+    (first_mm, first_n), (second_mm, second_n) = insertions
+    return (
+        Step(stage=Stage.GRIP, depth_mm=None),
+        Step(stage=Stage.APPROACH, depth_mm=-before_mm),
+        Step(stage=Stage.FIRST, depth_mm=first_mm, push_n=first_n),
+        Step(stage=Stage.SECOND, depth_mm=second_mm, push_n=second_n),
+        Step(stage=Stage.SUCCESS, depth_mm=success_mm, is_aligned=True),
+        Step(stage=Stage.OPEN, depth_mm=success_mm, is_aligned=True),
+    )
+
+
 EARLY = (Stage.FIRST, Stage.SECOND)
 """Stages in which misalignment is to be noticed."""
 BEFORE = Stage.APPROACH

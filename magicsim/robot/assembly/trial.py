@@ -10,7 +10,7 @@ from magicsim.geometry.objects.plug import PlugObject
 from magicsim.robot.assembly.base_body import base_body
 from magicsim.robot.assembly.jack import Jack
 from magicsim.robot.assembly.meeting import Contact, MetLoad
-from magicsim.robot.assembly.stages import TIMELINE, Step
+from magicsim.robot.assembly.stages import Step, timeline
 from magicsim.robot.assembly.surface import plug_elements
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.outcome import Hold
@@ -40,11 +40,13 @@ class Setup:
 
     jack: Jack = field(default_factory=Jack)
     contact: Contact = field(default_factory=Contact)
+    mass_g: float = MASS_G
+    """Mass of the plug [g]."""
     squeeze_mm: float = SQUEEZE_MM
     """How much closer than touching the faces grip [mm]."""
     place: ObjectPlace = PLACE
     """Where the fingers take the handle."""
-    timeline: Sequence[Step] = TIMELINE
+    timeline: Sequence[Step] = field(default_factory=timeline)
     references: int = 30
     """Frames of the untouched fingers, for the detectors."""
     samples: int = 1
@@ -120,7 +122,7 @@ def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) ->
     gripper.reset()
     references = _references(gripper, setup.references)
     load = replace(
-        MetLoad.of_mass(MASS_G, down=(0.0, 1.0, 0.0)), elements=plug_elements(plug), jack=setup.jack,
+        MetLoad.of_mass(setup.mass_g, down=(0.0, 1.0, 0.0)), elements=plug_elements(plug), jack=setup.jack,
         contact=setup.contact,
     )  # fmt: skip
     touching, closing = gripper.touching_width_mm, []

@@ -15,12 +15,13 @@ from magicsim.light.variant import activate_variant
 from magicsim.robot.assembly.cues import PROFILE, Reader, check_references, structural_similarity
 from magicsim.robot.assembly.misaligned import Misalignment, draw_misalignments
 from magicsim.robot.assembly.playing import play
-from magicsim.robot.assembly.trial import SPACE, Gripped, Moment, Setup, base_of, check_plug, take_plug
+from magicsim.robot.assembly.trial import SPACE, Gripped, Moment, base_of, check_plug, take_plug
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim.robot.quality import find_quality
 from magicsim.scenes.scene import SceneConfig
 from magicsim.task.assembly.series_plot import draw_series
+from magicsim.task.assembly.settings import AssemblyConfig
 from magicsim.task.assembly.summary import AssemblySummary, Trial, played_out, summarise
 from magicsim.task.folder import RESULTS
 from magicsim.task.growing import Played, Progress, Run, as_json, as_png, grow
@@ -36,8 +37,9 @@ class Stage:
     """Builds the gripper, lets it take the plug, and plays trials with it from there."""
 
     def __init__(
-        self, scene: SceneConfig, *, seed: int, quality: str, samples: int = 1, shows_base: bool = True
-    ) -> None:
+        self, scene: SceneConfig, *, seed: int, quality: str, samples: int = 1, shows_base: bool = True,
+        config: AssemblyConfig | None = None,
+    ) -> None:  # fmt: skip
         """Checks everything that a run needs before it begins.
 
         Args:
@@ -46,12 +48,15 @@ class Stage:
             quality: Of the sensors, see `magicsim.robot.quality`.
             samples: Pairs of frames of each stage.
             shows_base: Whether the base is in the picture.
+            config: What is played.
 
         Raises:
             ConfigError: No plug in the scene, too few references, an unknown quality, or scikit-image is missing.
         """
         self.scene, self.seed, self.quality = scene, seed, quality
-        self.plug, self.setup = check_plug(scene.object), Setup(references=scene.references, samples=samples)
+        self.config = config or AssemblyConfig()
+        self.plug = check_plug(scene.object)
+        self.setup = self.config.setup(references=scene.references, samples=samples)
         self.shows_base = shows_base
         check_references(scene.references)
         find_quality(quality)
@@ -60,7 +65,7 @@ class Stage:
 
     def settings(self) -> dict[str, Any]:
         """What trials depend on, with the content of every file."""
-        held = {"jack": asdict(self.setup.jack), "contact": asdict(self.setup.contact)}
+        held = {"task": self.config.model_dump()}
         held["picture"] = {"samples": self.setup.samples, "base": self.shows_base}
         content = resolved_scene(self.scene) | {"profile": asdict(load_profile(PROFILE))} | held
         settings: dict[str, Any] = plain_values({"seed": self.seed, "quality": self.quality, "resolved": content})
@@ -99,8 +104,8 @@ class Stage:
 
 def run_assembly(
     scene: SceneConfig, out: Path, *, trials: int, seed: int, quality: str = "control", samples: int = 1,
-    shows_base: bool = True, resume: bool = False, progress: Progress | None = None,
-    variant: Callable[[], str] = activate_variant,
+    shows_base: bool = True, config: AssemblyConfig | None = None, resume: bool = False,
+    progress: Progress | None = None, variant: Callable[[], str] = activate_variant,
 ) -> AssemblySummary:  # fmt: skip
     """Plays trials, or what an earlier run left of them, and writes their folder.
 
@@ -112,6 +117,7 @@ def run_assembly(
         quality: Of the sensors, see `magicsim.robot.quality`.
         samples: Pairs of frames of each stage, the last one at its end, at most 20.
         shows_base: Whether the base is in the picture.
+        config: What is played; the defaults by default.
         resume: Whether to go on with the run in the folder.
         progress: Told how far it is: trials done, all of them, a note.
         variant: Names the renderer's variant, and makes it active.
@@ -123,8 +129,8 @@ def run_assembly(
     """
     check_number("trials", trials, 1, MOST_TRIALS, whole=True)
     check_number("samples", samples, 1, MOST_SAMPLES, whole=True)
-    stage = Stage(scene, seed=seed, quality=quality, samples=samples, shows_base=shows_base)
-    drawn = draw_misalignments(trials, seed)
+    stage = Stage(scene, seed=seed, quality=quality, samples=samples, shows_base=shows_base, config=config)
+    drawn = draw_misalignments(trials, seed, stage.config.spread)
 
     def played(number: int) -> Played:
         trial, moments = stage.play(number, drawn[number])

@@ -18,6 +18,9 @@ def test_assembly_takes_json_set_and_seed(shell: Shell):
         (["--trials", "0"], "trials = 0 is not allowed"),
         (["--set", "references=0"], "references = 0 is not allowed with task assembly: must be at least 3"),
         (["--quality", "best"], "unknown quality 'best'"),
+        (["--set", "task.jack.radius=3"], "task assembly: unknown key in [jack] 'radius' (did you mean 'radius_mm'?)"),
+        (["--set", "task.push_n=[0,4]"], "push_n"),
+        (["--set", "task.success_mm=14"], "success_mm = 14 is not allowed: must be at most 12, the depth of the jack"),
         (["--set", "object.pin_radius_mm=5"], "pin_radius_mm = 5 is not allowed: must be below the handle's end, 4"),
     ],
 )

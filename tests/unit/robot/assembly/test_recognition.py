@@ -2,9 +2,11 @@ import numpy as np
 import pytest
 
 from magicsim.robot.assembly.cues import Cues
-from magicsim.robot.assembly.misaligned import ALIGNED_MM, ANGLE_DEG, OFFSET_MM, Misalignment, draw_misalignments
+from magicsim.robot.assembly.misaligned import Misalignment, Spread, draw_misalignments
 from magicsim.robot.assembly.recognition import CUES, Rate, change, recognise, unrecognised
 from magicsim.robot.assembly.stages import Stage
+
+SPREAD = Spread()
 
 
 def step(stage: Stage, ssim: float, *, force_n: float = 0.0, verdict: str = "Touched") -> Cues:
@@ -66,9 +68,9 @@ def test_trials_are_drawn_in_turn_and_from_their_seed():
     assert drawn == draw_misalignments(30, 4) != draw_misalignments(30, 5)
     for each in drawn:
         offset, angle = np.hypot(each.x_mm, each.z_mm), np.hypot(each.tilt_x_deg, each.tilt_z_deg)
-        low, high = {"offset": OFFSET_MM, "angle": (0, 0), "aligned": (0, ALIGNED_MM)}[each.kind]
+        low, high = {"offset": SPREAD.offset_mm, "angle": (0, 0), "aligned": (0, SPREAD.aligned_mm)}[each.kind]
         assert low - 1e-9 <= offset <= high + 1e-9
-        assert angle == 0 or ANGLE_DEG[0] - 1e-9 <= angle <= ANGLE_DEG[1] + 1e-9
+        assert angle == 0 or SPREAD.angle_deg[0] - 1e-9 <= angle <= SPREAD.angle_deg[1] + 1e-9
 
 
 def test_aligned_trial_that_lost_its_plug_early_leaves_no_threshold():

@@ -11,7 +11,7 @@ import pytest
 from magicsim.errors import ConfigError, ConvergenceError, OutputError
 from magicsim.robot.assembly.cues import Reader
 from magicsim.robot.assembly.misaligned import Misalignment
-from magicsim.robot.assembly.stages import TIMELINE
+from magicsim.robot.assembly.stages import timeline
 from magicsim.robot.assembly.trial import Moment
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.outcome import Hold
@@ -39,7 +39,7 @@ class NoGripper:
 
 def made_up(_: object, __: object, misalignment: Misalignment, *, seed: int) -> tuple[Moment, ...]:
     moments, noise = [], np.random.default_rng(seed)
-    for number, step in enumerate(TIMELINE):
+    for number, step in enumerate(timeline()):
         image = TEXTURE + noise.integers(0, 2, TEXTURE.shape, np.uint8)
         image[: 5 * number * (1 + misalignment.is_misaligned)] = 150
         moments.append(
@@ -87,7 +87,7 @@ def test_folder_holds_the_series_its_picture_and_the_frames_of_each_trial(run: R
     assert len(list((tmp_path / "out/pictures").iterdir())) == 6
     whole = json.loads((tmp_path / "out/trials.json").read_text())
     assert len(whole["trials"]) == 6
-    assert [row["stage"] for row in whole["trials"][0]["steps"]] == [step.stage.value for step in TIMELINE]
+    assert [row["stage"] for row in whole["trials"][0]["steps"]] == [step.stage.value for step in timeline()]
     assert summary.recognised["ssim"].misaligned.rate == 1
     assert summary.recognised["force label"].misaligned.rate == 0  # the same in all of them
     assert summary.dropped == summary.failed == 0
