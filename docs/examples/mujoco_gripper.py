@@ -4,6 +4,7 @@ python docs/examples/mujoco_gripper.py      # needs the extra `mujoco`; writes m
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,13 @@ import mujoco
 import numpy as np
 
 from magicsim.robot.mujoco import Coupling, Touch, compiled
+from magicsim.robot.quality import CONTROL_QUALITY
 from magicsim.scenes.scene import SceneConfig, load_scene
 
 RADIUS_M, MASS_KG, STAND_M = 0.010, 0.030, 0.006
 """Ball, and the stand that it lies on."""
+PICTURES = replace(CONTROL_QUALITY, name="pictures", render={}, bounds={}, camera={})
+"""Solved as for control, rendered in full."""
 CLOSE_S, LIFT_S, HOLD_S = 0.25, 0.35, 0.25
 CLOSED_M, LIFTED_M = 0.0035, 0.015
 """Way of each finger beyond where it touches if the ball would give way, and way upwards."""
@@ -81,7 +85,7 @@ def run(scene: SceneConfig, *, pictures: bool = True, seconds: float = CLOSE_S +
 
     Args:
         scene: Sensor, friction and render settings.
-        pictures: Whether frames are rendered; forces come without.
+        pictures: Whether the first and the last frame are rendered; forces come without.
         seconds: How long.
 
     Returns:
@@ -90,8 +94,8 @@ def run(scene: SceneConfig, *, pictures: bool = True, seconds: float = CLOSE_S +
     """
     model = build()
     data = mujoco.MjData(model)
-    coupling = Coupling(model, data, TOUCHES, scene=scene)
-    start, rows, images = float(data.qpos[2]), [], []
+    coupling = Coupling(model, data, TOUCHES, scene=scene, quality=PICTURES if pictures else "control")
+    start, rows, taken = float(data.qpos[2]), [], []
     while data.time < seconds:
         data.ctrl[:] = targets(data.time)
         moments = coupling.step()
@@ -101,15 +105,17 @@ def run(scene: SceneConfig, *, pictures: bool = True, seconds: float = CLOSE_S +
         rise_mm = 1000 * (float(data.qpos[2]) - start)
         forces = {name: truth.force_n for name, truth in truths.items()}
         rows.append({"time_s": float(data.time), "rise_mm": rise_mm, **forces})
-        if pictures:
-            images.append([frame.image for frame in coupling.develop(moments).values()])
+        taken.append(moments)
     carried = -sum(coupling.wrench(name)[1] for name in coupling.sensors)
     return {
         "height_mm": 1000 * (float(data.qpos[2]) - start),
         "weight_n": MASS_KG * 9.81,
         "carried_n": float(carried),
         "rows": rows,
-        "images": images[:1] + images[-1:],
+        "images": [
+            [frame.image for frame in coupling.develop(moments).values()]
+            for moments in ((taken[0], taken[-1]) if pictures else ())
+        ],
         "solves": {name: sensor.solves for name, sensor in coupling.sensors.items()},
         "worst_n": {name: sensor.trust.worst_n for name, sensor in coupling.sensors.items()},
     }
