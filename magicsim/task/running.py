@@ -24,7 +24,7 @@ from magicsim.task.item import Item, load_item
 from magicsim.task.outcome import Outcome, judge_episode
 from magicsim.task.resolved import resolved
 from magicsim.task.settings import GraspConfig
-from magicsim.task.story import Story, draw_story
+from magicsim.task.story import draw_story
 from magicsim.task.summary import TaskSummary, summarise
 from magicsim.task.world import World, build_gripper, check_room_for
 
@@ -53,7 +53,7 @@ def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
 
 
 class Stage:
-    """Builds one gripper for each item and plays episodes with it."""
+    """Builds a gripper for the item of an episode, and plays further ones of the item with it."""
 
     def __init__(self, config: GraspConfig) -> None:
         """Checks everything that a run needs before it begins.
@@ -66,7 +66,7 @@ class Stage:
         self._scenes = {name: task_scene(config, item) for name, item in self.items.items()}
         for name, item in self.items.items():
             check_room_for(item, name, config)
-        self._grippers: dict[str, Gripper] = {}
+        self._built: tuple[str, Gripper] | None = None
 
     def settings(self) -> dict[str, Any]:
         """What episodes depend on, with the content of every file."""
@@ -81,16 +81,27 @@ class Stage:
         """
         config, story = self.config, draw_story(self.config, episode)
         seed = int(np.random.SeedSequence([config.seed, NOISE, episode]).generate_state(1)[0] % MAX_SEED)
-        world = World(self._gripper(story), self.items[story.item], story, config)
+        world = World(self._gripper(story.item), self.items[story.item], story, config)
         recorded = play(world, self.profile, episode=episode, seed=seed, seen=seen)
         item, rate = self.items[story.item], config.frames_per_second
         return recorded, judge_episode(recorded, item, story, frames_per_second=rate)
 
-    def _gripper(self, story: Story) -> Gripper:
-        if story.item not in self._grippers:
-            self._grippers[story.item] = build_gripper(self._scenes[story.item], self.config)
-        self._grippers[story.item].reset()
-        return self._grippers[story.item]
+    def order(self, episodes: int) -> list[int]:
+        """Numbers of all episodes, those of an item one after the other: one gripper at a time is alive.
+
+        Each further sensor makes every frame slower, for the renderer prepares its kernels for all shapes that there
+        are.
+        """
+        items = list(self.items)
+        return sorted(range(episodes), key=lambda number: (items.index(draw_story(self.config, number).item), number))
+
+    def _gripper(self, item: str) -> Gripper:
+        if self._built is None or self._built[0] != item:
+            if self._built is not None:
+                self._built[1].release()
+            self._built = (item, build_gripper(self._scenes[item], self.config))
+        self._built[1].reset()
+        return self._built[1]
 
 
 def run_grasps(
@@ -137,7 +148,7 @@ def run_grasps(
         }
 
     run = Run(
-        task="grasp", episodes=episodes, order=range(episodes), resume=resume, progress=progress, variant=variant
+        task="grasp", episodes=episodes, order=stage.order(episodes), resume=resume, progress=progress, variant=variant
     )  # fmt: skip
     return grow(out, stage.settings(), run, played, concluded)
 
