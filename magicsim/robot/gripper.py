@@ -270,11 +270,11 @@ class Gripper:
         except MagicsimError:
             self.go_back(before)
             raise
-        way = max(now - then for now, then in zip(self._pair.slid_mm, slid, strict=True))
-        is_held = self.outcome in {Hold.HELD, Hold.SLIPPED}
-        hold = Hold.of_way(way) if is_held else self.outcome
-        self._state = replace(self._state, hold=hold, slid_mm=way if is_held else self._state.slid_mm)
-        self._state = replace(self._state, is_stalled=is_stalled)
+        state = replace(self._state, is_stalled=is_stalled)
+        if state.hold in {Hold.HELD, Hold.SLIPPED}:  # of the whole way, not of its last step
+            way = max(now - then for now, then in zip(self._pair.slid_mm, slid, strict=True))
+            state = replace(state, hold=Hold.of_way(way), slid_mm=way)
+        self._state = state
         return self.outcome
 
     def now(self) -> GripMoment:
