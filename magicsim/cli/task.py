@@ -17,7 +17,7 @@ MOST_EPISODES = 100_000
 def grasp(
     *, out: Out,
     episodes: Annotated[int, Parameter(help="How many; with --resume a finished folder grows by more.")] = 50,
-    detector: Annotated[str, Parameter(help="Profile: calibrated, published or a file.")] = "calibrated",
+    detector: Annotated[str, Parameter(help="Profile: calibrated, facing, published or a file.")] = "calibrated",
     room: Annotated[str, Parameter(help="office, window, bench, corridor, dark, or an image.")] = "office",
     quality: Annotated[Literal["full", "control"], Parameter(help="How finely is solved and rendered.")] = "full",
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's run.")] = False,

@@ -13,7 +13,7 @@ from .conftest import Shell
         (["--set", "near_mm=[4,1]"], "near_mm: 4, 1 is not allowed: must be the smaller one first"),
         (["--set", "open_gap_mm=45"], "open_gap_mm = 45 is not allowed with item"),
         (["--room", "cellar"], "unknown room"),
-        (["--detector", "sharp"], "unknown profile 'sharp'; available: calibrated, published"),
+        (["--detector", "sharp"], "unknown profile 'sharp'; available: calibrated, facing, published"),
         (["--set", 'items=["pear"]'], "unknown item 'pear'; available: banana, biscuit-packet, orange"),
     ],
 )

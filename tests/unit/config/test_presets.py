@@ -29,7 +29,7 @@ ALL = [(kind, name) for kind in FOLDERS for name in preset_names(kind)]
         ("scene", {"demo", "rest", "near", "pressed", "flashlight"}),
         ("rig", {"digit-rgb", "digit-office"}),
         ("recipe", {"default"}),
-        ("profile", {"published", "calibrated"}),
+        ("profile", {"published", "calibrated", "facing"}),
         ("object", {"finger", "silver-spanner", "red-screwdriver", "green-screwdriver", "white-pen", "orange"}),
         ("object", {"yellow-scissors", "yellow-banana", "biscuit-packet"}),
         ("suite", {"small", "full"}),

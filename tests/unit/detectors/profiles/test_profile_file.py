@@ -1,3 +1,5 @@
+import dataclasses
+
 import pytest
 
 from magicsim.detectors import DetectorProfile, load_profile, save_profile
@@ -64,3 +66,7 @@ def test_file_that_is_not_text_is_one_line(tmp_path):
 def test_unknown_name_lists_the_profiles():
     with pytest.raises(PresetError, match=r"did you mean 'published'"):
         load_profile("publisched")
+
+
+def test_facing_is_calibrated_with_the_threshold_of_the_published_grasping_run():
+    assert load_profile("facing") == dataclasses.replace(load_profile("calibrated"), tau_g=0.7)
