@@ -1,4 +1,4 @@
-"""SSIM against time, the force labels below it; a line is where a stage ends in most trials."""
+"""SSIM against time, the force labels below it; lines are where stages end in most trials, by their letters."""
 
 import io
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ def draw_series(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> bytes:
     upper.legend(title="base")
     ends = stage_ends_s([series for _, series in trials])
     above = upper.secondary_xaxis("top")
-    above.set_xticks(list(ends.values()), [stage.value for stage in ends], fontsize=7)
+    above.set_xticks(list(ends.values()), [stage.value.split()[0] for stage in ends])
     for axes in (upper, lower):
         for end in ends.values():
             axes.axvline(end, color="grey", linewidth=0.5)
