@@ -14,9 +14,9 @@ class Spread:
     """Ranges of misalignments; published are 'above 3 mm' and 'slight angles', the rest is assumed."""
 
     offset_mm: tuple[float, float] = (3.0, 6.0)
-    """Of a base beside the axis [mm]."""
+    """Smallest and largest offset of a base beside the axis [mm]."""
     angle_deg: tuple[float, float] = (3.0, 8.0)
-    """Of a base at an angle [degrees]."""
+    """Smallest and largest angle of a base [degrees]."""
     aligned_mm: float = 0.3
     """Largest offset of a base that counts as aligned [mm]: the chamfer takes it."""
 

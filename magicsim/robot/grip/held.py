@@ -18,7 +18,7 @@ BALANCE_N, BALANCE_SHARE, LOAD_SHARE = 0.01, 0.01, 0.05
 """Force out of balance at which the object rests: in units of the larger normal force and of the load, of which the
 smaller one counts, and at least so much [N]. Torques count by the levers of `Pair.levers_mm`."""
 COORDINATES = ("x_mm", "y_mm", "z_mm", "tilt_x_deg", "tilt_y_deg", "twist_deg")
-"""Of a place, in the order of the wrench."""
+"""Coordinates of a place, in the order of the wrench."""
 FULL_TURN = 360.0
 
 
