@@ -8,7 +8,7 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.assembly.jack import jack_pose
 from magicsim.robot.assembly.meeting import FORWARD, MetLoad
 from magicsim.robot.assembly.misaligned import Misalignment
-from magicsim.robot.assembly.pushing import MOST_SLIDE_MM, Pusher, Vector, walk_in_samples
+from magicsim.robot.assembly.pushing import MOST_SLIDE_MM, Pusher, Vector
 from magicsim.robot.assembly.stages import Stage, Step
 from magicsim.robot.assembly.trial import OPEN_MM, Gripped, Moment
 from magicsim.robot.assembly.ways import carriage_ways, evenly_to, spread
@@ -102,7 +102,7 @@ class _Course:
         first, ways = carriage_ways(self._depth, depth_mm, self._setup.samples)
         self._pass(0.0 if stood is None else abs(stood - first))
         pusher = Pusher(self._gripper, self._plug, self._load_at)
-        walked = walk_in_samples(pusher, first, ways, step.push_n, samples=self._setup.samples)
+        walked = pusher.walk_in_samples(first, ways, step.push_n, samples=self._setup.samples)
         done = 0
         for number in spread(len(walked), self._setup.samples):
             reached = walked[number - 1]

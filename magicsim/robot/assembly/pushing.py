@@ -65,14 +65,6 @@ class Pusher:
         """
         self._gripper, self._plug, self._load_at = gripper, plug, load_at
 
-    def now(self) -> GripMoment:
-        """Where the fingers are."""
-        return self._gripper.now()
-
-    def go_back(self, moment: GripMoment) -> None:
-        """Brings them back there."""
-        self._gripper.go_back(moment)
-
     def walk(self, first_mm: float, ways_mm: Sequence[float], push_n: float = np.inf) -> list[Reached]:
         """Equilibria at the ways, the last of them where the base pushes with its most, or the plug is lost.
 
@@ -97,6 +89,30 @@ class Pusher:
             walked.append(reached)
             before = reached
         return walked
+
+    def walk_in_samples(
+        self, first_mm: float, ways_mm: Sequence[float], push_n: float, *, samples: int
+    ) -> list[Reached]:
+        """As `walk`; where that makes fewer equilibria than samples, the way is gone again in as many.
+
+        Args:
+            first_mm: Where the base is before it pushes harder than it does now [mm].
+            ways_mm: Where it goes, in their order [mm].
+            push_n: Force at which the carriage stops [N].
+            samples: Equilibria that are asked for.
+
+        Raises:
+            ConfigError: The plug is pressed out of a finger's workspace.
+            ConvergenceError: A place has no valid equilibrium.
+        """
+        start = self._gripper.now()
+        walked = self.walk(first_mm, ways_mm, push_n)
+        if len(walked) >= samples:
+            return walked
+        end = walked[-1]
+        self._gripper.go_back(start)
+        finer = self.walk(first_mm, evenly_to(first_mm, end.way_mm, samples)[:-1])
+        return finer if finer and finer[-1].is_lost else [*finer, end]
 
     def _reach(self, before: Reached, way_mm: float) -> Reached:
         """Moves the base on from an equilibrium."""
@@ -130,29 +146,3 @@ class Pusher:
         aim = (1 - WITHIN / 2) * push_n
         share = (aim - below.push_n) / (above.push_n - below.push_n)
         return min(max(share, LEAST_SHARE), 1 - LEAST_SHARE)
-
-
-def walk_in_samples(
-    pusher: Pusher, first_mm: float, ways_mm: Sequence[float], push_n: float, *, samples: int
-) -> list[Reached]:
-    """As `Pusher.walk`; where that makes fewer equilibria than samples, the way is gone again in as many.
-
-    Args:
-        pusher: At the place from which the base comes.
-        first_mm: Where the base is before it pushes harder than it does now [mm].
-        ways_mm: Where it goes, in their order [mm].
-        push_n: Force at which the carriage stops [N].
-        samples: Equilibria that are asked for.
-
-    Raises:
-        ConfigError: The plug is pressed out of a finger's workspace.
-        ConvergenceError: A place has no valid equilibrium.
-    """
-    start = pusher.now()
-    walked = pusher.walk(first_mm, ways_mm, push_n)
-    if len(walked) >= samples:
-        return walked
-    end = walked[-1]
-    pusher.go_back(start)
-    finer = pusher.walk(first_mm, evenly_to(first_mm, end.way_mm, samples)[:-1])
-    return finer if finer and finer[-1].is_lost else [*finer, end]

@@ -10,6 +10,7 @@ from magicsim.geometry.objects.plug import PlugObject
 from magicsim.robot.assembly.base_body import base_body
 from magicsim.robot.assembly.jack import Jack
 from magicsim.robot.assembly.meeting import Contact, MetLoad
+from magicsim.robot.assembly.pushing import Vector
 from magicsim.robot.assembly.stages import Step, timeline
 from magicsim.robot.assembly.surface import plug_elements
 from magicsim.robot.fingers import ObjectPlace
@@ -18,7 +19,6 @@ from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 
-Vector = tuple[float, ...]
 SQUEEZE_MM, OPEN_MM = 1.0, 12.0
 """How much closer than touching the faces grip, and how far they open [mm]; assumed."""
 MASS_G = 8.0

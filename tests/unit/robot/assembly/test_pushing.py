@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.robot.assembly.pushing import LOST_MM, WITHIN, Pusher, walk_in_samples
+from magicsim.robot.assembly.pushing import LOST_MM, WITHIN, Pusher
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.outcome import Hold
 
@@ -52,7 +52,7 @@ class SpringGrip:
 
 
 def walk(grip: SpringGrip, push_n: float, samples: int = 1):
-    return walk_in_samples(Pusher(grip, PLUG, Spring), 0.0, [0.5, 1.0, 1.5, 2.0], push_n, samples=samples)
+    return Pusher(grip, PLUG, Spring).walk_in_samples(0.0, [0.5, 1.0, 1.5, 2.0], push_n, samples=samples)
 
 
 @pytest.mark.parametrize("push_n", [0.2, 1.0, 2.0, 4.0])
