@@ -9,7 +9,6 @@ Friction is in `friction`.
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 
 from magicsim.arrays import Array, Index
@@ -24,6 +23,7 @@ from magicsim.deform.contact.friction import (
 )
 from magicsim.deform.lattice.pattern import BlockPattern
 from magicsim.geometry.indenter import Indenter
+from magicsim.kernels import kernel
 
 Surface = Callable[[Array], tuple[Array, Array]]
 """Signed distance, shape (count,) [mm], and outward normal, shape (count, 3), at points of shape (count, 3) [mm]."""
@@ -220,7 +220,7 @@ def _normal_gradient(surface: Surface, points: Array, normal: Array) -> Array:
     return np.asarray((gradient + gradient.transpose(0, 2, 1)) / 2)
 
 
-@nb.njit(cache=True)
+@kernel()
 def _scatter_blocks(local, shape, facet, patches, indptr, blocks, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     for q in range(len(facet)):
         cell = facet[q]
@@ -233,7 +233,7 @@ def _scatter_blocks(local, shape, facet, patches, indptr, blocks, values):  # ty
                         values[start + k] += weight * local[q, i, k]
 
 
-@nb.njit(cache=True)
+@kernel()
 def _scatter_dense(local, shape, facet, patches, matrix):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     for q in range(len(facet)):
         cell = facet[q]

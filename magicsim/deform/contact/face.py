@@ -15,13 +15,13 @@ with the same weights, so force and torque of the points are those of the nodes.
 
 from dataclasses import dataclass, replace
 
-import numba as nb
 import numpy as np
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.shapes.solids import Shape
+from magicsim.kernels import kernel
 
 POINT_SPACING_MM = 0.35
 """Largest distance between neighbouring contact points at rest."""
@@ -281,7 +281,7 @@ def _product(along_y: Array, along_x: Array) -> Array:
     return np.asarray(weights.reshape(len(along_y) * len(along_x), -1))
 
 
-@nb.njit(cache=True)
+@kernel()
 def gather(shape, facet, patches, nodes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Weighted sums of node vectors at the points, shape (points, 3)."""
     points = np.zeros((len(facet), 3))
@@ -293,7 +293,7 @@ def gather(shape, facet, patches, nodes):  # type: ignore[no-untyped-def]  # noq
     return points
 
 
-@nb.njit(cache=True)
+@kernel()
 def scatter(shape, facet, patches, touching, vectors, total):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Adds vectors at some points, shape (touching, 3), to the nodes that move them, shape (nodes, 3), in place."""
     for t in range(len(touching)):

@@ -8,7 +8,6 @@ two points that lie behind each other; forces are handed back to the corners alo
 
 # ruff: noqa: ANN001, ANN201, ANN202, PLR0912 -- numba infers the types of the kernels.
 
-import numba as nb
 import numpy as np
 
 from magicsim.deform.lattice.hexahedron import (
@@ -20,6 +19,7 @@ from magicsim.deform.lattice.hexahedron import (
     NEXT_CORNER,
 )
 from magicsim.deform.lattice.walls import add_wall_stiffness, add_walls
+from magicsim.kernels import kernel
 
 LOG_LIMIT = 0.01
 """Jacobian below which -ln J is continued as a parabola."""
@@ -30,7 +30,7 @@ CROSSED = np.cross(GAUSS_GRADIENTS[:, PAIRS[:, 0]], GAUSS_GRADIENTS[:, PAIRS[:, 
 GRADIENTS = np.ascontiguousarray(GAUSS_GRADIENTS)
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def negative_log(jacobian: float) -> tuple[float, float, float]:
     """-ln J, twice continuously differentiable down to any J: value, first and second derivative."""
     if jacobian > LOG_LIMIT:
@@ -42,7 +42,7 @@ def negative_log(jacobian: float) -> tuple[float, float, float]:
     return -np.log(LOG_LIMIT) - slope * d + curvature / 2 * d * d, -slope + curvature * d, curvature
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _columns(x, nodes, place, edge, columns):  # type: ignore[no-untyped-def]
     """The corners' places, shape (8, 3), and the columns of M, shape (3 directions, 4, 3), in place."""
     for p in range(8):
@@ -61,7 +61,7 @@ def _columns(x, nodes, place, edge, columns):  # type: ignore[no-untyped-def]
                 columns[d, s, i] = total
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _cofactor(a, b, c, cof):  # type: ignore[no-untyped-def]
     """Columns of cof(M) / 8 from those of M, in place; returns det M / 8."""
     for i in range(3):
@@ -72,7 +72,7 @@ def _cofactor(a, b, c, cof):  # type: ignore[no-untyped-def]
     return a[0] * cof[0, 0] + a[1] * cof[0, 1] + a[2] * cof[0, 2]
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@kernel(error_model="numpy", nogil=True)
 def evaluate_cells(  # type: ignore[no-untyped-def]
     x, cells, weights, mu, lame, springs, walls, rho, lengths, energy, jacobian, volume_gradient, gradient
 ):
@@ -141,7 +141,7 @@ def evaluate_cells(  # type: ignore[no-untyped-def]
     return smallest
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@kernel(error_model="numpy", nogil=True)
 def add_stiffness(  # type: ignore[no-untyped-def]
     x, cells, weights, mu, stiffness, pressure, springs, walls, rho, lengths, volume_gradient, indptr, blocks, values
 ):

@@ -20,14 +20,15 @@ relaxes exponentially towards that bound, twice differentiable, and a tenth of m
 
 # ruff: noqa: ANN001, ANN201 -- numba infers the types of the kernels.
 
-import numba as nb
 import numpy as np
+
+from magicsim.kernels import kernel
 
 FOLLOWED, RELAXED = 0.7, 0.2
 """Parts of rho = mu / 2 beta down to which -f' is followed, and by which it may still grow."""
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def wall_energy(square: float, rho: float) -> tuple[float, float, float]:
     """The law f of the squared stretch, bounded by rho = mu / 2 beta: value, first and second derivative."""
     a, r = FOLLOWED * rho, RELAXED * rho
@@ -42,7 +43,7 @@ def wall_energy(square: float, rho: float) -> tuple[float, float, float]:
     return value, -a - r * (1 - decay), curvature * decay
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def add_walls(x, nodes, edges, lengths, stiffness, rho, own):  # type: ignore[no-untyped-def]
     """Adds the forces of a cell's edges to `own`, shape (8, 3) [N]; returns their energy [N mm].
 
@@ -65,7 +66,7 @@ def add_walls(x, nodes, edges, lengths, stiffness, rho, own):  # type: ignore[no
     return total
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def add_wall_stiffness(x, nodes, edges, lengths, stiffness, rho, own):  # type: ignore[no-untyped-def]
     """Adds the edges' Hessian to `own`, shape (24, 24) [N/mm]."""
     d = np.empty(3)

@@ -6,15 +6,16 @@ lies in front of all planes of one. Only cells with dents are asked for more tha
 
 # ruff: noqa: ANN001, ANN201, ANN202 -- numba infers the types of the kernels.
 
-import numba as nb
 import numpy as np
+
+from magicsim.kernels import kernel
 
 NEVER = 2.0
 """Margin of cells in which no place is in front of all planes of their faces."""
 TINY = np.float32(1e-30)
 
 
-@nb.njit(cache=True)
+@kernel()
 def outward_normals(corners, triangles):  # type: ignore[no-untyped-def]
     """Outward unit normals of the triangles of each cell and a zero beside each, shape (cells, triangles, 4), float32.
 
@@ -39,7 +40,7 @@ def outward_normals(corners, triangles):  # type: ignore[no-untyped-def]
     return normals
 
 
-@nb.njit(cache=True)
+@kernel()
 def largest_dents_mm(corners, normals, triangles, planes, tips):  # type: ignore[no-untyped-def]
     """Largest height of a triangle's tip over the plane of the one beside it in each cell, shape (cells,) [mm].
 
@@ -63,7 +64,7 @@ def largest_dents_mm(corners, normals, triangles, planes, tips):  # type: ignore
     return dents
 
 
-@nb.njit(cache=True)
+@kernel()
 def _planes(points, triangles, normals, heights):  # type: ignore[no-untyped-def]
     """Normals of any length and heights of the planes of one cell's faces, in place.
 
@@ -85,12 +86,12 @@ def _planes(points, triangles, normals, heights):  # type: ignore[no-untyped-def
             heights[face, t] = _dot(normals[face, t], points[face, a])
 
 
-@nb.njit(cache=True)
+@kernel()
 def _dot(one, other):  # type: ignore[no-untyped-def]
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
-@nb.njit(cache=True)
+@kernel()
 def _margins(points, axes, inward, normals, heights, margins):  # type: ignore[no-untyped-def]
     """Margins of one cell, see `dented_cells`, in place.
 
@@ -124,7 +125,7 @@ def _margins(points, axes, inward, normals, heights, margins):  # type: ignore[n
         margins[:] = NEVER
 
 
-@nb.njit(cache=True)
+@kernel()
 def _is_in_front(normals, heights, points, centre):  # type: ignore[no-untyped-def]
     """Whether all of a face lies outside all planes of another one, so that no ray from that to it meets them.
 
@@ -144,7 +145,7 @@ def _is_in_front(normals, heights, points, centre):  # type: ignore[no-untyped-d
     return True
 
 
-@nb.njit(cache=True)
+@kernel()
 def dented_cells(faces, triangles, dented, centres, axes, inward, neighbours):  # type: ignore[no-untyped-def]
     """What rays in and beside cells have to know of their dents.
 

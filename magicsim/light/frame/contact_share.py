@@ -6,11 +6,11 @@ what the object does, so the share is about the largest relative change, and far
 nothing. It serves as the expected size of a change that is measured with noise (`anchored_light`), not as the change.
 """
 
-import numba as nb
 import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Array
+from magicsim.kernels import kernel
 
 PATCHES = 200
 """Patches that a contact is taken as, about."""
@@ -32,7 +32,7 @@ def contact_share(places_mm: Array, vertices_mm: Array, faces: npt.NDArray[np.in
     return np.asarray(_shares(places_mm, centres, areas))
 
 
-@nb.njit(cache=True)
+@kernel()
 def _shares(places, centres, areas):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Solid angle of patches over 2 pi, at most 1, at each place, shape (places,)."""
     shares = np.zeros(len(places))

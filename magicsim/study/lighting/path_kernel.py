@@ -10,10 +10,10 @@ events when it is followed backwards.
 
 import math
 
-import numba as nb
 import numpy as np
 
 from magicsim.arrays import Array, Index
+from magicsim.kernels import kernel
 
 EVENTS = 5
 """Counted on a way: external and internal reflections at walls of cells, refractions there, scatterings, reflections at
@@ -26,7 +26,7 @@ MOST_STEPS = 2_000_000
 """Boxes that a path passes at most."""
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def fresnel(cosine: float, before: float, after: float) -> float:
     """Share of unpolarised light that a smooth face reflects.
 
@@ -44,7 +44,7 @@ def fresnel(cosine: float, before: float, after: float) -> float:
     return (across * across + along * along) / 2
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _leaving(place: Array, way: Array, low: Array, high: Array) -> tuple[float, int]:
     """Distance to where a ray leaves the box that it is in, and the axis of that face."""
     nearest, axis = np.inf, 0
@@ -60,7 +60,7 @@ def _leaving(place: Array, way: Array, low: Array, high: Array) -> tuple[float, 
     return max(nearest, 0.0), axis
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _entering(place: Array, way: Array, low: Array, high: Array) -> tuple[float, int]:
     """Distance to where a ray enters a box that it is not in, infinite where it misses, and the axis of that face."""
     first, last, axis = -np.inf, np.inf, 0
@@ -78,7 +78,7 @@ def _entering(place: Array, way: Array, low: Array, high: Array) -> tuple[float,
     return (first, axis) if 0 < first < last else (np.inf, 0)
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _turned(way: Array, anisotropy: float) -> None:
     """A new direction by Henyey and Greenstein's function."""
     u = np.random.random()
@@ -99,12 +99,12 @@ def _turned(way: Array, anisotropy: float) -> None:
     way[2] = z * cosine - a * root
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _kind(counts: Array) -> int:
     return (1 if counts[0] > 0 else 0) + (2 if counts[1] > 0 else 0)
 
 
-@nb.njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def follow_paths(
     ways: Array, weights: Array, seed: int, low: Array, high: Array, origin: Array, pitch: Array, cell: Array,
     counts: Index, indices: Array, scattering: Array, absorption: Array, anisotropy: Array, strips: Array,
