@@ -1,7 +1,7 @@
 """Predictions of what decides damage: stretch and stress of the skin, flow of the infill, lateral and sheared forces.
 
     python benchmarks/prediction_limits.py RUNS            # runs the studies below RUNS, or goes on with them
-    python benchmarks/prediction_limits.py RUNS --table    # from what is there: docs/predictions.json and .md
+    python benchmarks/prediction_limits.py RUNS --table    # from what is there: docs/predictions.json and its tables
     python benchmarks/prediction_limits.py RUNS --missing  # only what docs/predictions.json has no result for
 
 Each part is a run of `magicsim study limits` with settings, below RUNS: presses for the skin, those above and beside
@@ -18,8 +18,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from prediction_tables import markdown
-from predictions import RESULT, TABLE
+from prediction_tables import write_tables
+from predictions import RESULT, TABLES
 
 from magicsim.folder import result_file
 from magicsim.study.mechanics.limit_press import CellPress, LimitPress, LimitShear
@@ -91,7 +91,7 @@ def compute_missing(runs: Path) -> None:
 
 
 def main() -> None:
-    """Runs what is left, and writes both files."""
+    """Runs what is left, and writes JSON and tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("runs", type=Path)
     parser.add_argument("--only", choices=tuple(PARTS), help="run one part, write nothing")
@@ -101,7 +101,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.missing:
         compute_missing(options.runs)
-        TABLE.write_text(markdown(json.loads(RESULT.read_text())))
+        write_tables(json.loads(RESULT.read_text()), TABLES)
         return
     chosen = [options.only] if options.only else list(PARTS)
     for part in () if options.table else chosen:
@@ -118,7 +118,7 @@ def main() -> None:
     nominal["flow"] = flow_rows(nominal["presses"], nominal["cells"], study_of("cells").config)
     results["limits"] = {"nominal": nominal} | found
     RESULT.write_text(json.dumps(results, indent=1) + "\n")
-    TABLE.write_text(markdown(results))
+    write_tables(results, TABLES)
 
 
 if __name__ == "__main__":

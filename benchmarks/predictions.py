@@ -1,10 +1,10 @@
 """Predictions made before anyone compared them: force against depth and speed, largest forces under shear.
 
-    python benchmarks/predictions.py                 # computes docs/predictions.json and docs/predictions.md; an hour
+    python benchmarks/predictions.py                 # computes docs/predictions.json and its tables; an hour
     python benchmarks/predictions.py --only shear    # one part; the others are kept
     python benchmarks/predictions.py --cases DIR     # keeps every case there, and goes on from what a killed run left
     python benchmarks/predictions.py --rescale       # carries what is there over to the present moduli
-    python benchmarks/predictions.py --table         # writes the Markdown from the JSON, without computing
+    python benchmarks/predictions.py --table         # writes docs/predictions/*.csv from the JSON, without computing
 
 The moduli are fitted to two hardness readings by `calibrate_moduli.py` and to nothing else; what they say of the seven
 other readings is in `docs/validation.md`. Every case is computed with a nominal setting and with variants that change
@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 from hardness import Setting, sample, workers
-from prediction_tables import markdown
+from prediction_tables import write_tables
 
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.lattice.resolved import resolved_lattice
@@ -47,7 +47,7 @@ from magicsim.geometry.objects.kinds import ObjectBase, parse_object
 
 HERE = Path(__file__).resolve().parent
 DOCS = HERE.parent / "docs"
-RESULT, TABLE = DOCS / "predictions.json", DOCS / "predictions.md"
+RESULT, TABLES = DOCS / "predictions.json", DOCS / "predictions"
 DEPTHS_MM = (*np.round(np.arange(0.2, 4.5, 0.2), 1).tolist(), 4.5)
 DOMES_MM, SKINS_MM, CORE_MM = (2.0, 4.0), (0.3, 0.6, 0.8), 5.0
 """Diameters of the domed cylinders, skins, core."""
@@ -234,10 +234,10 @@ def rescaled(part: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Computes what was asked for and writes both files."""
+    """Computes what was asked for and writes JSON and tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", choices=tuple(CASES), help="one part")
-    parser.add_argument("--table", action="store_true", help="only write the Markdown again")
+    parser.add_argument("--table", action="store_true", help="only write the tables again")
     parser.add_argument("--rescale", action="store_true", help="carry the results over to the present moduli")
     parser.add_argument("--cases", type=Path, help="folder that keeps every case, for a run that goes on")
     options = parser.parse_args()
@@ -250,7 +250,7 @@ def main() -> None:
             for part in [options.only] if options.only else list(CASES):
                 results[part] = predict(part, pool, options.cases or Path(temporary))
                 RESULT.write_text(json.dumps(results, indent=1) + "\n")
-    TABLE.write_text(markdown(results))
+    write_tables(results, TABLES)
 
 
 if __name__ == "__main__":
