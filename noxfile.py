@@ -39,11 +39,12 @@ def learner(session: nox.Session) -> None:
 
 @nox.session
 def types(session: nox.Session) -> None:
-    """Lint, format and types."""
+    """Lint, format, types and contracts of imports."""
     session.install("-e", ".[test,dev]")
     session.run("ruff", "check")
     session.run("ruff", "format", "--check")
     session.run("mypy")
+    session.run("lint-imports")
 
 
 @nox.session
