@@ -18,7 +18,7 @@ from typing import Any
 from magicsim.config.models import load_preset
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.indentation.press import compile_kernels
-from magicsim.deform.lattice.central import QUARTERS, central_lattice
+from magicsim.deform.lattice.spot import QUARTERS, central_lattice
 from magicsim.deform.lattice.structure import Lattice, build_lattice, lattice_on
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.path import ContactSolver

@@ -11,7 +11,7 @@ import sys
 TURNS = 3
 SOLVE = """
 import sys, time
-from magicsim.deform.linear import factorise
+from magicsim.deform.solve import factorise
 if sys.argv[1] == "SuperLU":
     factorise.has_pardiso = lambda: False
 from magicsim.config.models import load_preset

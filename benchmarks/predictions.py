@@ -34,7 +34,7 @@ from hardness import Setting, sample, workers
 from prediction_tables import write_tables
 
 from magicsim.deform.contact.face import point_spacing_mm
-from magicsim.deform.lattice.resolved import resolved_lattice
+from magicsim.deform.lattice.spot import resolved_lattice
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver

@@ -24,9 +24,9 @@ from magicsim.bench.stress.cases import StressPath, every_path
 from magicsim.bench.stress.grid import VALID, run_path
 from magicsim.bench.stress.limit import OutOfProcessorTimeError, processor_limit
 from magicsim.deform.indentation.press import compile_kernels
-from magicsim.deform.solve import condensed, line_search, load_step, newton, path, strides
+from magicsim.deform.solve import condensed, descent, ladder, load_step, path
 from magicsim.deform.solve.ladder import WHY_PLAIN, Rung
-from magicsim.deform.solve.problem import Problem
+from magicsim.deform.solve.problem import NewtonOptions, Problem
 
 LEFT_OUT = frozenset(Rung) - (WHY_PLAIN - {Rung.PATIENT})
 """Rungs that are left out one by one; why a step is plain is told with `PLAIN`."""
@@ -54,7 +54,7 @@ class Row:
 
 def ablated(rung: Rung) -> list[Any]:
     """Patches that take a rung away."""
-    search, plain, follow = line_search.search, newton.step, path.ContactSolver._follow_path
+    search, plain, follow = descent.search, load_step.newton_step, path.ContactSolver._follow_path
 
     def unstretched(problem: Any, surface: Any, start: Any, direction: Any) -> Any:  # noqa: ANN401
         return search(problem, surface, start, replace(direction, is_stiffened=False))
@@ -66,15 +66,15 @@ def ablated(rung: Rung) -> list[Any]:
     def once(solver: Any, *given: Any, longer: float = 1) -> Any:  # noqa: ANN401
         return follow(solver, *given) if longer == 1 else None
 
-    unshifted = replace(newton.NewtonOptions(), last_shift=1e-12)
+    unshifted = replace(NewtonOptions(), last_shift=1e-12)
     taken: dict[Rung, Callable[[], list[Any]]] = {
         Rung.SHIFTED: lambda: [patch.object(path, "NewtonOptions", lambda **given: replace(unshifted, **given))],
-        Rung.PLAIN: lambda: [patch.object(load_step.newton, "step", stuck)],
-        Rung.STRETCHED: lambda: [patch.object(each, "search", unstretched) for each in (condensed, newton)],
-        Rung.HALVED: lambda: [patch.object(strides, "SHORTEST", 0.9)],
+        Rung.PLAIN: lambda: [patch.object(load_step, "newton_step", stuck)],
+        Rung.STRETCHED: lambda: [patch.object(each, "search", unstretched) for each in (condensed, load_step)],
+        Rung.HALVED: lambda: [patch.object(ladder, "SHORTEST", 0.9)],
         Rung.CAREFUL: lambda: [patch.object(Problem, "careful", lambda self: self)],
-        Rung.PATIENT: lambda: [patch.object(strides, "NEARLY_FOLDED", 2.0)],
-        Rung.LEAP: lambda: [patch.object(strides, "FOLDED", 2.0)],
+        Rung.PATIENT: lambda: [patch.object(ladder, "NEARLY_FOLDED", 2.0)],
+        Rung.LEAP: lambda: [patch.object(ladder, "FOLDED", 2.0)],
         Rung.FEWER: lambda: [patch.object(path.ContactSolver, "_follow_path", once)],
     }
     return taken[rung]()

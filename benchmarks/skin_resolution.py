@@ -11,12 +11,11 @@ import json
 import sys
 
 from magicsim.deform.contact.face import point_spacing_mm
-from magicsim.deform.fields.infill import InfillCells
-from magicsim.deform.fields.skin import SkinCells
-from magicsim.deform.lattice.central import central_lattice
+from magicsim.deform.lattice.spot import central_lattice
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.strain import InfillCells, SkinCells
 from magicsim.geometry.design import ElastomerDesign, load_design
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object

@@ -28,7 +28,7 @@ from magicsim.deform.lattice.cell_problem import cell_fields
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.pattern import BlockPattern, block_pattern
 from magicsim.deform.lattice.structure import Lattice, TableTop, box_lattice
-from magicsim.deform.linear.factorise import symmetric_solver
+from magicsim.deform.solve.factorise import symmetric_solver
 from magicsim.geometry.design import ElastomerDesign
 
 Array = npt.NDArray[np.float64]
@@ -172,7 +172,7 @@ def deformed(block: Block, mode: str, *, imperfection: float, seed: int = 0) -> 
 
 def lattice_stress_mpa(strain: float, stiffness: tuple[float, float]) -> float:
     """The same difference by the law of a core cell: mu (network) and beta (walls)."""
-    from magicsim.deform.lattice.walls import wall_energy
+    from magicsim.deform.lattice.cell_kernels import wall_energy
 
     mu, beta = stiffness
     along, across = (1 - strain) ** 2, 1 / (1 - strain)

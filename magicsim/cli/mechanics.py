@@ -69,7 +69,7 @@ def durometer(
 
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     from magicsim.cli.output.progress import show_progress
-    from magicsim.deform.figures import figures_last
+    from magicsim.deform.deformation import figures_last
     from magicsim.deform.indentation.durometer import durometer as test
 
     with show_progress(f"{design}: cone") as progress:

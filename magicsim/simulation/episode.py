@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Array, Frame, Mask
-from magicsim.deform.figures import SolveFigures
+from magicsim.deform.deformation import SolveFigures
 from magicsim.errors import OutputError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass

@@ -12,7 +12,7 @@ from magicsim.camera.film import pixel_landing_mm
 from magicsim.camera.projection import project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.linear.factorise import on_one_blas_thread
+from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.frame.way import UNKNOWN, Way
 from magicsim.scenes.rig import Rig

@@ -7,8 +7,7 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import face_weights
-from magicsim.deform.lattice.cell_correctors import CellCorrectors, cell_correctors
-from magicsim.deform.lattice.follow import FollowMap, follow_map
+from magicsim.deform.lattice.follow import CellCorrectors, FollowMap, cell_correctors, follow_map
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.settle import settle
 from magicsim.geometry.elastomer import Elastomer

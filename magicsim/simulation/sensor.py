@@ -20,10 +20,10 @@ from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
-from magicsim.deform.linear.factorise import on_one_blas_thread
+from magicsim.deform.solve.factorise import on_one_blas_thread
+from magicsim.deform.solve.load_step import is_there
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.deform.solve.problem import NewtonOptions
-from magicsim.deform.solve.rigid_motion import is_there
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer

@@ -9,11 +9,10 @@ import numpy.typing as npt
 from magicsim.arrays import Array
 from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.fields.infill import InfillCells
-from magicsim.deform.fields.skin import SkinCells
-from magicsim.deform.fields.taxels import TaxelForces, TaxelGrid, TaxelMap
 from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.strain import InfillCells, SkinCells
+from magicsim.deform.taxels import TaxelForces, TaxelGrid, TaxelMap
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.taxels import TaxelSettings
 

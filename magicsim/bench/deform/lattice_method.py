@@ -10,7 +10,7 @@ from magicsim.bench.deform.surface import displacement_at
 from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.press import compile_kernels
-from magicsim.deform.lattice.central import QUARTERS, central_lattice
+from magicsim.deform.lattice.spot import QUARTERS, central_lattice
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.path import ContactSolver

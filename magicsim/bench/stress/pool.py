@@ -68,7 +68,7 @@ def remove_parts(folder: Path) -> None:
 
 def _use_threads(threads: int) -> None:
     """As many processes as cores share the machine best when each has one thread."""
-    from magicsim.deform.linear import pardiso
+    from magicsim.deform.solve import pardiso
 
     pardiso.THREADS = threads
 

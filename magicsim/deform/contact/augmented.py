@@ -7,7 +7,7 @@ Friction is in `friction`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from magicsim.deform.contact.friction import (
     friction_stiffness,
     friction_traction,
     stick_stiffness,
+    updated_limits,
 )
 from magicsim.deform.lattice.pattern import BlockPattern
 from magicsim.geometry.indenter import Indenter
@@ -243,3 +244,52 @@ def _scatter_dense(local, shape, facet, patches, matrix):  # type: ignore[no-unt
                 for i in range(3):
                     for k in range(3):
                         matrix[3 * patches[cell, a] + i, 3 * patches[cell, b] + k] += weight * local[q, i, k]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Patience:
+    """When to update what; far from balance pressures mean nothing."""
+
+    misfit_mm: float
+    """Largest penetration, and largest gap under pressure, that needs no update [mm]."""
+    mismatch: float
+    """Largest departure from the law of friction that needs none, see `contact.augmented.slip_mismatch`."""
+    multiplier_residual: float
+    """Relative residual below which multipliers are updated."""
+    limit_residual: float
+    """Relative residual below which limits of friction are updated."""
+    is_relaxed: bool
+    """Whether limits go only part of the way."""
+    updates: int
+    """Most updates of the multipliers, after which the penalty is raised instead."""
+    growth: float
+    """Factor of the penalty then."""
+    reprieve: int = 0
+    """Updates of multipliers that a raised penalty is given before it is raised again."""
+    largest_misfit_mm: float = 0.0
+    """Up to this the penalty is never raised [mm]."""
+
+
+def updated_memory(
+    patience: Patience, law: ContactLaw, memory: ContactMemory, contact: ContactState, residual: float, mismatch: float
+) -> ContactMemory:
+    """The memory with what is due brought up to date; the same object where nothing is.
+
+    Args:
+        patience: What is due.
+        law: Coefficient of friction.
+        memory: As it is.
+        contact: What it led to.
+        residual: Relative norm of the out-of-balance forces.
+        mismatch: Of the friction limits.
+    """
+    if mismatch > patience.mismatch and residual < patience.limit_residual:
+        memory = updated_limits(memory, contact.pressure_mpa, contact.normal, law, patient=patience.is_relaxed)
+    if residual >= patience.multiplier_residual or contact.misfit_mm <= patience.misfit_mm:
+        return memory
+    if memory.updates < patience.updates:
+        return replace(memory, multipliers_mpa=contact.pressure_mpa, updates=memory.updates + 1)
+    if contact.misfit_mm <= patience.largest_misfit_mm:
+        return memory
+    updates = patience.updates - patience.reprieve
+    return replace(memory, penalty=patience.growth * memory.penalty, updates=updates)

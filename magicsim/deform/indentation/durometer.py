@@ -15,11 +15,9 @@ from typing import Literal
 
 import numpy as np
 
-from magicsim.deform.deformation import Deformation
-from magicsim.deform.figures import SolveFigures
+from magicsim.deform.deformation import Deformation, SolveFigures
 from magicsim.deform.indentation.press import check_friction, compile_kernels
-from magicsim.deform.lattice.central import central_lattice
-from magicsim.deform.lattice.resolved import resolved_lattice
+from magicsim.deform.lattice.spot import central_lattice, resolved_lattice
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.zone import Zone
 from magicsim.deform.solve.path import ContactSolver

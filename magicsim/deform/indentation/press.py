@@ -11,8 +11,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
-from magicsim.deform.deformation import Deformation
-from magicsim.deform.figures import PathFigures, figures_last
+from magicsim.deform.deformation import Deformation, PathFigures, figures_last
 from magicsim.deform.indentation.path_force import PathForce, as_vector
 from magicsim.deform.indentation.symmetry import left_by_mirrors, mirror_planes
 from magicsim.deform.indentation.timed import body_branches, timed_poses

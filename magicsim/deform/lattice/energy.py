@@ -2,7 +2,7 @@
 
     W = sum_springs k/2 |x_i - x_j|^2 - sum_cells mu V0 <ln J> + sum_cells lambda/2 V0 (Jbar - 1)^2 + walls + coat
 
-The network springs have no rest length (the structural springs of printed walls, in `walls`, have one). J is the
+The network springs have no rest length (the structural springs of printed walls, in `cell_kernels`, have one). J is the
 Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the exact trilinear volume over V0 (the Jacobian is
 quadratic in each coordinate, so two points a direction integrate it). The pressure term is no stabiliser: a Gaussian
 network alone has no elastic constants and would collapse. For affine motion and no walls W is the compressible neo-
@@ -11,17 +11,18 @@ J = 0.01 the logarithm goes on as a parabola with the same value, slope and curv
 states.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from threading import Thread
 
+import numba as nb
 import numpy as np
 
-from magicsim.arrays import Array, Mask
+from magicsim.arrays import Array, Index, Mask
 from magicsim.deform.lattice.cell_kernels import add_stiffness, evaluate_cells
-from magicsim.deform.lattice.halves import in_halves
-from magicsim.deform.lattice.hexahedron import CORNERS, EDGES, gauss_geometry
+from magicsim.deform.lattice.hexahedron import CORNERS, EDGES, gauss_geometry, network_matrices, spring_matrices
 from magicsim.deform.lattice.membrane import Membrane
 from magicsim.deform.lattice.pattern import BlockPattern
-from magicsim.deform.lattice.springs import network_matrices, spring_matrices
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import Table, TableState
 
@@ -69,7 +70,7 @@ class Elasticity:
     walls: Array
     """Stiffness beta V / 4 of the structural springs of each cell, shape (cells,) [N mm]."""
     wall_ratio: Array
-    """mu / 2 beta of each cell, see `walls`, shape (cells,)."""
+    """mu / 2 beta of each cell, see `cell_kernels`, shape (cells,)."""
     edges_mm: Array
     """Rest length of the edges, shape (cells, 12) [mm]."""
     table: Table | None = None
@@ -201,7 +202,48 @@ def bending_springs(boxes_mm: Array, corners_mm: Array, springs: Array, modulus_
 
 
 def _have_spring_weights(corners_mm: Array, sizes_mm: Array) -> Mask:
-    """Whether cells are boxes along the axes that are not too long for the weights of `springs`, shape (cells,)."""
+    """Whether cells are boxes along the axes that are not too long for the weights of springs, shape (cells,)."""
     offset = corners_mm - corners_mm[:, :1] - CORNERS * sizes_mm[:, None]
     is_box = (np.abs(offset) < BOX_SLACK_MM).all((1, 2))
     return np.asarray(is_box & (sizes_mm.max(1) < SLENDER * sizes_mm.min(1)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Linearisation:
+    """Where a body's stiffness was taken, and the part of the face that it was condensed onto."""
+
+    elasticity: Elasticity
+    """Energy of the body; it changes with every step of a path that takes time."""
+    positions: Array
+    """Positions of the nodes, shape (nodes, 3) [mm]."""
+    pressure: Array
+    """Volumetric stress of each cell, shape (cells,) [MPa]."""
+    volume_gradient: Array
+    """Gradient of each cell's volume there, shape (cells, 24) [mm2]."""
+    shift: float
+    """Multiple of the spring Laplacian that was added."""
+    facets: Index
+    """Facets of the face, ascending."""
+
+
+FEWEST_CELLS = 1000
+"""Cells below which a second thread costs more than it saves."""
+
+
+def in_halves(work: Callable[[slice], None], count: int) -> None:
+    """Calls a function that lets go of the interpreter's lock for each half of some cells.
+
+    Args:
+        work: Given the cells of a half; it writes nothing that the other half reads or writes, and does not raise.
+        count: How many cells there are.
+    """
+    first, second = slice(0, count // 2), slice(count // 2, count)
+    may_use_two = nb.config.NUMBA_NUM_THREADS > 1  # type: ignore[attr-defined]
+    if count < FEWEST_CELLS or not may_use_two:
+        work(first)
+        work(second)
+        return
+    other = Thread(target=work, args=(second,))
+    other.start()
+    work(first)
+    other.join()

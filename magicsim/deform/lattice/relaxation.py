@@ -45,8 +45,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.energy import Elasticity
-from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
-from magicsim.deform.lattice.springs import network_matrices
+from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, network_matrices
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
@@ -197,9 +196,9 @@ def branch_moduli(design: ElastomerDesign, lattice: Lattice, terms: Sequence[tup
     the cell problem is solved with the walls' long-term and instantaneous stiffness (lambda the same), and the
     difference of the nearest isotropic shear modulus, C44 + 2/5 beta, goes to the branches in proportion to their E.
     Two things are left out. The effective modulus is not linear in that of the walls between the two: for Agilus30 in
-    the default design branches in between come out up to 4 % too soft. And the structural springs of `walls` keep their
-    long-term beta; what beta gains comes back as its isotropic part alone, so at the instantaneous end such a core is
-    isotropic: a quarter too soft when squeezed along its walls, a quarter too stiff in shear.
+    the default design branches in between come out up to 4 % too soft. And the structural springs of the walls keep
+    their long-term beta; what beta gains comes back as its isotropic part alone, so at the instantaneous end such a
+    core is isotropic: a quarter too soft when squeezed along its walls, a quarter too stiff in shear.
 
     Relaxation times are the caller's reading of the master curve: a time fitted against an axis in hertz is 2 pi
     times as long when that axis is in radians per second.

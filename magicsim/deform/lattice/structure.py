@@ -59,7 +59,7 @@ class Lattice:
     shear_modulus_mpa: Array
     """Shear modulus mu of each cell, shape (cells,) [MPa]."""
     wall_modulus_mpa: Array
-    """What the walls add along x, y and z (beta of `walls`), shape (cells,) [MPa]; 0 where a cell is isotropic."""
+    """What the walls add along x, y and z (their beta), shape (cells,) [MPa]; 0 where a cell is isotropic."""
     lame_mpa: Array
     """First Lame parameter lambda of each cell, shape (cells,) [MPa]."""
     is_core: Mask

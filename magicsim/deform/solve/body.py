@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.deform.linear.factorise import SymmetricCondenser
+from magicsim.deform.solve.factorise import SymmetricCondenser
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.problem import Problem
 

@@ -19,16 +19,15 @@ import numpy as np
 
 from magicsim.arrays import Index
 from magicsim.deform.contact.augmented import Surface, remembered
+from magicsim.deform.lattice.energy import Linearisation
 from magicsim.deform.solve.body import Body
-from magicsim.deform.solve.face_part import FacePart, is_large, near_facets
+from magicsim.deform.solve.descent import Direction, search
+from magicsim.deform.solve.face_part import FacePart, TouchedMatrix, is_large, near_facets
 from magicsim.deform.solve.face_problem import FaceProblem, held_stiffness, solve_face
 from magicsim.deform.solve.factor import FactorStore
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.ladder import Rung
-from magicsim.deform.solve.line_search import Direction, search
-from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.deform.solve.problem import Problem
-from magicsim.deform.solve.touched import TouchedMatrix
 
 NEEDED_MM, NEAR_MM = 0.05, (0.25, 0.8)
 """Facets with a point nearer to the object than the first may come into contact in this step [mm], and nearer than two

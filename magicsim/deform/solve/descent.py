@@ -1,13 +1,22 @@
-"""What a Newton iteration is made of, whatever it solves: a matrix that is definite, and a step that leads down.
+"""What a Newton iteration is made of: a matrix that is definite, and how far to go along the direction that it gives.
 
-Shared by the whole problem (`newton`, `line_search`) and by the small one of the face (`face_problem`).
+A step is shortened until every Gauss point keeps a positive Jacobian and until the energy with the new stresses as
+multipliers (its volume term bounded, so that stiffness in volume does not throttle the step) has decreased. A step
+from a matrix stiffer than the Hessian is doubled while the energy still decreases: away from a saddle, as where a
+point is about to slide over an edge, such steps are short by a large and almost constant factor.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, Self, TypeVar
 
 import numpy as np
+
+from magicsim.arrays import Array
+from magicsim.deform.contact.augmented import Surface
+from magicsim.deform.solve.iterate import Iterate, evaluated
+from magicsim.deform.solve.ladder import Rung
+from magicsim.deform.solve.problem import Problem
 
 T = TypeVar("T")
 ARMIJO = 1e-4
@@ -87,3 +96,106 @@ def shortened(
                 return best, part, True
         alpha /= 2
     return best, part, False
+
+
+BOUND = 20.0
+"""Largest bulk stiffness that a step has to respect, in units of the shear modulus."""
+NOISE = 1e-9
+"""Relative rounding of the energy."""
+NEAR, CONTRACTED = 0.3, 0.5
+"""Residual from which a full step will do that leaves no more than the second part of it. There the energy is a poor
+judge: the volumetric stresses, its multipliers, lag behind by one step, and it refused steps that took two digits off
+the residual."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Direction:
+    """A step to be taken in part, in full or more."""
+
+    nodes: Array
+    """Motion of the nodes, shape (nodes, 3) [mm]."""
+    shift: float
+    """Multiple of the spring Laplacian in its matrix."""
+    is_stiffened: bool
+    """Whether its matrix is stiffer than the Hessian, so that the step may be short of the minimum along it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Merit:
+    """Energy along a direction, with the new volumetric stresses as multipliers."""
+
+    volumes: Array
+    target: Array
+    """The new volumetric stresses, shape (cells,) [MPa]."""
+    bounded: Array
+    """Bulk stiffness that counts, shape (cells,) [MPa]."""
+    reference: float
+    slope: float
+    noise: float
+
+    @classmethod
+    def of(cls, problem: Problem, start: Iterate, direction: Array) -> Self:
+        lattice, volumes = problem.elasticity.lattice, problem.elasticity.volumes
+        motion = direction[lattice.cells].reshape(-1, 24)
+        growth = np.einsum("ci,ci->c", start.elastic.volume_gradient, motion) / volumes
+        strain = start.elastic.jacobian - 1
+        bounded = np.minimum(lattice.lame_mpa, BOUND * lattice.shear_modulus_mpa)
+        target = lattice.lame_mpa * (strain + growth)
+        gradient = start.elastic.gradient - start.contact.node_force_n
+        stress = target + (bounded - lattice.lame_mpa) * strain
+        merit = cls(
+            volumes=volumes,
+            target=target,
+            bounded=bounded,
+            reference=0.0,
+            slope=float((gradient * direction).sum() + volumes @ (stress * growth)),
+            noise=NOISE * (abs(start.contact.energy_mj) + abs(start.elastic.energy_mj)),
+        )
+        return replace(merit, reference=merit.value(start))
+
+    def value(self, iterate: Iterate) -> float:
+        """Energy [mJ]."""
+        strain = iterate.elastic.jacobian - 1
+        volume = self.volumes @ (self.target * strain + self.bounded / 2 * strain**2)
+        return iterate.elastic.energy_mj + float(volume) + iterate.contact.energy_mj
+
+    def accepts(self, iterate: Iterate, alpha: float) -> bool:
+        """Whether the energy decreased enough; any step will do where the direction promises no decrease."""
+        return self.slope >= 0 or decreases(self.value(iterate), self.reference, alpha * self.slope, self.noise)
+
+
+def search(problem: Problem, surface: Surface, start: Iterate, direction: Direction) -> Iterate:
+    """The state after the longest acceptable step; stuck where every trial folds a cell.
+
+    Args:
+        problem: The lattice and its solver.
+        surface: The object in the pose of this load step.
+        start: Where the step begins.
+        direction: Where it goes.
+    """
+    options, merit = problem.options, _Merit.of(problem, start, direction.nodes)
+    longest = options.step_ratio * problem.smallest_edge_mm / max(1e-300, float(np.abs(direction.nodes).max()))
+    floor = min(0.1, 0.3 * start.elastic.min_jacobian)
+
+    def trial(alpha: float) -> Iterate | None:
+        pressure = start.pressure + min(1.0, alpha) * (merit.target - start.pressure)
+        positions = start.positions + alpha * direction.nodes
+        found = evaluated(problem, surface, positions, pressure, start.memory)
+        return replace(found, taken=alpha, rungs=start.rungs) if found.elastic.min_jacobian > floor else None
+
+    def accepts(found: Iterate, alpha: float) -> bool:
+        is_newton = start.residual < NEAR and not direction.is_stiffened and alpha == 1
+        return (is_newton and found.residual < CONTRACTED * start.residual) or merit.accepts(found, alpha)
+
+    best, alpha, is_accepted = shortened(accepts, trial, longest=min(1.0, longest), halvings=options.max_halvings)
+    if best is None:
+        return replace(start, stuck=True)
+    if not (is_accepted and direction.is_stiffened) or alpha < 1 or merit.slope >= 0:
+        return best
+    while 2 * alpha <= longest:
+        alpha *= 2
+        found = trial(alpha)
+        if found is None or merit.value(found) >= merit.value(best):
+            break
+        best = found.on(Rung.STRETCHED)
+    return best

@@ -15,19 +15,19 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import (
     ContactState,
+    Patience,
     Surface,
     add_dense_stiffness,
     contact_stiffness,
     evaluate_contact,
     slip_mismatch,
+    updated_memory,
 )
 from magicsim.deform.contact.face import ContactFace
 from magicsim.deform.contact.friction import ContactLaw, ContactMemory
-from magicsim.deform.contact.patience import Patience, updated_memory
 from magicsim.deform.solve.descent import Shifts, decreases, shortened, stiffenings
-from magicsim.deform.solve.face_part import LARGE
+from magicsim.deform.solve.face_part import LARGE, TouchedMatrix
 from magicsim.deform.solve.problem import NewtonOptions
-from magicsim.deform.solve.touched import TouchedMatrix
 
 ITERATIONS = 60
 """Most Newton steps of one problem."""

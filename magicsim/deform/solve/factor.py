@@ -7,9 +7,9 @@ path carry, and is made again where the solver holds another one.
 import numpy as np
 
 from magicsim.arrays import Array, Index
-from magicsim.deform.linear.factorise import SymmetricCondenser, symmetric_condenser
+from magicsim.deform.lattice.energy import Linearisation
 from magicsim.deform.solve.face_part import FacePart
-from magicsim.deform.solve.linearisation import Linearisation
+from magicsim.deform.solve.factorise import SymmetricCondenser, symmetric_condenser
 from magicsim.deform.solve.problem import Problem
 
 MAX_UNKNOWNS = 3000

@@ -3,18 +3,24 @@
 | level | what fails | what is tried, in this order | where |
 | --- | --- | --- | --- |
 | iteration | the model of the body is a poor one | a factor at the present state | `condensed` |
-| iteration | the matrix is not definite | `SHIFTED` | `condensed`, `newton` |
-| iteration | the condensed step, for one of `WHY_PLAIN` | `PLAIN` | `newton` |
-| iteration | the step folds a cell, or the energy rises | a shorter one; `STRETCHED` after a shift | `line_search` |
-| load step | no equilibrium | `HALVED` and `CAREFUL`, then `PATIENT` | `strides`, `Problem` |
-| load step | no short one leads on | `LEAP` | `strides` |
+| iteration | the matrix is not definite | `SHIFTED` | `condensed`, `load_step` |
+| iteration | the condensed step, for one of `WHY_PLAIN` | `PLAIN` | `load_step` |
+| iteration | the step folds a cell, or the energy rises | a shorter one; `STRETCHED` after a shift | `descent` |
+| load step | no equilibrium | `HALVED` and `CAREFUL`, then `PATIENT` | `Strides`, `Problem` |
+| load step | no short one leads on | `LEAP` | `Strides` |
 | path | no load step leads on | `FEWER` | `path` |
 
 A result names the rungs on which it stands (`Deformation.rungs`), and for plain steps why they were taken, so that
 `magicsim bench stress` counts what each one of them is good for.
+
+A step that fails is halved and iterated with more care (`Problem.careful`), then with patience (`Problem.patient`),
+down to the shortest one. Where the face snaps from one shape to another no step is short enough: where the equilibrium
+does not depend on the path, longer ones, which leap over the snap, are tried before the shortest. A state that is
+nearly folded is spared the costlier of these: shorter steps bring it to its fold, and nothing leads beyond.
 """
 
-from enum import StrEnum
+from dataclasses import dataclass
+from enum import Enum, StrEnum
 
 
 class Rung(StrEnum):
@@ -53,3 +59,90 @@ WHY_PLAIN = frozenset({Rung.UNTOUCHED, Rung.LARGE, Rung.INDEFINITE, Rung.UNSOLVE
 def named(rungs: frozenset[Rung]) -> tuple[str, ...]:
     """Their names in the order of the ladder."""
     return tuple(rung.value for rung in Rung if rung in rungs)
+
+
+SHORTEST, SHORTEST_BEFORE_LEAP = 1 / 32, 1 / 8
+"""Shortest load steps in units of the usual one, of all and of those before leaps."""
+LEAPS = (1.5, 2.0, 3.0, 4.0)
+"""Longer steps that are tried in turn, in the same units."""
+GROWTH = 1.5
+"""Growth of a step after one that succeeded."""
+NEARLY_FOLDED, FOLDED = 0.1, 0.02
+"""Smallest Jacobians of a state below which patience does not lead on, and below which leaps do not either."""
+ROUNDING = 1e-9
+
+
+class Care(Enum):
+    """How a load step is solved."""
+
+    ORDINARY = 0
+    CAREFUL = 1
+    PATIENT = 2
+
+
+@dataclass(slots=True)
+class Strides:
+    """Where a path stands; lengths are in units of the whole way."""
+
+    usual: float
+    """Longest step, but for leaps."""
+    may_leap: bool
+    """Whether the equilibrium does not depend on the path."""
+    done: float = 0.0
+    care: Care = Care.ORDINARY
+    cutbacks: int = 0
+    """Steps that were halved."""
+    gave_up: bool = False
+    is_leap: bool = False
+    """Whether the next step is longer than the usual one."""
+    _stride: float = 0.0
+    _halved: float = 0.0
+    """The step to go on with when no leap succeeds."""
+    _leaps: tuple[float, ...] = LEAPS
+    """Those that were not tried yet."""
+
+    def __post_init__(self) -> None:
+        """Begins with the usual step."""
+        self._stride = self.usual
+
+    @property
+    def rungs(self) -> frozenset[Rung]:
+        """Rungs of the ladder, on which the next step would stand."""
+        cared = {Care.ORDINARY: (), Care.CAREFUL: (Rung.CAREFUL,), Care.PATIENT: (Rung.PATIENT,)}[self.care]
+        if self.is_leap:
+            return frozenset((*cared, Rung.LEAP))
+        is_halved = self._stride < (1 - ROUNDING) * self.usual
+        return frozenset((*cared, Rung.HALVED) if is_halved else cared)
+
+    @property
+    def target(self) -> float:
+        """Where the next step ends."""
+        target = self.done + self._stride
+        return 1.0 if target > 1 - ROUNDING else target
+
+    def succeed(self) -> None:
+        """The step was solved."""
+        self.done, self.care = self.target, Care.ORDINARY
+        self._stride = min(self._stride * GROWTH, self.usual)
+        self.is_leap, self._leaps = False, LEAPS
+
+    def fail(self, min_jacobian: float) -> None:
+        """The step was not solved.
+
+        Args:
+            min_jacobian: Smallest Jacobian of the state that it began from.
+        """
+        if self.care is Care.CAREFUL and not self.is_leap and min_jacobian > NEARLY_FOLDED:
+            self.care = Care.PATIENT
+            return
+        was_ordinary, self.care = self.care is Care.ORDINARY, Care.CAREFUL
+        if self.is_leap:
+            self._leaps = () if self.target == 1 else self._leaps[1:]
+        else:
+            # the last step of a path may be cut short: it is solved again with care before it is halved
+            self._halved = (self._stride if was_ordinary else self.target - self.done) / 2
+            self.cutbacks += 1
+        is_short = self._halved < SHORTEST_BEFORE_LEAP * self.usual
+        self.is_leap = self.may_leap and is_short and min_jacobian > FOLDED and len(self._leaps) > 0
+        self._stride = self._leaps[0] * self.usual if self.is_leap else self._halved
+        self.gave_up = not self.is_leap and self._halved < SHORTEST * self.usual

@@ -1,6 +1,6 @@
 """Poses in sequence: warm starts, sub-steps, the fallbacks of a step that fails, and the check of what comes out.
 
-What is tried where a step fails is in `strides`; when all of that fails the path is begun again from rest, with longer
+What is tried where a step fails is in `ladder`; when all of that fails the path is begun again from rest, with longer
 steps.
 """
 
@@ -21,9 +21,7 @@ from magicsim.deform.lattice.pattern import block_pattern
 from magicsim.deform.lattice.relaxation import Branches, Relaxation
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import has_settled
-from magicsim.deform.linear.factorise import on_one_blas_thread, symmetric_solver
 from magicsim.deform.overlap import burial_fault, overlap_fault
-from magicsim.deform.solve import newton
 from magicsim.deform.solve.condensed import Condenser
 from magicsim.deform.solve.effort import (
     LEAST_LIFT,
@@ -35,12 +33,18 @@ from magicsim.deform.solve.effort import (
     report,
     report_passage,
 )
+from magicsim.deform.solve.factorise import on_one_blas_thread, symmetric_solver
 from magicsim.deform.solve.iterate import Iterate
-from magicsim.deform.solve.ladder import Rung, named
-from magicsim.deform.solve.load_step import iterate_pose
+from magicsim.deform.solve.ladder import Care, Rung, Strides, named
+from magicsim.deform.solve.load_step import (
+    first_contact,
+    has_converged,
+    iterate_pose,
+    pose_between,
+    reach_mm,
+    way_length_mm,
+)
 from magicsim.deform.solve.problem import NewtonOptions, Problem
-from magicsim.deform.solve.rigid_motion import first_contact, pose_between, reach_mm, way_length_mm
-from magicsim.deform.solve.strides import Care, Strides
 from magicsim.deform.solve.tangent import contact_tangent
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -264,9 +268,9 @@ class ContactSolver:
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
         balance = max(MAX_BALANCE, BALANCE_SHARE * problem.options.residual)
-        has_converged = newton.has_converged(problem, iterate) and force_balance(problem, iterate) <= balance
+        converges = has_converged(problem, iterate) and force_balance(problem, iterate) <= balance
         return (
-            has_converged
+            converges
             and has_settled(iterate.elastic.table)
             and not (self._has_passed_through(iterate) and self.can_touch(indenter))
         )

@@ -12,7 +12,7 @@ from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.pattern import BlockPattern
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
-from magicsim.deform.linear.factorise import SymmetricSolver
+from magicsim.deform.solve.factorise import SymmetricSolver
 
 ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative error of a cell's forces before they cancel."""

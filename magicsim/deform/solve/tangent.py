@@ -21,8 +21,8 @@ from magicsim.deform.contact.augmented import add_dense_stiffness, contact_stiff
 from magicsim.deform.contact.face import gather, scatter
 from magicsim.deform.contact.friction import ContactMemory
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice.energy import Linearisation
 from magicsim.deform.solve.factor import FactorStore
-from magicsim.deform.solve.linearisation import Linearisation
 from magicsim.deform.solve.problem import Problem
 from magicsim.geometry.indenter import Indenter
 

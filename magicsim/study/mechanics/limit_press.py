@@ -10,19 +10,17 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.fields.infill import InfillCells
-from magicsim.deform.fields.resolved_infill import layer_shear
-from magicsim.deform.fields.skin import SkinCells
-from magicsim.deform.lattice.central import central_lattice
-from magicsim.deform.lattice.resolved import resolved_lattice
+from magicsim.deform.lattice.spot import central_lattice, resolved_lattice
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.strain import InfillCells, SkinCells
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import symmetric_place
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import ObjectConfig, parse_object
+from magicsim.study.mechanics.layer_shear import layer_shear
 
 GROWTH = 2.2
 """Ratio of neighbouring node spacings away from resolved walls."""

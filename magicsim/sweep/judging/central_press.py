@@ -12,7 +12,7 @@ from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
-from magicsim.deform.lattice.central import QUARTERS, central_lattice, displaced_elsewhere, is_mirror_image
+from magicsim.deform.lattice.spot import QUARTERS, central_lattice, displaced_elsewhere, is_mirror_image
 from magicsim.deform.lattice.structure import FINEST_MM, Lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magicsim.deform.lattice.cell_correctors import fluctuation, rotation_and_strain, strain_components
+from magicsim.deform.lattice.cell_kernels import wall_energy
 from magicsim.deform.lattice.cell_problem import CellStiffness, cell_fields
-from magicsim.deform.lattice.walls import wall_energy
+from magicsim.deform.lattice.follow import fluctuation, rotation_and_strain, strain_components
 
 from .wall_patch import follow_path, mean_stress, periodic_cell
 

@@ -9,10 +9,10 @@ from magicsim.config.models import load_preset
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
-from magicsim.deform.linear import factorise as linear
 from magicsim.deform.solve import condensed as condensed_steps
-from magicsim.deform.solve import face_part, face_problem, touched
+from magicsim.deform.solve import face_part, face_problem
 from magicsim.deform.solve import factor as factors
+from magicsim.deform.solve import factorise as linear
 from magicsim.deform.solve.condensed import Condenser
 from magicsim.deform.solve.factor import FactorStore
 from magicsim.deform.solve.ladder import Rung
@@ -101,7 +101,7 @@ def test_thrift_of_large_contacts_changes_no_equilibrium(
 ) -> None:
     tight_mm = TIGHT_MM if friction else TIGHT_MM / 10
     usual = solved(ContactSolver(lattice, tolerance_mm=tight_mm, friction=friction), poses())
-    for module in (face_part, face_problem, touched):
+    for module in (face_part, face_problem):
         monkeypatch.setattr(module, "LARGE", 0)
     thrifty = solved(ContactSolver(lattice, tolerance_mm=tight_mm, friction=friction), poses())
     tolerance = 1e-3 if friction else 1e-6

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from magicsim.deform.linear.factorise import has_pardiso
+from magicsim.deform.solve.factorise import has_pardiso
 
 SCRIPT = """
 import hashlib

@@ -9,8 +9,8 @@ import scipy.sparse as sp
 from magicsim.deform.contact.face import contact_face
 from magicsim.deform.lattice.cell_kernels import negative_log
 from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.hexahedron import spring_stiffness
 from magicsim.deform.lattice.pattern import block_pattern
-from magicsim.deform.lattice.springs import spring_stiffness
 from magicsim.deform.lattice.structure import Lattice, box_lattice, jittered
 
 MU = 0.4

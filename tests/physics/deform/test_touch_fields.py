@@ -7,16 +7,15 @@ import pytest
 
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.fields.infill import InfillCells, localisation, shear_of
-from magicsim.deform.fields.skin import SkinCells
-from magicsim.deform.fields.taxels import TaxelForces, TaxelGrid, TaxelMap
-from magicsim.deform.lattice.cell_correctors import rotation_and_strain
 from magicsim.deform.lattice.cell_problem import cell_fields
 from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.follow import rotation_and_strain
 from magicsim.deform.lattice.relaxation import Relaxation, branch_moduli
 from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.strain import InfillCells, SkinCells, localisation, shear_of
+from magicsim.deform.taxels import TaxelForces, TaxelGrid, TaxelMap
 from magicsim.geometry.design import load_design
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.kinds import parse_object

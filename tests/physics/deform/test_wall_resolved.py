@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magicsim.deform.lattice.cell_correctors import CellCorrectors, cell_correctors
+from magicsim.deform.lattice.follow import CellCorrectors, cell_correctors
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid, resolve_grid

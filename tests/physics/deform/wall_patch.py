@@ -15,7 +15,7 @@ from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
 from magicsim.deform.lattice.pattern import block_pattern
 from magicsim.deform.lattice.structure import Lattice, box_lattice
-from magicsim.deform.linear.factorise import symmetric_solver
+from magicsim.deform.solve.factorise import symmetric_solver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid
 

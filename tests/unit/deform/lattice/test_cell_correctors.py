@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from magicsim.deform.lattice.cell_correctors import STRAINS, cell_correctors, fluctuation, rotation_and_strain
 from magicsim.deform.lattice.cell_problem import cell_fields
+from magicsim.deform.lattice.follow import STRAINS, cell_correctors, fluctuation, rotation_and_strain
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.geometry.design import BodyMaterial, ElastomerDesign, InfillMaterial, LatticeOptions, Materials
 from magicsim.geometry.elastomer import build_elastomer

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.config.models import load_preset
-from magicsim.deform.lattice.resolved import resolved_lattice
+from magicsim.deform.lattice.spot import resolved_lattice
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone
 from magicsim.geometry.design import ElastomerDesign

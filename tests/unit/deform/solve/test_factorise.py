@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from magicsim.deform.linear.pardiso import PardisoCondenser, PardisoSolver, has_pardiso
-from magicsim.deform.linear.superlu import SuperluCondenser, SuperluSolver
+from magicsim.deform.solve.factorise import SuperluCondenser, SuperluSolver
+from magicsim.deform.solve.pardiso import PardisoCondenser, PardisoSolver, has_pardiso
 
 CONDENSERS = [SuperluCondenser, *([PardisoCondenser] if has_pardiso() else [])]
 SOLVERS = [SuperluSolver, *([PardisoSolver] if has_pardiso() else [])]

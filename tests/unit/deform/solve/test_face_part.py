@@ -6,8 +6,7 @@ import pytest
 from magicsim.deform.contact.augmented import add_dense_stiffness
 from magicsim.deform.contact.face import ContactFace, contact_face
 from magicsim.deform.lattice.structure import box_lattice
-from magicsim.deform.solve.face_part import FacePart, is_large
-from magicsim.deform.solve.touched import TouchedMatrix
+from magicsim.deform.solve.face_part import FacePart, TouchedMatrix, is_large
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.deform.lattice.walls import wall_energy
+from magicsim.deform.lattice.cell_kernels import wall_energy
 
 RHO = 0.9
 

@@ -5,8 +5,8 @@ import pytest
 
 from magicsim.deform.contact.face import contact_face, point_boxes_mm
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.fields.taxels import TaxelGrid, TaxelMap
 from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
+from magicsim.deform.taxels import TaxelGrid, TaxelMap
 from magicsim.geometry.design import load_design
 from magicsim.geometry.pose import Pose
 

@@ -3,7 +3,7 @@ import pytest
 
 from magicsim.config.models import load_preset
 from magicsim.deform.contact.face import point_spacing_mm
-from magicsim.deform.lattice.central import central_lattice, displaced_elsewhere, is_mirror_image
+from magicsim.deform.lattice.spot import central_lattice, displaced_elsewhere, is_mirror_image
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.path import ContactSolver

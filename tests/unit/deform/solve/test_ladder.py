@@ -1,4 +1,4 @@
-from magicsim.deform.solve.strides import LEAPS, SHORTEST, Care, Strides
+from magicsim.deform.solve.ladder import LEAPS, SHORTEST, Care, Strides
 
 
 def fail_until_given_up(strides: Strides, *, min_jacobian: float) -> list[tuple[float, Care]]:

@@ -1,12 +1,12 @@
-"""Shear of infill that has cells of the lattice for itself, as below the spot of `lattice.resolved`."""
+"""Shear of infill that has cells of the lattice for itself, as below the spot of `resolved_lattice`."""
 
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.deform.fields.infill import shear_of
-from magicsim.deform.lattice.cell_correctors import rotation_and_strain
+from magicsim.deform.lattice.follow import rotation_and_strain
 from magicsim.deform.lattice.hexahedron import shape_gradients
 from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.strain import shear_of
 
 
 def layer_shear(lattice: Lattice, displacements_mm: Array, place_mm: tuple[float, float]) -> Array:
@@ -18,7 +18,7 @@ def layer_shear(lattice: Lattice, displacements_mm: Array, place_mm: tuple[float
         place_mm: x and y [mm].
 
     Returns:
-        Amounts of shear as `infill` has them, shape (layers,); empty without infill.
+        Amounts of shear as `magicsim.deform.strain` has them, shape (layers,); empty without infill.
     """
     grid = lattice.grid
     if grid is None:
