@@ -3,13 +3,14 @@
     magicsim simulate demo --out RUN
     python benchmarks/detector_options.py RUN [--out docs]
 
-Writes `detector-options.json` and the table drawn from it, `detector-options.md`. Each option is changed alone, in the
+Writes `detector-options.json` and its table, `detector-options.csv`. Each option is changed alone, in the
 published profile and in the calibrated one. Medians of the features are given by true class, and balanced accuracies
 with the profile's thresholds and with thresholds fitted anew to these very frames, which shows what the choice itself
 can do, with the half gap around the fitted thresholds in standard deviations within the classes.
 """
 
 import argparse
+import csv
 import json
 import statistics
 from dataclasses import asdict, dataclass, replace
@@ -107,56 +108,24 @@ def profile_names() -> tuple[str, ...]:
     return ("published", "calibrated")
 
 
-def table(effects: list[OptionEffect], base: str, frames: dict[str, int]) -> list[str]:
-    """Markdown lines of one profile."""
-    counted = ", ".join(f"{count} {name}" for name, count in frames.items())
-    lines = [
-        f"## From the `{base}` profile ({counted} frames)",
-        "",
-        "| changed | E | C | S | accuracy | refitted | margins |",
-        "|---|---|---|---|---|---|---|",
+def write_table(effects: list[OptionEffect], path: Path) -> None:
+    """A row of the CSV file for each changed option: medians by class, accuracies, margins."""
+    rows = [
+        {"profile": one.base, "changed": ", ".join(f"{name} = {value}" for name, value in one.changed.items())}
+        | {f"{name}_{each}": value for name in FEATURES for each, value in one.medians[name].items()}
+        | {name: value for name, value in asdict(one).items() if name.endswith(("accuracy", "margin"))}
+        for one in effects
     ]
-    for one in effects:
-        if one.base != base:
-            continue
-        changed = ", ".join(f"{name} = {value}" for name, value in one.changed.items()) or "nothing"
-        cells = [
-            changed,
-            " / ".join(f"{value:.2f}" for value in one.medians["entropy"].values()),
-            " / ".join(f"{value:z.2f}" for value in one.medians["correlation"].values()),
-            " / ".join(f"{value:.3f}" for value in one.medians["similarity"].values()),
-            pair(one.proximity_accuracy, one.contact_accuracy),
-            pair(one.refitted_proximity_accuracy, one.refitted_contact_accuracy),
-            pair(one.proximity_margin, one.contact_margin, digits=1),
-        ]
-        lines.append("| " + " | ".join(cells) + " |")
-    return [*lines, ""]
-
-
-def pair(one: float | None, other: float | None, *, digits: int = 2) -> str:
-    """Two numbers, a dash for one that is missing."""
-    return ", ".join("-" if value is None else f"{value:.{digits}f}" for value in (one, other))
-
-
-HEAD = """# What the detectors' open choices change
-
-Drawn from `detector-options.json`; both are written by
-
-```bash
-magicsim simulate demo --out RUN
-python benchmarks/detector_options.py RUN --out docs
-```
-
-Every line changes one option and leaves the rest of the profile. E (bit), C and S are medians over Clear / Near /
-Contact / Light frames. *Accuracy* is the balanced accuracy of proximity and of contact with the profile's own
-thresholds; *refitted* with thresholds fitted to these same frames, so it says what a choice allows and not how well it
-carries over to other episodes; *margins* are half the gap around the fitted thresholds in standard deviations within
-the classes. One episode with one object: differences between margins of one order mean little.
-"""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(
+            {key: round(value, 4) if isinstance(value, float) else value for key, value in row.items()} for row in rows
+        )
 
 
 def main() -> None:
-    """Measures every change and writes JSON and Markdown."""
+    """Measures every change and writes JSON and CSV."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("--out", type=Path, default=Path("docs"))
@@ -175,8 +144,7 @@ def main() -> None:
     frames = {str(each): list(episode.classes).count(each) for each in FrameClass}
     result = {"frames": frames, "effects": [asdict(each) for each in effects], "refused": refused}
     (arguments.out / "detector-options.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    lines = [HEAD, *(line for base in profile_names() for line in table(effects, base, frames))]
-    (arguments.out / "detector-options.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+    write_table(effects, arguments.out / "detector-options.csv")
     print(f"{len(effects)} effects, {len(refused)} refused")
 
 
