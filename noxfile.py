@@ -112,7 +112,10 @@ def docs(session: nox.Session) -> None:
 
 
 FIGURES = (
-    "magicsim bench all --out docs/benchmarks",
+    "python benchmarks/deform.py --out docs/benchmarks",
+    "python benchmarks/stress.py --out docs/benchmarks",
+    "python benchmarks/cost.py --out docs/benchmarks",
+    "python benchmarks/render.py --out docs/benchmarks",
     "python benchmarks/light.py light-cost verdicts lattice blur visibility left-out --out docs/benchmarks",
     "python docs/pictures.py",
     "python docs/camera_pictures.py",

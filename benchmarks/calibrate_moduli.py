@@ -15,7 +15,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-from hardness import READINGS, Setting, reading, workers
+from laboratory.hardness import READINGS, Setting, reading, workers
 
 START = (1.6, 0.01)
 """Moduli to start from [MPa]."""

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from laboratory.benchmark import machine
 
-from magicsim.bench.deform.compare import machine
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.detectors import DetectorProfile, detect, fuse, load_profile
 from magicsim.errors import FrameError

@@ -9,9 +9,9 @@ NGSolve needs the extra `reference` (docs/commands/machine.md).
 import json
 import sys
 
-from magicsim.bench.deform.lattice_method import graded_quarter, solve_lattice
-from magicsim.bench.deform.ngsolve_reference import solve_ngsolve
-from magicsim.bench.deform.problem import Outcome, sphere_on_block
+from laboratory.deform.methods import graded_quarter, solve_lattice
+from laboratory.deform.ngsolve_reference import solve_ngsolve
+from laboratory.deform.problem import Outcome, sphere_on_block
 
 THICKNESS_MM, DEPTH_MM = 0.05, 0.5
 MODULI_MPA, SPACINGS_MM = (0.0, 10.0, 100.0), (1.0, 0.5, 0.25)

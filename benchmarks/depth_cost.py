@@ -20,9 +20,9 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from laboratory.light.render import EPISODE_FRAMES
+from laboratory.light.render_statistics import deviation
 
-from magicsim.bench.light.render import EPISODE_FRAMES
-from magicsim.bench.light.render_statistics import deviation
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.scenes.scene import RenderSettings, load_scene
 from magicsim.simulation.plan import can_touch

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import plain_detectors as plain
+from laboratory import plain_detectors as plain
 
 from magicsim.detectors import (
     DetectorProfile,

@@ -13,8 +13,9 @@ import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 
-from magicsim.bench.deform.ngsolve_reference import solve_ngsolve
-from magicsim.bench.deform.problem import Failure, sphere_on_block
+from laboratory.deform.ngsolve_reference import solve_ngsolve
+from laboratory.deform.problem import Failure, sphere_on_block
+
 from magicsim.deform.indentation.press import press
 from magicsim.geometry.objects import parse_object
 

@@ -28,7 +28,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from fault_commands import Command, commands, content
+from laboratory.fault_commands import Command, commands, content
 
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError

@@ -7,38 +7,40 @@ E, C and S need), `blur` (of an edge, by distance), `visibility` (of the grid ov
 (what every rule that leaves work out saves and changes). Each writes `bench-KIND.json`, and `bench-KIND.png` from it.
 """
 
-import argparse
-import json
-import logging
-from pathlib import Path
-from typing import Any
+from laboratory.benchmark import Benchmark, one_line_errors, script_parser
+from laboratory.light.blur import run_blur
+from laboratory.light.cost import run_light_cost
+from laboratory.light.lattice_verdicts import run_lattice
+from laboratory.light.left_out import run_left_out
+from laboratory.light.plots import (
+    plot_blur,
+    plot_lattice,
+    plot_left_out,
+    plot_light_cost,
+    plot_verdicts,
+    plot_visibility,
+)
+from laboratory.light.verdicts import run_verdicts
+from laboratory.light.visibility import run_visibility
 
-from laboratory.light.kinds import LIGHT_BENCHMARKS, draw_light
-
-from magicsim.folder import result_file
-
-
-def run(kind: str, out: Path, *, quick: bool) -> dict[str, Any]:
-    """Answers one question; `out` then holds its figures and its plot."""
-    data = LIGHT_BENCHMARKS[kind].run(quick=quick)
-    file = out / f"bench-{kind}.json"
-    with result_file(file) as partial:
-        partial.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    draw_light(file, out / f"bench-{kind}.png")
-    return data
+BENCHMARKS = {
+    "blur": Benchmark(run=run_blur, plot=plot_blur),
+    "lattice": Benchmark(run=run_lattice, plot=plot_lattice),
+    "left-out": Benchmark(run=run_left_out, plot=plot_left_out),
+    "light-cost": Benchmark(run=run_light_cost, plot=plot_light_cost),
+    "verdicts": Benchmark(run=run_verdicts, plot=plot_verdicts),
+    "visibility": Benchmark(run=run_visibility, plot=plot_visibility),
+}
 
 
 def main() -> None:
-    """Prints each row as it is measured."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kinds", nargs="+", choices=sorted(LIGHT_BENCHMARKS))
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--quick", action="store_true", help="a small part of it")
+    """Logs each row as it is measured."""
+    parser = script_parser(__doc__)
+    parser.add_argument("kinds", nargs="+", choices=sorted(BENCHMARKS))
     chosen = parser.parse_args()
-    logging.basicConfig(level=logging.WARNING, format="%(message)s")
-    logging.getLogger("laboratory").setLevel(logging.INFO)
-    for kind in chosen.kinds:
-        run(kind, chosen.out, quick=chosen.quick)
+    with one_line_errors(parser):
+        for kind in chosen.kinds:
+            BENCHMARKS[kind].answer(kind, chosen.out, quick=chosen.quick)
 
 
 if __name__ == "__main__":

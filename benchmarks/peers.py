@@ -1,8 +1,8 @@
 """Beside the peers: what a frame costs, how noisy it is, and how much of an object it shows before and after contact.
 
-Two kinds of them run here: the path-traced opaque gel of `opaque_gel.py`, with the press, lights and camera of the
-default sensor, and Taxim, which draws a GelSight from a calibrated table (its own sensor of 640 x 480 pixels; a ball of
-the same size, as near and as deep). Without `pip install "taxim[jax-cpu]"` its rows say so.
+Two kinds of them run here: the path-traced opaque gel of `laboratory.opaque_gel`, with the press, lights and camera of
+the default sensor, and Taxim, which draws a GelSight from a calibrated table (its own sensor of 640 x 480 pixels; a
+ball of the same size, as near and as deep). Without `pip install "taxim[jax-cpu]"` its rows say so.
 
     python benchmarks/peers.py --out docs/benchmarks        # peers.json and peers.jpg, about six minutes
 """
@@ -19,12 +19,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from opaque_gel import DEPTH, REFLECTANCE, SAMPLES, opaque_scene
+from laboratory.deform.problem import NOT_INSTALLED, machine
+from laboratory.light.render_statistics import deviation, spread
+from laboratory.opaque_gel import DEPTH, REFLECTANCE, SAMPLES, opaque_scene
 from PIL import Image, ImageDraw
 
-from magicsim.bench.deform.compare import machine
-from magicsim.bench.deform.rows import NOT_INSTALLED
-from magicsim.bench.light.render_statistics import deviation, spread
 from magicsim.camera.exposure import expose, meter
 from magicsim.light.backend import mi
 from magicsim.light.records.untouched_states import UntouchedStates

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from prediction_tables import write_tables
+from laboratory.prediction_tables import write_tables
 from predictions import RESULT, TABLES
 
 from magicsim.folder import result_file

@@ -30,8 +30,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from hardness import Setting, sample, workers
-from prediction_tables import write_tables
+from laboratory.hardness import Setting, sample, workers
+from laboratory.prediction_tables import write_tables
 
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.lattice.spot import resolved_lattice

@@ -2,12 +2,12 @@
 
     python benchmarks/rungs.py STRESS.json [--paths 0,17,50] [--rows FILE.jsonl] [--out FILE.json]
 
-`STRESS.json` is the result of `magicsim bench stress`: what is valid with all rungs, and which ones ran. A rung rescues
-a path if fewer of its stages are valid without it. The others cannot matter, so only rungs on which a result stands are
-left out, one by one. Without a rung a path may take `PATIENCE` times the processor time that it took with all, and
-`LEAST_S` more; what is not done by then counts as not valid. Every path is a line of `--rows`, and a run with the same
-file goes on where the last one stopped; paths that `STRESS.json` does not have are left out. Prints one JSON object: on
-how many paths each rung ran, and how many paths and stages it rescued.
+`STRESS.json` is what `python benchmarks/stress.py` writes: what is valid with all rungs, and which ones ran. A rung
+rescues a path if fewer of its stages are valid without it. The others cannot matter, so only rungs on which a result
+stands are left out, one by one. Without a rung a path may take `PATIENCE` times the processor time that it took with
+all, and `LEAST_S` more; what is not done by then counts as not valid. Every path is a line of `--rows`, and a run with
+the same file goes on where the last one stopped; paths that `STRESS.json` does not have are left out. Prints one JSON
+object: on how many paths each rung ran, and how many paths and stages it rescued.
 """
 
 import argparse
@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from magicsim.bench.stress.cases import StressPath, every_path
-from magicsim.bench.stress.grid import VALID, run_path
-from magicsim.bench.stress.limit import OutOfProcessorTimeError, processor_limit
+from laboratory.stress.cases import StressPath, every_path
+from laboratory.stress.grid import VALID, OutOfProcessorTimeError, processor_limit, run_path
+
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.solve import condensed, descent, ladder, load_step, path
 from magicsim.deform.solve.ladder import WHY_PLAIN, Rung

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import secant_laws
-from hardness import READINGS, Setting, reading, sample
+from laboratory.hardness import READINGS, Setting, reading, sample
 
 from magicsim.config.models import load_preset
 from magicsim.errors import MagicsimError

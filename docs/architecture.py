@@ -17,7 +17,7 @@ MAKES = {
     "deform": "displacements, forces", "light": "radiance",
     "simulation": "labelled frames", "workers": "many processes", "judge": "scored verdicts",
     "report": "pages", "fit": "fitted constants", "dataset": "shards", "robot": "live sensors",
-    "evaluation": "detectors compared", "sweep": "designs compared", "bench": "error against time",
+    "evaluation": "detectors compared", "sweep": "designs compared",
     "learn": "models that read", "study": "experiments", "task": "closed loops",
     "live": "a window", "real": "recordings as data",
     "cli": "one function a command",

@@ -1,30 +1,19 @@
-"""Commands about the program itself: `bench`, `doctor`, `schema`."""
+"""Commands about the program itself: `doctor`, `schema`."""
 
-import logging
-from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_object, print_result, refuse_settings
+from magicsim.cli.app import Json, Seed, Settings, app, fields_of, print_object, print_result
+from magicsim.errors import ConfigError
 
-Kind = Literal["deform", "stress", "cost", "render", "all"]
 
-
-@app.command
-def bench(
-    kind: Kind = "deform", *, out: Out = Path("magicsim-bench"),
-    quick: Annotated[bool, Parameter(negative="", help="A small part of it.")] = False,
-    recompute: Annotated[bool, Parameter(negative="", help="Solve the reference again (needs NGSolve).")] = False,
-    settings: Settings = None, seed: Seed = None, json: Json = False,
-) -> None:  # fmt: skip
-    """Report error against run time of deformation and light, validity at extremes, and cost against size."""
-    from magicsim.bench.kinds import run_bench
-
-    refuse_settings(settings, "bench", ": its cases are fixed")
-    logging.getLogger("magicsim.bench").setLevel(logging.INFO)  # each row as it is measured, on stderr
-    found = run_bench(kind, out, quick=quick, recompute=recompute)
-    print_result(found if json else {"results": found["results"], "written": str(out)}, as_json=json)
+@app.command(show=False)
+def bench(*words: Annotated[str, Parameter(allow_leading_hyphen=True)]) -> None:
+    """Say where the benchmarks are."""
+    kind = next((word for word in words if word in {"stress", "cost", "render"}), "deform")
+    msg = f"bench is a script of the repository now: python benchmarks/{kind}.py"
+    raise ConfigError(msg)
 
 
 @app.command

@@ -4,9 +4,9 @@ from contextlib import ExitStack
 
 import pytest
 import rungs
+from laboratory.stress.cases import StressPath
+from laboratory.stress.grid import VALID
 
-from magicsim.bench.stress.cases import StressPath
-from magicsim.bench.stress.grid import VALID
 from magicsim.deform.solve.ladder import Rung
 
 

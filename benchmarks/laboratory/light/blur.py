@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from laboratory.row_log import told
-from magicsim.bench.deform.compare import machine
+from laboratory.benchmark import logged, machine
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation.sensor import Sensor
@@ -58,7 +57,7 @@ def run_blur(*, quick: bool = False) -> dict[str, Any]:
         quick: Fewer images and samples.
     """
     turns = 3 if quick else TURNS
-    rows = told(
+    rows = logged(
         measure_blur(method, gap, turns=turns, overrides=("render.samples=16",) if quick else ())
         for gap in GAPS_MM
         for method in METHODS

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from laboratory.row_log import told
-from magicsim.bench.deform.compare import machine
+from laboratory.benchmark import logged, machine
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor
@@ -48,7 +47,7 @@ def run_light_cost(*, quick: bool = False) -> dict[str, Any]:
         quick: Two sizes of each, small ones.
     """
     sizes = [(varied, value) for varied, values in SWEEPS.items() for value in (values[:2] if quick else values)]
-    rows = told(measure_light_cost(varied, value, repeats=2 if quick else REPEATS) for varied, value in sizes)
+    rows = logged(measure_light_cost(varied, value, repeats=2 if quick else REPEATS) for varied, value in sizes)
     exponents = {varied: _exponent(varied, [row for row in rows if row.varied == varied]) for varied in SWEEPS}
     return {
         "kind": "light-cost",

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from laboratory.benchmark import logged, machine
 from laboratory.light.verdicts import PROFILE
-from laboratory.row_log import told
-from magicsim.bench.deform.compare import machine
 from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.light.records.untouched_states import shared_states
@@ -55,7 +54,7 @@ def run_lattice(*, quick: bool = False) -> dict[str, Any]:
         quick: A small image and two coarse lattices.
     """
     lattices = LATTICES[:2] if quick else LATTICES
-    rows = told(row for each in lattices for row in measure_lattice(*each, quick=quick))
+    rows = logged(row for each in lattices for row in measure_lattice(*each, quick=quick))
     return {
         "kind": "lattice",
         "quick": quick,

@@ -13,8 +13,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from laboratory.row_log import told
-from magicsim.bench.deform.compare import machine
+from laboratory.benchmark import logged, machine
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.scenes.scene import SceneConfig, load_scene
@@ -84,7 +83,7 @@ def run_left_out(*, quick: bool = False) -> dict[str, Any]:
         quick: Small images, fewer repeats.
     """
     settings = SMALL if quick else ()
-    rows = told(measured(make(settings), QUICK_REPEATS if quick else REPEATS) for make in RULES)
+    rows = logged(measured(make(settings), QUICK_REPEATS if quick else REPEATS) for make in RULES)
     return {"kind": "left-out", "quick": quick, "results": [asdict(row) for row in rows], "machine": machine()}
 
 

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from laboratory.row_log import told
-from magicsim.bench.deform.compare import machine
+from laboratory.benchmark import logged, machine
 from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.light.records.untouched_states import shared_states
@@ -62,7 +61,9 @@ def run_verdicts(*, quick: bool = False) -> dict[str, Any]:
     """
     settings = SETTINGS[1:5:3] if quick else SETTINGS
     seeds = QUICK_SEEDS if quick else SEEDS
-    rows = told(measure_verdicts(state, *setting, seeds=seeds, quick=quick) for state in STATES for setting in settings)
+    rows = logged(
+        measure_verdicts(state, *setting, seeds=seeds, quick=quick) for state in STATES for setting in settings
+    )
     return {
         "kind": "verdicts",
         "quick": quick,

@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
-from laboratory.row_log import told
-from magicsim.bench.deform.compare import machine
+from laboratory.benchmark import logged, machine
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.sensor import Sensor
@@ -49,7 +48,7 @@ def run_visibility(*, quick: bool = False) -> dict[str, Any]:
     """
     scattering = SCATTERING_PER_MM[::3] if quick else SCATTERING_PER_MM
     indices = INDICES[::3] if quick else INDICES
-    rows = told(measure_visibility(sigma, ior, quick=quick) for sigma in scattering for ior in indices)
+    rows = logged(measure_visibility(sigma, ior, quick=quick) for sigma in scattering for ior in indices)
     return {"kind": "visibility", "quick": quick, "results": [asdict(row) for row in rows], "machine": machine()}
 
 

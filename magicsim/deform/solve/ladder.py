@@ -11,7 +11,7 @@
 | path | no load step leads on | `FEWER` | `path` |
 
 A result names the rungs on which it stands (`Deformation.rungs`), and for plain steps why they were taken, so that
-`magicsim bench stress` counts what each one of them is good for.
+`python benchmarks/stress.py` counts what each one of them is good for.
 
 A step that fails is halved and iterated with more care (`Problem.careful`), then with patience (`Problem.patient`),
 down to the shortest one. Where the face snaps from one shape to another no step is short enough: where the equilibrium

@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from laboratory.light.kinds import draw_light as draw
 from laboratory.light.lattice_verdicts import DEPTHS_MM, LatticeRow, measure_lattice
+from laboratory.light.plots import plot_lattice
 from PIL import Image
 
 
@@ -14,9 +14,7 @@ def test_plot_is_drawn_from_the_file(tmp_path) -> None:
          "similarity": 0.9}
         for unknowns in (7000, 20000) for depth in DEPTHS_MM
     ]  # fmt: skip
-    file = tmp_path / "bench-lattice.json"
-    file.write_text(json.dumps({"kind": "lattice", "results": rows}))
-    draw(file, tmp_path / "plot.png")
+    plot_lattice(json.loads(json.dumps({"kind": "lattice", "results": rows})), tmp_path / "plot.png")
     with Image.open(tmp_path / "plot.png") as plot:
         assert plot.size[0] > 300
 

@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from laboratory.light.kinds import draw_light as draw
 from laboratory.light.left_out import (
     SMALL,
     LeftOutRow,
@@ -17,6 +16,7 @@ from laboratory.light.left_out import (
     recorded,
     still_meshes,
 )
+from laboratory.light.plots import plot_left_out
 from PIL import Image
 
 from magicsim.geometry.design import FAR_FIELD_BOUND
@@ -54,8 +54,8 @@ def test_recorded_paths_differ_by_their_noise() -> None:
 
 def test_plot_is_drawn_from_the_file(tmp_path) -> None:
     row = {"rule": "one", "result": "exact", "seconds_full": 2.0, "seconds": 0.5, "difference": 0.0, "noise": None}
-    file = tmp_path / "bench-left-out.json"
-    file.write_text(json.dumps({"kind": "left-out", "results": [row, row | {"noise": 0.1}]}))
-    draw(file, tmp_path / "plot.png")
+    plot_left_out(
+        json.loads(json.dumps({"kind": "left-out", "results": [row, row | {"noise": 0.1}]})), tmp_path / "plot.png"
+    )
     with Image.open(tmp_path / "plot.png") as plot:
         assert plot.size[0] > 300

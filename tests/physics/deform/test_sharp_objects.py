@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from laboratory.stress.cases import every_path
+from laboratory.stress.grid import VALID, run_path
 
-from magicsim.bench.stress.cases import every_path
-from magicsim.bench.stress.grid import VALID, run_path
 from magicsim.config.models import load_preset
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from laboratory.deform.reference import load_reference
 
-from magicsim.bench.deform.reference import load_reference, reference_path
 from magicsim.config.models import load_preset
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.press import press
@@ -18,8 +18,8 @@ from magicsim.geometry.objects.kinds import SphereObject, parse_object
 SYMMETRY = 1e-6
 """Departure from symmetry that residuals of 1e-8 of the contact force leave [mm, N, N mm]."""
 BALL = SphereObject(kind="sphere", radius_mm=4.0)
-REFERENCE_N = {depth.depth_mm: depth.force_n for depth in load_reference(reference_path()).depths}
-"""Finite elements on `uniform-block` under a sphere of 4 mm, magicsim/bench/deform/reference_sphere_block.json."""
+REFERENCE_N = {depth.depth_mm: depth.force_n for depth in load_reference().depths}
+"""Finite elements on `uniform-block` under a sphere of 4 mm (`python benchmarks/deform.py --recompute`)."""
 
 
 def uniform_block(*overrides: str) -> ElastomerDesign:

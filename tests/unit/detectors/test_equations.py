@@ -5,13 +5,13 @@ import dataclasses
 import cv2
 import numpy as np
 import pytest
+from laboratory import plain_detectors as plain
 
 from magicsim.detectors import DetectorProfile, detect, fuse
 from magicsim.detectors.combined import judge
 from magicsim.detectors.grid import blur
 
 from .conftest import grid_frame
-from .plain import plain
 
 OPTIONS = [
     {},

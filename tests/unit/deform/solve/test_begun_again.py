@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from laboratory.stress.cases import grid_paths
 
-from magicsim.bench.stress.cases import grid_paths
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import box_lattice

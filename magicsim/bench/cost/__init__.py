@@ -1,1 +1,0 @@
-"""Cost of a warm step against the size of the lattice."""

@@ -1,1 +1,0 @@
-"""Error and cost of light, and what the detectors need of it."""
