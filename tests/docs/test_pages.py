@@ -17,7 +17,7 @@ from magicsim.geometry.objects.rigid_object import ObjectBase
 from .pages import DOCS, EXAMPLES, PAGES, ROOT, blocks, load, name
 
 assert entry  # registers the commands
-COMMANDS = sorted(command for command in app if not command.startswith("-"))
+COMMANDS = sorted(command for command in app if not command.startswith("-") and app[command].show)
 DIRECTIVE = re.compile(r"^```\{command\} (?P<names>.+)$", re.MULTILINE)
 SYMBOL = re.compile(r"`(magicsim(?:\.\w+)+)")
 BESIDE = re.compile(r"((?:`[\w.]+`(?:, | and )?)+) (?:of|in|\()\s*`?(magicsim/[\w/]+\.py)`")
