@@ -11,7 +11,7 @@ from magicsim.folder import result_folder
 
 from .conftest import Shell
 
-COMMANDS = tuple(command for command in app if not command.startswith("-"))
+COMMANDS = tuple(command for command in app if not command.startswith("-") and app[command].show)
 ANSWERS_ABOUT_ITSELF = ("completion", "list")
 """Commands that compute nothing, so that there is nothing to set."""
 TASKS = tuple(("task", name) for name in app["task"] if not name.startswith("-"))
@@ -33,6 +33,12 @@ def test_every_command_takes_json_set_and_seed(shell: Shell, command: tuple[str,
     done = shell(*command, "--help")
     assert done.code == 0
     assert all(option in done.out for option in ("--json", "--set", "--seed"))
+
+
+def test_bench_says_in_one_line_where_it_is(shell: Shell):
+    done = shell("bench", "render", "--quick", "--out", "there")
+    assert done.code == 2
+    assert done.err == "magicsim: bench is a script of the repository now: python benchmarks/render.py\n"
 
 
 def test_version_is_that_of_the_package(shell: Shell):
