@@ -10,8 +10,7 @@ import numpy as np
 
 from magicsim.errors import MagicsimError
 from magicsim.folder import check_place
-from magicsim.live.controls import Controls
-from magicsim.live.course import Course
+from magicsim.live.controls import Controls, Course
 from magicsim.live.readout import force_lines, frame_picture, state_line, verdict_table
 from magicsim.live.recording import Recording, recording_name
 from magicsim.live.server import close_server, open_server

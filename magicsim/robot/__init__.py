@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from magicsim.robot.environment import GraspLift
     from magicsim.robot.fingers import ObjectPlace
     from magicsim.robot.grip.linkage import Linkage
-    from magicsim.robot.grip.load import Load
-    from magicsim.robot.grip.outcome import Hold
+    from magicsim.robot.grip.load import Hold, Load
     from magicsim.robot.gripper import Gripper
     from magicsim.robot.live import LiveSensor, live_sensor
     from magicsim.robot.workspace import Workspace
@@ -37,7 +36,7 @@ _HOMES = {
     "DigitCamera": "magicsim.robot.digit",
     "GraspLift": "magicsim.robot.environment",
     "Gripper": "magicsim.robot.gripper",
-    "Hold": "magicsim.robot.grip.outcome",
+    "Hold": "magicsim.robot.grip.load",
     "Linkage": "magicsim.robot.grip.linkage",
     "LiveSensor": "magicsim.robot.live",
     "Load": "magicsim.robot.grip.load",

@@ -17,11 +17,10 @@ from magicsim.errors import ConfigError, MagicsimError, unknown_choice
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Load
 from magicsim.robot.gripper import Gripper
-from magicsim.robot.lift import Lift
+from magicsim.robot.lift import Lift, Reach
 from magicsim.robot.live import MAX_SEED
 from magicsim.robot.picture import Picture
 from magicsim.robot.quality import find_quality
-from magicsim.robot.reach import Reach
 from magicsim.robot.workspace import Range
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import SimulatedFrame

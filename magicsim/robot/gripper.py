@@ -16,11 +16,9 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents_mm, seen_by
 from magicsim.robot.grip.floating import BALANCE_N, float_between
 from magicsim.robot.grip.held import settle
-from magicsim.robot.grip.linkage import Linkage
-from magicsim.robot.grip.load import Load
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.linkage import Linkage, close_until
+from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.grip.pair import Pair, finger_seed
-from magicsim.robot.grip.stall import close_until
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
 from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor
 from magicsim.robot.quality import Quality

@@ -19,8 +19,7 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.quality import Quality, find_quality
-from magicsim.robot.slip import slip_share
-from magicsim.robot.travel import contact_areas_mm2, travel
+from magicsim.robot.travel import contact_areas_mm2, slip_share, travel
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
@@ -161,12 +160,12 @@ class LiveSensor:
 
     @property
     def slip_share(self) -> float:
-        """Share of the normal force that presses on sliding points, 0..1; see `magicsim.robot.slip`."""
+        """Share of the normal force that presses on sliding points, 0..1; see `magicsim.robot.travel`."""
         return slip_share(self._deformation, self._area_mm2)
 
     @property
     def slid_mm(self) -> float:
-        """How far the skin has slid over the object since the stream began, see `magicsim.robot.slip` [mm]."""
+        """How far the skin has slid over the object since the stream began, see `magicsim.robot.travel` [mm]."""
         return self._slid_mm
 
     @property

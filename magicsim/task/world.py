@@ -7,8 +7,7 @@ from magicsim.detectors.grasp import GraspStage
 from magicsim.errors import ConfigError
 from magicsim.robot.fingers import ObjectPlace, half_extents_mm
 from magicsim.robot.grip.linkage import Linkage
-from magicsim.robot.grip.load import Load
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig

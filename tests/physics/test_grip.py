@@ -10,8 +10,7 @@ from magicsim.geometry.objects.kinds import parse_object
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.held import BALANCE_SHARE
 from magicsim.robot.grip.linkage import Linkage
-from magicsim.robot.grip.load import Load
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import load_scene

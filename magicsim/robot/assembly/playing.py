@@ -13,7 +13,7 @@ from magicsim.robot.assembly.stages import Stage, Step
 from magicsim.robot.assembly.trial import OPEN_MM, Gripped, Moment
 from magicsim.robot.assembly.ways import carriage_ways, evenly_to, spread
 from magicsim.robot.fingers import object_pose
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
 
 

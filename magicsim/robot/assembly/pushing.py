@@ -10,7 +10,7 @@ from magicsim.geometry.objects.plug import PlugObject
 from magicsim.robot.assembly.meeting import MetLoad
 from magicsim.robot.assembly.ways import evenly_to
 from magicsim.robot.fingers import object_pose
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold
 from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 

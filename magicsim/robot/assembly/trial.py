@@ -14,7 +14,7 @@ from magicsim.robot.assembly.pushing import Vector
 from magicsim.robot.assembly.stages import Step, timeline
 from magicsim.robot.assembly.surface import plug_elements
 from magicsim.robot.fingers import ObjectPlace
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold
 from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace

@@ -6,8 +6,7 @@ import numpy as np
 
 from magicsim.deform.indentation.path_force import as_vector
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose
-from magicsim.robot.grip.load import Load
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.grip.pair import Moments
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame, Vector
 

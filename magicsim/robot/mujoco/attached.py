@@ -11,13 +11,10 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Darkroom
 from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.mujoco.body_object import body_object, object_pose_m, pose_in_sensor
-from magicsim.robot.mujoco.engine import MjData, MjModel, engine
-from magicsim.robot.mujoco.opposite import facing_distance_mm
 from magicsim.robot.mujoco.pair import Touch, check_excluded, find_pair
-from magicsim.robot.mujoco.posed import PosedSensor, PosedState, posed_state
-from magicsim.robot.mujoco.response import Response
-from magicsim.robot.mujoco.solids import MM
-from magicsim.robot.mujoco.trust import Trust
+from magicsim.robot.mujoco.posed import PosedSensor, PosedState, facing_distance_mm, posed_state
+from magicsim.robot.mujoco.response import Response, Trust
+from magicsim.robot.mujoco.solids import MM, MjData, MjModel, engine
 from magicsim.robot.quality import Quality
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing

@@ -10,8 +10,7 @@ from magicsim.geometry.objects.rigid_object import REACH_FEATURES, REACH_MM, SHE
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.entry import EntrySide
 from magicsim.geometry.shapes.solids import Shape, Sphere
-from magicsim.robot.mujoco.engine import MjData, MjModel
-from magicsim.robot.mujoco.solids import MM, body_solid
+from magicsim.robot.mujoco.solids import MM, MjData, MjModel, body_solid
 
 LINEAR_KNEE, LINEAR_SLOPE = 0.04045, 12.92
 """Where the curve of sRGB begins, and its slope below (IEC 61966-2-1)."""

@@ -23,10 +23,9 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.gripper import finger_seed
 from magicsim.robot.moment import Moment
 from magicsim.robot.mujoco.attached import AttachedSensor
-from magicsim.robot.mujoco.engine import MjData, MjModel, engine
 from magicsim.robot.mujoco.pair import Touch
-from magicsim.robot.mujoco.solids import MM
-from magicsim.robot.mujoco.trust import Trust
+from magicsim.robot.mujoco.response import Trust
+from magicsim.robot.mujoco.solids import MM, MjData, MjModel, engine
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.robot.mujoco.engine import MjModel, MjSpec, engine
+from magicsim.robot.mujoco.solids import MjModel, MjSpec, engine
 from magicsim.scenes.scene import SceneConfig
 
 Range = tuple[float, float]

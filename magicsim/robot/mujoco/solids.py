@@ -4,6 +4,7 @@ MuJoCo has metres, a geom's own frame, and half sizes; shapes here have millimet
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import manifold3d
 import numpy as np
@@ -18,7 +19,28 @@ from magicsim.geometry.shapes.mesh_solid import MeshShape
 from magicsim.geometry.shapes.profile import Arc, ConvexProfile
 from magicsim.geometry.shapes.revolved import Revolved
 from magicsim.geometry.shapes.solids import RoundedBox, RoundedCylinder, Shape, Sphere
-from magicsim.robot.mujoco.engine import MjModel, engine
+
+MjModel = Any
+"""`mujoco.MjModel`; its attributes are those of MuJoCo's C structure."""
+MjData = Any
+"""`mujoco.MjData`."""
+MjSpec = Any
+"""`mujoco.MjSpec`."""
+
+
+def engine() -> Any:  # noqa: ANN401 -- a module
+    """The package `mujoco`.
+
+    Raises:
+        ConfigError: It is not installed.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        msg = "magicsim.robot.mujoco needs the package mujoco, which is not installed: pip install 'magicsim[mujoco]'"
+        raise ConfigError(msg) from None
+    return mujoco
+
 
 MM = 1000.0
 """Millimetres in a metre."""

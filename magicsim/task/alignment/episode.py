@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from magicsim.arrays import Frame
 from magicsim.errors import ConvergenceError, MagicsimError
-from magicsim.robot.grip.load import Load
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.grip.truth import GripFrames
 from magicsim.robot.gripper import Gripper
 from magicsim.task.alignment.angle_reader import AngleReader

@@ -10,7 +10,7 @@ from magicsim.robot.assembly.cues import Cues
 from magicsim.robot.assembly.misaligned import Misalignment
 from magicsim.robot.assembly.recognition import CUES, Rate, Recognition, recognise, unrecognised
 from magicsim.robot.assembly.stages import Stage
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold
 from magicsim.task.summary import reasons_of
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from magicsim.live.course import KEPT, Course
+from magicsim.live.controls import KEPT, Course
 
 
 def test_empty_course_can_be_drawn():

@@ -1,6 +1,6 @@
 import threading
 
-from magicsim.live.mailbox import Mailbox
+from magicsim.live.worker import Mailbox
 
 
 def test_newest_request_wins_and_the_others_are_counted():

@@ -1,6 +1,6 @@
 import pytest
 
-from magicsim.live.origin import page_headers, refusal
+from magicsim.live.server import page_headers, refusal
 
 PORT = 8321
 SOCKET = {"Upgrade": "websocket"}

@@ -6,8 +6,7 @@ import pytest
 from magicsim.errors import ConfigError
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.held import BALANCE_SHARE
-from magicsim.robot.grip.load import Load
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.lift import Lift
 from magicsim.robot.workspace import Workspace

@@ -6,7 +6,7 @@ import pytest
 
 from magicsim.detectors.grasp import GraspStage
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim.scenes.scene import load_scene
 from magicsim.task.flashlight import Flashlight, Since

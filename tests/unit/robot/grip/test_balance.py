@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConvergenceError
-from magicsim.robot.grip.balance import Limits, Search, find_balance
+from magicsim.robot.grip.held import Limits, Search, find_balance
 
 WIDE = Limits(tolerance_n=1e-3, low=np.full(3, -9.0), high=np.full(3, 9.0))
 

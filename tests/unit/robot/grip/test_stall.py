@@ -2,7 +2,7 @@
 
 import pytest
 
-from magicsim.robot.grip.stall import TOLERANCE, close_until
+from magicsim.robot.grip.linkage import TOLERANCE, close_until
 
 
 class Hertzian:

@@ -13,7 +13,7 @@ import pytest
 from magicsim.errors import ConfigError, OutputError
 from magicsim.learn.model_file import ModelConfig
 from magicsim.learn.samples import Label
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim.task.alignment.angle_reader import ReadAngle
 from magicsim.task.alignment.episode import play

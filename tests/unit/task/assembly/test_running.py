@@ -14,7 +14,7 @@ from magicsim.robot.assembly.misaligned import Misalignment
 from magicsim.robot.assembly.stages import timeline
 from magicsim.robot.assembly.trial import Moment
 from magicsim.robot.fingers import ObjectPlace
-from magicsim.robot.grip.outcome import Hold
+from magicsim.robot.grip.load import Hold
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.task.assembly import running
 from magicsim.task.assembly.summary import AssemblySummary
