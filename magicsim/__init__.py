@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from magicsim.dataset.generate import generate_dataset as make_dataset
     from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.deform.indentation.durometer import durometer
-    from magicsim.deform.indentation.press import press
-    from magicsim.deform.indentation.press_curve import press_curve
+    from magicsim.deform.indentation.press import press, press_curve
     from magicsim.detectors.offline import detect_sources
     from magicsim.detectors.offline import detect_sources as detect
     from magicsim.detectors.profiles.profile_file import load_profile
@@ -96,7 +95,7 @@ HOMES = {
     "make_dataset": "magicsim.dataset.generate:generate_dataset",
     "plan_scene": "magicsim.simulation.plan",
     "press": "magicsim.deform.indentation.press",
-    "press_curve": "magicsim.deform.indentation.press_curve",
+    "press_curve": "magicsim.deform.indentation.press",
     "render": "magicsim.simulation.still",
     "render_still": "magicsim.simulation.still",
     "run_scene": "magicsim.report.main_job",

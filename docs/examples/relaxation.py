@@ -5,7 +5,7 @@ python docs/examples/relaxation.py         # force over time, some seconds
 
 from magicsim import press
 from magicsim.config.models import load_preset
-from magicsim.deform.indentation.path_force import PathForce
+from magicsim.deform.indentation.path import PathForce
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 

@@ -89,8 +89,7 @@ def _curve(
 ) -> dict[str, Any]:
     from magicsim.cli.output.progress import show_progress
     from magicsim.config.ranges import check_number
-    from magicsim.deform.indentation.press import check_depth
-    from magicsim.deform.indentation.press_curve import MAX_POINTS, press_curve
+    from magicsim.deform.indentation.press import MAX_POINTS, check_depth, press_curve
     from magicsim.report.curve_file import check_curve_file, write_curve
 
     check_curve_file(target)

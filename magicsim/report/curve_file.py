@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from magicsim.deform.indentation.press_curve import PressCurve
+from magicsim.deform.indentation.press import PressCurve
 from magicsim.errors import ConfigError
 from magicsim.folder import PRODUCER, check_file, result_file
 

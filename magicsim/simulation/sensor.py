@@ -15,9 +15,8 @@ from magicsim.camera.stream import CameraStream
 from magicsim.deform.contact.face import POINT_SPACING_MM, point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
-from magicsim.deform.indentation.timed import body_branches
 from magicsim.deform.lattice.follow import follow_map
-from magicsim.deform.lattice.relaxation import Branches
+from magicsim.deform.lattice.relaxation import Branches, body_branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.factorise import on_one_blas_thread

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation, SolveFigures
-from magicsim.deform.indentation.path_force import as_vector
+from magicsim.deform.indentation.path import as_vector
 from magicsim.frame_class import classify_frame
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.timeline import FrameState

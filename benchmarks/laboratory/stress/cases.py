@@ -12,8 +12,7 @@ from itertools import product
 import numpy as np
 
 from magicsim.config.models import load_preset
-from magicsim.deform.indentation.timed import body_branches
-from magicsim.deform.lattice.relaxation import Branches
+from magicsim.deform.lattice.relaxation import Branches, body_branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice, jittered
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.geometry.design import ElastomerDesign

@@ -58,6 +58,8 @@ FULL = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 """Stored component of each entry."""
 UNIT = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 """The unit tensor."""
+LEAST_POISSON = 0.45
+"""Least instantaneous Poisson's ratio: below, the bulk modulus is too small for the instantaneous stiffness."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,6 +189,30 @@ class Relaxation:
         twice = np.einsum("bc,bcpi,bcpj->cij", over_mean, known, forces, optimize=True)
         whole = (mean @ moduli)[:, None, None] * self.excess
         return np.asarray(whole - once - once.transpose(0, 2, 1) + g @ twice @ g.transpose(0, 2, 1))
+
+
+def body_branches(design: ElastomerDesign, lattice: Lattice) -> Branches:
+    """The branches of a design for a timed path.
+
+    Raises:
+        ConfigError: The body has no Prony series, or its bulk modulus is too small for it.
+    """
+    body = design.materials.body
+    if not body.prony:
+        msg = "materials.body.prony is missing: a timed path needs the relaxation of the body (time_s and modulus_mpa)"
+        raise ConfigError(msg)
+    bulk, shear = body.bulk_modulus_mpa, body.instantaneous_shear_modulus_mpa
+    ratio = (3 * bulk - 2 * shear) / (6 * bulk + 2 * shear)
+    if ratio < LEAST_POISSON:
+        least = 2 * shear * (1 + LEAST_POISSON) / (3 * (1 - 2 * LEAST_POISSON))
+        needed = 0.5 - body.youngs_modulus_mpa / (6 * least)
+        msg = (
+            f"materials.body.poisson_ratio = {body.poisson_ratio:g} is not allowed on a timed path: its bulk modulus "
+            f"of {bulk:.3g} MPa is too small for the instantaneous shear modulus of {shear:.3g} MPa; must be at least "
+            f"{needed:.5f}"
+        )
+        raise ConfigError(msg)
+    return branch_moduli(design, lattice, [(term.time_s, term.modulus_mpa) for term in body.prony])
 
 
 def branch_moduli(design: ElastomerDesign, lattice: Lattice, terms: Sequence[tuple[float, float]]) -> Branches:

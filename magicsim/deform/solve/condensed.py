@@ -20,11 +20,10 @@ import numpy as np
 from magicsim.arrays import Index
 from magicsim.deform.contact.augmented import Surface, remembered
 from magicsim.deform.lattice.energy import Linearisation
-from magicsim.deform.solve.body import Body
+from magicsim.deform.solve.body import Body, FactorStore
 from magicsim.deform.solve.descent import Direction, search
 from magicsim.deform.solve.face_part import FacePart, TouchedMatrix, is_large, near_facets
 from magicsim.deform.solve.face_problem import FaceProblem, held_stiffness, solve_face
-from magicsim.deform.solve.factor import FactorStore
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.problem import Problem

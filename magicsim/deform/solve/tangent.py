@@ -22,7 +22,7 @@ from magicsim.deform.contact.face import gather, scatter
 from magicsim.deform.contact.friction import ContactMemory
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.energy import Linearisation
-from magicsim.deform.solve.factor import FactorStore
+from magicsim.deform.solve.body import FactorStore
 from magicsim.deform.solve.problem import Problem
 from magicsim.geometry.indenter import Indenter
 

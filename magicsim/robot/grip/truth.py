@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from magicsim.deform.indentation.path_force import as_vector
+from magicsim.deform.indentation.path import as_vector
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose
 from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.grip.pair import Moments

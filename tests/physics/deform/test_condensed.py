@@ -9,12 +9,12 @@ from magicsim.config.models import load_preset
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.solve import body as factors
 from magicsim.deform.solve import condensed as condensed_steps
 from magicsim.deform.solve import face_part, face_problem
-from magicsim.deform.solve import factor as factors
 from magicsim.deform.solve import factorise as linear
+from magicsim.deform.solve.body import FactorStore
 from magicsim.deform.solve.condensed import Condenser
-from magicsim.deform.solve.factor import FactorStore
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.design import ElastomerDesign

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from magicsim.config.models import load_preset
-from magicsim.deform.indentation.press import press
-from magicsim.deform.indentation.press_curve import PressCurve, press_curve
-from magicsim.deform.indentation.symmetry import left_by_mirrors
+from magicsim.deform.indentation.path import left_by_mirrors
+from magicsim.deform.indentation.press import PressCurve, press, press_curve
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.deform.indentation.timed import body_branches
+from magicsim.deform.lattice.relaxation import body_branches
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.deform.solve.path import RECOVERED_MM, ContactSolver
 from magicsim.geometry.design import load_design

@@ -65,7 +65,7 @@ def test_depth_of_a_curve_is_refused_as_it_was_given(shell: Shell, depth: str, n
 def test_file_of_a_curve_that_cannot_be_written_is_refused_before_it_is_solved(
     shell: Shell, tmp_path, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr("magicsim.deform.indentation.press_curve.press_curve", lambda *_, **__: pytest.fail("solved"))
+    monkeypatch.setattr("magicsim.deform.indentation.press.press_curve", lambda *_, **__: pytest.fail("solved"))
     (tmp_path / "file").write_text("mine")
     refused = shell.refusal("press", *COARSE, *BALL, "--depth-mm", 0.2, "--curve", "file/ball.csv")
     assert "cannot write file/ball.csv: 'file' is not a folder" in refused
