@@ -56,8 +56,8 @@ def ablated(rung: Rung) -> list[Any]:
     """Patches that take a rung away."""
     search, plain, follow = descent.search, load_step.newton_step, path.ContactSolver._follow_path
 
-    def unstretched(problem: Any, surface: Any, start: Any, direction: Any) -> Any:  # noqa: ANN401
-        return search(problem, surface, start, replace(direction, is_stiffened=False))
+    def unstretched(*given: Any, is_stiffened: bool) -> Any:  # noqa: ANN401
+        return search(*given, is_stiffened=False)
 
     def stuck(problem: Any, surface: Any, iterate: Any) -> Any:  # noqa: ANN401
         ends = problem.options.is_condensed

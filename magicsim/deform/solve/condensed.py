@@ -12,7 +12,7 @@ iterations and load steps as long as it does well (`factor`), with what the step
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,7 +21,7 @@ from magicsim.arrays import Index
 from magicsim.deform.contact.augmented import Surface, remembered
 from magicsim.deform.lattice.energy import Linearisation
 from magicsim.deform.solve.body import Body, FactorStore
-from magicsim.deform.solve.descent import Direction, search
+from magicsim.deform.solve.descent import search
 from magicsim.deform.solve.face_part import FacePart, TouchedMatrix, is_large, near_facets
 from magicsim.deform.solve.face_problem import FaceProblem, held_stiffness, solve_face
 from magicsim.deform.solve.iterate import Iterate
@@ -50,16 +50,6 @@ LONGEST_MM = 1e3
 """A longer motion of the face is none."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FirstStep:
-    """What helps the first step of a load step."""
-
-    predictor: Surface | None
-    """A surface that the face follows roughly before the object's own decides; None where the way is a short one."""
-    pressed: Index
-    """Points of the face that were pressed at the end of the last load step; they may still be in a retreat."""
-
-
 class Condenser:
     """Takes the steps of one load step after the other, with the body's model of the last ones while it does well."""
 
@@ -85,21 +75,31 @@ class Condenser:
         self._body, self._residuals = None, ()
 
     def step(
-        self, problem: Problem, surface: Surface, iterate: Iterate, *, first: FirstStep | None = None
+        self,
+        problem: Problem,
+        surface: Surface,
+        iterate: Iterate,
+        *,
+        pressed: Index | None = None,
+        predictor: Surface | None = None,
     ) -> Iterate | Rung:
-        """One step of the body with the contact that belongs to it; where this way does not lead on, why (`WHY_PLAIN`).
+        """One step of the body with the contact that belongs to it; a reason (`WHY_PLAIN`) where none can be taken.
 
         Args:
             problem: The lattice and its tolerances.
             surface: The object in the pose of this load step.
             iterate: Where the step begins.
-            first: What helps the first step of a load step.
+            pressed: For the first step of a load step, points of the face that were pressed at the end of the last one;
+                they may still be in a retreat.
+            predictor: A surface that the face follows roughly before the object's own decides; None where the object
+                has not gone far.
         """
+        is_first = pressed is not None
         if not problem.options.is_condensed:
             return Rung.PATIENT
         needed = near_facets(problem.face, iterate, NEEDED_MM)
-        if first is not None:
-            needed = np.union1d(needed, problem.face.facet[first.pressed])
+        if pressed is not None:
+            needed = np.union1d(needed, problem.face.facet[pressed])
         elif self._asks_for_factor(problem, iterate):
             self._drop()
         while True:
@@ -109,30 +109,30 @@ class Condenser:
             assert self._part is not None  # a body is condensed onto it
             if iterate.iteration >= GIVEN_UP_SHARE * problem.options.max_iterations and iterate.residual > ON_ITS_WAY:
                 return replace(iterate, stuck=True)
-            found = _step(problem, self._part, body, surface, iterate, first.predictor if first else None)
-            is_poor = found is None or found.stuck or found.shortened
-            if found is not None and not is_poor and first is None:
-                is_poor = found.residual > self._expected(iterate, found)
+            end = _step(problem, self._part, body, surface, iterate, predictor)
+            is_poor = end is None or end.stuck or end.shortened
+            if end is not None and not is_poor and not is_first:
+                is_poor = end.residual > self._expected(iterate, end)
             if is_poor and not self._is_fresh(body, iterate):
                 self._drop()
                 continue
-            if found is None:
+            if end is None:
                 return Rung.UNSOLVED
-            missing = np.setdiff1d(problem.face.facet[found.contact.acting], self._part.facets)
-            if len(missing) == 0 or found.shortened:
+            missing = np.setdiff1d(problem.face.facet[end.contact.acting], self._part.facets)
+            if len(missing) == 0 or end.shortened:
                 break
-            needed = np.union1d(np.union1d(needed, self._facets), _expected_facets(problem, found))
-        body.took(found)
-        is_another = first is not None or found.memory.updates != iterate.memory.updates
+            needed = np.union1d(np.union1d(needed, self._facets), _expected_facets(problem, end))
+        body.took(end)
+        is_another = is_first or end.memory.updates != iterate.memory.updates
         self._residuals = () if is_another else (*self._residuals[-1:], iterate.residual)
-        return found.on(Rung.SHIFTED) if found.shift > 0 else found
+        return end.on(Rung.SHIFTED) if end.shift > 0 else end
 
-    def _expected(self, iterate: Iterate, found: Iterate) -> float:
+    def _expected(self, iterate: Iterate, end: Iterate) -> float:
         """Residual that a step has to beat; any will do where multipliers were updated, which makes another problem.
 
         Steps of a model that learns do not come down one by one: near balance one has to beat the largest of the last.
         """
-        if found.memory.updates != iterate.memory.updates:
+        if end.memory.updates != iterate.memory.updates:
             return np.inf
         return max((iterate.residual, *self._residuals)) if iterate.residual < ON_ITS_WAY else iterate.residual
 
@@ -220,26 +220,23 @@ def _step(
     stiffness, load = body.at(iterate)
     held = problem.pattern.held[part.unknowns]
     face_problem = FaceProblem(
+        whole=problem,
         face=part.face,
         positions=iterate.positions[part.nodes],
         stiffness=stiffness,
         load=load,
         held=held,
         surface=surface,
-        law=problem.law,
-        options=problem.options,
-        cautious=problem.stiffness / 4,
-        least_force_n=problem.least_force_n,
         touched=TouchedMatrix(stiffness, held),
     )
-    solved = solve_face(face_problem, part.memory(iterate.memory), accuracy=iterate.residual, predictor=predictor)
-    if solved is None or not np.abs(solved[0]).max() < LONGEST_MM:
+    solution = solve_face(face_problem, part.memory(iterate.memory), accuracy=iterate.residual, predictor=predictor)
+    if solution is None or not np.abs(solution[0]).max() < LONGEST_MM:
         return None
-    motion, memory = solved
+    motion, memory = solution
     moved = body.step(iterate, motion, partial(held_stiffness, face_problem, motion, memory))
     nodes = np.zeros_like(iterate.positions)
     nodes[: problem.pattern.size // 3] = moved.reshape(-1, 3)
     memory = part.put_back(memory, iterate.memory)
     start = replace(iterate, memory=memory, contact=remembered(problem.face, iterate.contact, memory, problem.law))
-    found = search(problem, surface, start, Direction(nodes=nodes, shift=body.shift, is_stiffened=body.shift > 0))
-    return replace(found, iteration=iterate.iteration + 1, shift=body.shift)
+    end = search(problem, surface, start, nodes, is_stiffened=body.shift > 0)
+    return replace(end, iteration=iterate.iteration + 1, shift=body.shift)

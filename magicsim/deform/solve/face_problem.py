@@ -24,10 +24,10 @@ from magicsim.deform.contact.augmented import (
     updated_memory,
 )
 from magicsim.deform.contact.face import ContactFace
-from magicsim.deform.contact.friction import ContactLaw, ContactMemory
-from magicsim.deform.solve.descent import Shifts, decreases, shortened, stiffenings
+from magicsim.deform.contact.friction import ContactMemory
+from magicsim.deform.solve.descent import decreases, shortened, stiffenings
 from magicsim.deform.solve.face_part import LARGE, TouchedMatrix
-from magicsim.deform.solve.problem import NewtonOptions
+from magicsim.deform.solve.problem import Problem
 
 ITERATIONS = 60
 """Most Newton steps of one problem."""
@@ -49,15 +49,18 @@ MOST_SHIFTED = 2
 """Newton steps in a row of a large face that may need a shift: its body is not one that this way leads on from."""
 NOISE = 1e-10
 """Relative rounding of the energy."""
-SHIFTS = Shifts(first=1e-3, growth=10.0, last=1e3)
-"""Multiples of the mean diagonal added to a matrix that is not positive definite."""
+FIRST_SHIFT, SHIFT_GROWTH, LAST_SHIFT = 1e-3, 10.0, 1e3
+"""Multiples of the mean diagonal added to a matrix that is not positive definite: assumed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaceProblem:
     """What does not change while the contact settles; node vectors are of shape (nodes, 3)."""
 
+    whole: Problem
+    """The lattice, its law of contact and its tolerances."""
     face: ContactFace
+    """The part of the face that may come into contact."""
     positions: Array
     """Where the nodes stand before the step [mm]."""
     stiffness: Array
@@ -67,12 +70,6 @@ class FaceProblem:
     held: npt.NDArray[np.bool_]
     """Unknowns that stay zero, shape (3 nodes,)."""
     surface: Surface
-    law: ContactLaw
-    options: NewtonOptions
-    cautious: float
-    """Largest pressure times curvature that counts far from balance [N/mm3]."""
-    least_force_n: float
-    """Contact forces below this do not sharpen the residual [N]."""
     touched: TouchedMatrix
     """Solves with the stiffness and the contact's own."""
 
@@ -100,7 +97,7 @@ def solve_face(
         accuracy: The body's relative residual, which says how exactly this problem has to be solved.
         predictor: A surface that the face follows roughly, memory as it is, before the object's own decides.
     """
-    options = problem.options
+    options = problem.whole.options
     target = float(np.clip(RESIDUAL_PACE * accuracy, *RESIDUALS))
     patience = Patience(
         misfit_mm=options.tolerance_mm * MISFIT_SHARE,
@@ -119,7 +116,7 @@ def solve_face(
     point = _evaluated(problem, start, memory)
     was_cut, shifted = False, 0
     for iteration in range(ITERATIONS):
-        updated = updated_memory(patience, problem.law, memory, point.contact, point.residual, point.mismatch)
+        updated = updated_memory(patience, problem.whole.law, memory, point.contact, point.residual, point.mismatch)
         if updated is not memory:
             memory = updated
             point = _evaluated(problem, point.motion, memory)
@@ -129,12 +126,12 @@ def solve_face(
         shifted = shifted + 1 if shift > 0 else 0
         if step is None or (len(problem.load) > LARGE and shifted > MOST_SHIFTED):
             return None
-        found, alpha = _line_search(problem, point, step, memory)
-        if found is None:
+        end, alpha = _line_search(problem, point, step, memory)
+        if end is None:
             if iteration == 0 and predictor is None:
                 return None
             break
-        point, was_cut = found, alpha < 1
+        point, was_cut = end, alpha < 1
     return (point.motion, memory) if np.isfinite(point.motion).all() else None
 
 
@@ -150,8 +147,8 @@ def held_stiffness(problem: FaceProblem, motion: Array, memory: ContactMemory) -
         Shape (3 nodes, 3 nodes) [N/mm].
     """
     nodes = problem.positions + motion.reshape(-1, 3)
-    contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.law)
-    local = contact_stiffness(contact, problem.face, problem.surface, memory, problem.law, curvature_limit=0.0)
+    contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.whole.law)
+    local = contact_stiffness(contact, problem.face, problem.surface, memory, problem.whole.law, curvature_limit=0.0)
     matrix = np.zeros_like(problem.stiffness)
     add_dense_stiffness(matrix, problem.face, contact.acting, local)
     return matrix
@@ -164,27 +161,27 @@ def _predicted(problem: FaceProblem, memory: ContactMemory) -> Array:
         if point.residual < ROUGH:
             break
         step, _ = _newton_step(problem, point, memory, is_secant=was_cut)
-        found, alpha = (None, 0.0) if step is None else _line_search(problem, point, step, memory)
-        if found is None:
+        end, alpha = (None, 0.0) if step is None else _line_search(problem, point, step, memory)
+        if end is None:
             break
-        point, was_cut = found, alpha < 1
+        point, was_cut = end, alpha < 1
     return point.motion
 
 
 def _evaluated(problem: FaceProblem, motion: Array, memory: ContactMemory) -> _Point:
     nodes = problem.positions + motion.reshape(-1, 3)
-    contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.law)
+    contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.whole.law)
     force = np.where(problem.held, 0.0, contact.node_force_n.ravel())
     stretched = problem.stiffness @ motion
     unbalanced = problem.load + force - stretched
-    size = max(problem.least_force_n, float(np.linalg.norm(force)))
+    size = max(problem.whole.least_force_n, float(np.linalg.norm(force)))
     return _Point(
         motion=motion,
         contact=contact,
         unbalanced=unbalanced,
         energy_mj=float(motion @ (stretched / 2 - problem.load)) + contact.energy_mj,
         residual=float(np.linalg.norm(unbalanced)) / size,
-        mismatch=slip_mismatch(problem.face, contact, memory, problem.law),
+        mismatch=slip_mismatch(problem.face, contact, memory, problem.whole.law),
     )
 
 
@@ -192,27 +189,29 @@ def _newton_step(
     problem: FaceProblem, point: _Point, memory: ContactMemory, *, is_secant: bool
 ) -> tuple[Array | None, float]:
     """Motion, and the shift that its matrix needed; none where no shift makes the matrix definite."""
-    is_near = point.residual < problem.options.update_residual
+    is_near = point.residual < problem.whole.options.update_residual
     diagonal = float(np.abs(np.diagonal(problem.stiffness)).mean())
-    for tried in stiffenings(SHIFTS, cautious=problem.cautious, is_near=is_near):
+    for limit, shift in stiffenings(
+        first=FIRST_SHIFT, growth=SHIFT_GROWTH, last=LAST_SHIFT, cautious=problem.whole.cautious, is_near=is_near
+    ):
         local = contact_stiffness(
-            point.contact, problem.face, problem.surface, memory, problem.law, curvature_limit=tried.curvature_limit,
+            point.contact, problem.face, problem.surface, memory, problem.whole.law, curvature_limit=limit,
             is_secant=is_secant,
         )  # fmt: skip
-        if tried.shift == 0:
-            found = problem.touched.solve(problem.face, point.contact.acting, local, point.unbalanced)
-            if found is not None:
-                return found, 0.0
+        if shift == 0:
+            step = problem.touched.solve(problem.face, point.contact.acting, local, point.unbalanced)
+            if step is not None:
+                return step, 0.0
             continue
         matrix = problem.stiffness.copy()
         add_dense_stiffness(matrix, problem.face, point.contact.acting, local)
         matrix[problem.held], matrix[:, problem.held] = 0.0, 0.0
-        matrix[np.diag_indices_from(matrix)] += np.where(problem.held, 1.0, tried.shift * diagonal)
+        matrix[np.diag_indices_from(matrix)] += np.where(problem.held, 1.0, shift * diagonal)
         try:
             factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
         except LinAlgError:
             continue
-        return np.asarray(cho_solve(factor, point.unbalanced)), tried.shift
+        return np.asarray(cho_solve(factor, point.unbalanced)), shift
     return None, np.inf
 
 
@@ -225,8 +224,8 @@ def _line_search(
     def trial(alpha: float) -> _Point:
         return _evaluated(problem, start.motion + alpha * step, memory)
 
-    def accepts(found: _Point, alpha: float) -> bool:
-        return decreases(found.energy_mj, start.energy_mj, alpha * slope, noise)
+    def accepts(end: _Point, alpha: float) -> bool:
+        return decreases(end.energy_mj, start.energy_mj, alpha * slope, noise)
 
-    found, alpha, is_accepted = shortened(accepts, trial, longest=1.0, halvings=HALVINGS)
-    return (found, alpha) if is_accepted else (None, 0.0)
+    end, alpha, is_accepted = shortened(accepts, trial, longest=1.0, halvings=HALVINGS)
+    return (end, alpha) if is_accepted else (None, 0.0)

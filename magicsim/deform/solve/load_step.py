@@ -4,7 +4,7 @@ They begin on the object's surface carried along from its last pose (`contact.au
 a long way, so that the face follows the object before the true surface decides.
 
 **Plain Newton steps.** The volumetric stress of each cell is an independent unknown, condensed out: the matrix keeps
-its size, the right- hand side is that of the displacement problem, and the stress follows its own linearised law.
+its size, the right-hand side is that of the displacement problem, and the stress follows its own linearised law.
 Iteration counts then do not grow as nu approaches 1/2.
 
 Every load step begins with contact multipliers of zero, a plain penalty problem whose energy changes little from
@@ -20,6 +20,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import (
     Patience,
     Surface,
@@ -32,13 +33,21 @@ from magicsim.deform.contact.augmented import (
 from magicsim.deform.contact.friction import ContactMemory
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.table import has_settled
-from magicsim.deform.solve.condensed import Condenser, FirstStep
-from magicsim.deform.solve.descent import Direction, Shifts, search, stiffenings
+from magicsim.deform.solve.condensed import Condenser
+from magicsim.deform.solve.descent import search, stiffenings
 from magicsim.deform.solve.iterate import Iterate, evaluated
 from magicsim.deform.solve.ladder import Rung
-from magicsim.deform.solve.problem import NewtonOptions, Problem
+from magicsim.deform.solve.problem import Problem
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
+
+SHORT = 0.25
+"""Way of the object, in units of its smallest feature, below which no point of the face changes its side of a tip."""
+TABLE_UPDATES, TABLE_PATIENCE = 30, 6
+"""Most updates of the limits of friction below a block on a table in one load step, and how many of them are early."""
+TABLE_RESIDUALS = (0.3, 1e-2)
+"""Residuals below which they are updated, early and late; updated in balance only, a base that was held too little has
+slid out and has to be pulled back."""
 
 
 def first_contact(indenter: Indenter) -> Pose:
@@ -91,24 +100,9 @@ def terminate(problem: Problem, iterate: Iterate) -> bool:
 
 def newton_step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
     """Updates of multipliers and friction limits where they are due, and one Newton step."""
-    memory = updated_memory(
-        _patience(problem.options, iterate.iteration), problem.law, iterate.memory, iterate.contact, iterate.residual,
-        iterate.mismatch,
-    )  # fmt: skip
-    if memory is not iterate.memory:
-        contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
-        iterate = replace(iterate, memory=memory, contact=contact)
-    direction = _direction(problem, surface, iterate)
-    if direction is None:
-        return replace(iterate, stuck=True, iteration=iterate.iteration + 1)
-    found = search(problem, surface, iterate, direction)
-    rungs = (Rung.PLAIN, Rung.SHIFTED) if direction.shift > 0 else (Rung.PLAIN,)
-    return replace(found, iteration=iterate.iteration + 1, shift=direction.shift).on(*rungs)
-
-
-def _patience(options: NewtonOptions, iteration: int) -> Patience:
-    is_relaxed = iteration >= options.patience
-    return Patience(
+    options = problem.options
+    is_relaxed = iterate.iteration >= options.patience
+    patience = Patience(
         misfit_mm=options.tolerance_mm,
         mismatch=options.slip_mismatch,
         multiplier_residual=options.update_residual,
@@ -117,43 +111,50 @@ def _patience(options: NewtonOptions, iteration: int) -> Patience:
         updates=options.multiplier_updates,
         growth=options.penalty_growth,
     )
+    memory = updated_memory(patience, problem.law, iterate.memory, iterate.contact, iterate.residual, iterate.mismatch)
+    if memory is not iterate.memory:
+        contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
+        iterate = replace(iterate, memory=memory, contact=contact)
+    direction = _direction(problem, surface, iterate)
+    if direction is None:
+        return replace(iterate, stuck=True, iteration=iterate.iteration + 1)
+    motion, shift, is_stiffened = direction
+    end = search(problem, surface, iterate, motion, is_stiffened=is_stiffened)
+    rungs = (Rung.PLAIN, Rung.SHIFTED) if shift > 0 else (Rung.PLAIN,)
+    return replace(end, iteration=iterate.iteration + 1, shift=shift).on(*rungs)
 
 
-def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> Direction | None:
-    """Newton direction of the free nodes; None where no shift makes the matrix definite."""
+def _direction(problem: Problem, surface: Surface, iterate: Iterate) -> tuple[Array, float, bool] | None:
+    """Newton direction of the nodes, shape (nodes, 3) [mm], the shift in its matrix, and whether that is stiffened.
+
+    None where no shift makes the matrix definite.
+    """
     options, free = problem.options, problem.elasticity.lattice.free_nodes
     right = problem.free_forces(iterate.contact.node_force_n - iterate.elastic.gradient).ravel()
-    cautious = problem.stiffness / 4
-    shifts = Shifts(first=options.first_shift, growth=4.0, last=options.last_shift)
-    before = iterate.shift / 4 if iterate.shift > options.first_shift / 4 else 0.0
-    is_near = iterate.residual < options.update_residual
-    for tried in stiffenings(shifts, cautious=cautious, is_near=is_near, shift=before):
+    attempts = stiffenings(
+        first=options.first_shift,
+        growth=4.0,
+        last=options.last_shift,
+        cautious=problem.cautious,
+        is_near=iterate.residual < options.update_residual,
+        shift=iterate.shift / 4 if iterate.shift > options.first_shift / 4 else 0.0,
+    )
+    for limit, shift in attempts:
         values = problem.elasticity.hessian(
-            iterate.positions, iterate.pressure, iterate.elastic.volume_gradient, problem.pattern, shift=tried.shift
+            iterate.positions, iterate.pressure, iterate.elastic.volume_gradient, problem.pattern, shift=shift
         )
         local = contact_stiffness(
-            iterate.contact, problem.face, surface, iterate.memory, problem.law, curvature_limit=tried.curvature_limit,
+            iterate.contact, problem.face, surface, iterate.memory, problem.law, curvature_limit=limit,
             is_secant=iterate.shortened,
         )  # fmt: skip
         add_sparse_stiffness(values, problem.face, iterate.contact.acting, local, problem.pattern)
         problem.pattern.hold(values)
         if problem.solver.factorise(values):
-            nodes = np.zeros_like(iterate.positions)
-            nodes[:free] = problem.solver.solve(right).reshape(-1, 3)
-            if not np.isfinite(nodes).all():
-                return None
-            is_stiffened = tried.shift > 0 or tried.curvature_limit == cautious or iterate.shortened
-            return Direction(nodes=nodes, shift=tried.shift, is_stiffened=is_stiffened)
+            motion = np.zeros_like(iterate.positions)
+            motion[:free] = problem.solver.solve(right).reshape(-1, 3)
+            is_stiffened = shift > 0 or limit == problem.cautious or iterate.shortened
+            return (motion, shift, is_stiffened) if np.isfinite(motion).all() else None
     return None
-
-
-SHORT = 0.25
-"""Way of the object, in units of its smallest feature, below which no point of the face changes its side of a tip."""
-TABLE_UPDATES, TABLE_PATIENCE = 30, 6
-"""Most updates of the limits of friction below a block on a table in one load step, and how many of them are early."""
-TABLE_RESIDUALS = (0.3, 1e-2)
-"""Residuals below which they are updated, early and late; updated in balance only, a base that was held too little has
-slid out and has to be pulled back."""
 
 
 def iterate_pose(
@@ -178,36 +179,38 @@ def iterate_pose(
         note: Told every iteration.
     """
     problem = problem.on_table(start.table)
-    nodes, pressed = problem.elasticity.lattice.nodes_mm, np.flatnonzero(start.contact_pressure_mpa > 0)
-    positions, surface = nodes + start.displacements_mm, moved_surface(indenter, before)
+    nodes, surface = problem.elasticity.lattice.nodes_mm, indenter.distance
+    positions, moved = nodes + start.displacements_mm, moved_surface(indenter, before)
     memory = _first_memory(problem, indenter, start)
-    last = evaluated(problem, indenter.distance, positions, start.pressure_mpa, memory)
     way_mm = way_length_mm(before.pose, indenter.pose, reach_mm(start, before.pose))
     is_short = way_mm < SHORT * indenter.shape.feature_mm
-    first = FirstStep(predictor=None if is_short else surface, pressed=pressed)
     condenser.begin(start.linearisation if may_use_path else None)
-    found = condenser.step(problem, indenter.distance, last, first=first)
-    if isinstance(found, Rung):
-        state = evaluated(problem, surface, positions, start.pressure_mpa, memory)
-        found = newton_step(problem, surface, state).on(found)
-        if not found.stuck:
-            guess = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
-            found = replace(guess, iteration=found.iteration, shift=found.shift, rungs=found.rungs)
-    note(found)
+    iterate = condenser.step(
+        problem,
+        surface,
+        evaluated(problem, surface, positions, start.pressure_mpa, memory),
+        predictor=None if is_short else moved,
+        pressed=np.flatnonzero(start.contact_pressure_mpa > 0),
+    )
+    if isinstance(iterate, Rung):
+        state = evaluated(problem, moved, positions, start.pressure_mpa, memory)
+        iterate = newton_step(problem, moved, state).on(iterate)
+        if not iterate.stuck:
+            there = evaluated(problem, surface, iterate.positions, iterate.pressure, iterate.memory)
+            iterate = replace(there, iteration=iterate.iteration, shift=iterate.shift, rungs=iterate.rungs)
+    note(iterate)
     updates = 0
     while True:
         near = TABLE_RESIDUALS[updates >= TABLE_PATIENCE]
-        if found.residual <= near and updates < TABLE_UPDATES and not has_settled(found.elastic.table):
-            problem, updates = problem.with_table_at(found.positions), updates + 1
-            again = evaluated(problem, indenter.distance, found.positions, found.pressure, found.memory)
-            found = replace(again, rungs=found.rungs)
-        if terminate(problem, found):
-            return found
-        following = condenser.step(problem, indenter.distance, found)
-        if isinstance(following, Rung):
-            following = newton_step(problem, indenter.distance, found).on(following)
-        found = following
-        note(found)
+        if iterate.residual <= near and updates < TABLE_UPDATES and not has_settled(iterate.elastic.table):
+            problem, updates = problem.with_table_at(iterate.positions), updates + 1
+            again = evaluated(problem, surface, iterate.positions, iterate.pressure, iterate.memory)
+            iterate = replace(again, rungs=iterate.rungs)
+        if terminate(problem, iterate):
+            return iterate
+        step = condenser.step(problem, surface, iterate)
+        iterate = newton_step(problem, surface, iterate).on(step) if isinstance(step, Rung) else step
+        note(iterate)
 
 
 def _first_memory(problem: Problem, indenter: Indenter, start: Deformation) -> ContactMemory:

@@ -180,6 +180,11 @@ class Problem:
         return _smallest_edge_mm(self.elasticity.lattice)
 
     @property
+    def cautious(self) -> float:
+        """Largest pressure times curvature of the object that counts far from balance [N/mm3]: assumed."""
+        return self.stiffness / 4
+
+    @property
     def first_penalty(self) -> float:
         """Stiffness of contact along the normal that a load step begins with [N/mm3]."""
         return self.options.penalty_ratio * self.stiffness
