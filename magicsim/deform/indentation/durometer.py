@@ -10,7 +10,7 @@ on a crossing of walls, which are places of symmetry: a quarter of the sample is
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -59,8 +59,8 @@ PENETRATION_MM = 0.002
 """Largest penetration at any contact point [mm]."""
 COARSER = 1.5
 """Factor of the spacing where a block without walls folds on the finer one."""
-
-
+Core = Literal["resolved", "homogenised", "even"]
+"""Walls and infill as cells of their own, one effective solid on the same planes, or on planes of even spacing."""
 ON_A_TABLE = Mounting(base="table")
 """How ASTM D2240 has the sample: on a flat, hard, horizontal surface."""
 Progress = Callable[[int, int, str], None]
@@ -133,16 +133,28 @@ def durometer(
     compile_kernels()
     design = design.mounted(mounting)
     start = time.perf_counter()
-    setting = _Setting(
-        spacing_mm=min(spacing_mm, design.lattice.spacing_mm or spacing_mm),
-        friction=friction,
-        hole_radius_mm=hole_radius_mm,
-        place=place,
-        step_mm=step_mm,
-        force_tolerance_n=force_tolerance_n,
-    )
+    spacing_mm = min(spacing_mm, design.lattice.spacing_mm or spacing_mm)
+    attempts: list[tuple[Core, float]] = [("resolved", spacing_mm)]
+    if walls == "homogenised":
+        attempts = [("even", spacing_mm)]
+    elif design.has_grid:
+        attempts.append(("homogenised", spacing_mm))
+    else:
+        attempts.append(("resolved", COARSER * spacing_mm))
     with waiting("pressing the cone", told if progress is None else unheard) as share:
-        test, depth, state = _first_equilibrium(design, _attempts(design, setting, walls), progress or share)
+        while True:
+            core, spacing = attempts.pop(0)
+            test = DurometerTest(
+                design, core, spacing_mm=spacing, friction=friction, hole_radius_mm=hole_radius_mm, place=place
+            )
+            try:
+                depth, state = test.equilibrium(step_mm, force_tolerance_n, progress or share)
+            except ConvergenceError as error:
+                if not attempts:
+                    raise
+                LOGGER.info("no equilibrium with a %s core at %g mm: %s", core, spacing, error)
+            else:
+                break
     return DurometerResult(
         shore_a=100 * (1 - depth / EXTENSION_MM),
         force_n=test.cone_force_n(state),
@@ -153,8 +165,8 @@ def durometer(
         force_balance=state.force_balance,
         iterations=test.iterations,
         unknowns=state.unknowns,
-        walls=test.walls,
-        spacing_mm=test.spacing_mm,
+        walls="none" if not design.has_grid else "resolved" if core == "resolved" else "homogenised",
+        spacing_mm=spacing,
         seconds=time.perf_counter() - start,
     )
 
@@ -164,23 +176,7 @@ def spring_force_n(depth_mm: float) -> float:
     return SPRING_N[0] + SPRING_N[1] * 100 * (1 - depth_mm / EXTENSION_MM)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Setting:
-    """See `durometer`."""
-
-    spacing_mm: float
-    friction: float
-    hole_radius_mm: float | None
-    place: Place
-    step_mm: float
-    force_tolerance_n: float
-
-
-Core = Literal["resolved", "homogenised", "even"]
-"""Walls and infill as cells of their own, one effective solid on the same planes, or on planes of even spacing."""
-
-
-def _lattice(design: ElastomerDesign, place_mm: tuple[float, float], spacing_mm: float, core: Core) -> Lattice:
+def quarter_lattice(design: ElastomerDesign, place_mm: tuple[float, float], spacing_mm: float, core: Core) -> Lattice:
     """A quarter of the sample, fine below the cone."""
     spot = Zone(low_mm=place_mm, high_mm=place_mm).grown(SHAFT_RADIUS_MM)
     if core == "even":
@@ -191,30 +187,28 @@ def _lattice(design: ElastomerDesign, place_mm: tuple[float, float], spacing_mm:
     )  # fmt: skip
 
 
-def _attempts(design: ElastomerDesign, setting: _Setting, walls: Walls) -> list[tuple[_Setting, Core]]:
-    """What to solve, and what to solve instead where that has no equilibrium."""
-    if walls == "homogenised":
-        return [(setting, "even")]
-    if design.has_grid:
-        return [(setting, "resolved"), (setting, "homogenised")]
-    return [(setting, "resolved"), (replace(setting, spacing_mm=COARSER * setting.spacing_mm), "resolved")]
-
-
-class _Test:
+class DurometerTest:
     """A sample on the table, ready to be pressed to any depth."""
 
-    def __init__(self, design: ElastomerDesign, setting: _Setting, core: Core) -> None:
-        self._hole_radius_mm = setting.hole_radius_mm
-        self._place_mm = (0.0, 0.0) if core == "even" else symmetric_place(design, setting.place)
-        self.spacing_mm = setting.spacing_mm
-        self.walls: Walls = "none" if not design.has_grid else "resolved" if core == "resolved" else "homogenised"
+    def __init__(
+        self,
+        design: ElastomerDesign,
+        core: Core,
+        *,
+        spacing_mm: float,
+        friction: float = FRICTION,
+        hole_radius_mm: float | None = HOLE_RADIUS_MM,
+        place: Place = "cell",
+    ) -> None:
+        """Prepares the sample; arguments are those of `durometer`."""
+        self._hole_radius_mm = hole_radius_mm
+        self._place_mm = (0.0, 0.0) if core == "even" else symmetric_place(design, place)
         self._solver = ContactSolver(
-            _lattice(design, self._place_mm, setting.spacing_mm, core),
-            friction=setting.friction,
+            quarter_lattice(design, self._place_mm, spacing_mm, core),
+            friction=friction,
             tolerance_mm=PENETRATION_MM,
-            point_spacing_mm=setting.spacing_mm / 3,
+            point_spacing_mm=spacing_mm / 3,
         )
-        self.rest = Deformation.rest(self._solver.lattice)
         self.iterations = 0
 
     def pressed(self, depth_mm: float, previous: Deformation) -> Deformation:
@@ -230,48 +224,32 @@ class _Test:
         quarter = self._solver.force_within_n(state, self._place_mm, FOOT_STARTS_MM)
         return 4 * float(quarter[2])
 
+    def equilibrium(self, step_mm: float, force_tolerance_n: float, progress: Progress) -> tuple[float, Deformation]:
+        """Depth at which sample and spring push alike [mm], and the state there: by steps, then by false position."""
 
-def _first_equilibrium(
-    design: ElastomerDesign, attempts: list[tuple[_Setting, Core]], told: Progress
-) -> tuple[_Test, float, Deformation]:
-    """The first attempt that has one: its test, depth [mm] and state."""
-    (setting, core), *others = attempts
-    test = _Test(design, setting, core)
-    try:
-        return test, *_equilibrium(test, setting, told)
-    except ConvergenceError as error:
-        if not others:
-            raise
-        LOGGER.info("no equilibrium with a %s core at %g mm: %s", core, setting.spacing_mm, error)
-    return _first_equilibrium(design, others, told)
+        def excess(depth: float, state: Deformation) -> float:
+            force, spring = self.cone_force_n(state), spring_force_n(depth)
+            progress(round(1000 * depth), round(1000 * EXTENSION_MM), f"cone {force:.2f} N, spring {spring:.2f} N")
+            return force - spring
 
-
-def _equilibrium(test: _Test, setting: _Setting, told: Progress) -> tuple[float, Deformation]:
-    """Depth at which sample and spring push alike [mm], and the state there."""
-
-    def excess(depth: float, state: Deformation) -> float:
-        force, spring = test.cone_force_n(state), spring_force_n(depth)
-        told(round(1000 * depth), round(1000 * EXTENSION_MM), f"cone {force:.2f} N, spring {spring:.2f} N")
-        return force - spring
-
-    low, below, state = 0.0, -spring_force_n(0.0), test.rest
-    high = setting.step_mm
-    pressed = test.pressed(high, state)
-    while excess(high, pressed) < 0:
-        if high >= EXTENSION_MM:  # softer than the scale
-            return high, pressed
-        low, below, state = high, excess(high, pressed), pressed
-        high = min(high + setting.step_mm, EXTENSION_MM)
-        pressed = test.pressed(high, state)
-    above = excess(high, pressed)
-    while high - low > DEPTH_TOLERANCE_MM:
-        middle = float(np.clip(high - above * (high - low) / (above - below), low + 1e-6, high - 1e-6))
-        trial = test.pressed(middle, state)
-        rest = excess(middle, trial)
-        if abs(rest) < setting.force_tolerance_n:
-            return middle, trial
-        if rest < 0:
-            low, below, state = middle, rest, trial
-        else:
-            high, above, pressed = middle, rest, trial
-    return high, pressed
+        low, below, state = 0.0, -spring_force_n(0.0), Deformation.rest(self._solver.lattice)
+        high = step_mm
+        pressed = self.pressed(high, state)
+        while excess(high, pressed) < 0:
+            if high >= EXTENSION_MM:  # softer than the scale
+                return high, pressed
+            low, below, state = high, excess(high, pressed), pressed
+            high = min(high + step_mm, EXTENSION_MM)
+            pressed = self.pressed(high, state)
+        above = excess(high, pressed)
+        while high - low > DEPTH_TOLERANCE_MM:
+            middle = float(np.clip(high - above * (high - low) / (above - below), low + 1e-6, high - 1e-6))
+            trial = self.pressed(middle, state)
+            rest = excess(middle, trial)
+            if abs(rest) < force_tolerance_n:
+                return middle, trial
+            if rest < 0:
+                low, below, state = middle, rest, trial
+            else:
+                high, above, pressed = middle, rest, trial
+        return high, pressed

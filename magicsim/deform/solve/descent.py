@@ -57,7 +57,7 @@ def stiffenings(
 
 
 def decreases(value: float, reference: float, promised: float, noise: float) -> bool:
-    """Whether an energy [mJ] has decreased, but for rounding, by enough of what the slope promises, a negative change."""
+    """Whether an energy [mJ] has decreased by enough of what the slope promises (a negative change), but for noise."""
     return value <= reference + ARMIJO * promised + noise
 
 
