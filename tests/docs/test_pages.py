@@ -4,6 +4,7 @@ import ast
 import importlib
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from magicsim.cli.app import app
 from magicsim.geometry.objects.kinds import OBJECT_KINDS
 from magicsim.geometry.objects.rigid_object import ObjectBase
 
-from .pages import DOCS, EXAMPLES, PAGES, ROOT, blocks, load, name
+from .pages import DOCS, EXAMPLES, PAGES, ROOT, blocks, name
 
 assert entry  # registers the commands
 COMMANDS = sorted(command for command in app if not command.startswith("-") and app[command].show)
@@ -70,7 +71,7 @@ def test_symbols_that_pages_on_extending_name_exist(page: Path):
             found = getattr(found, part)
 
 
-@pytest.mark.parametrize("page", sorted((DOCS / "extending").glob("*.md")), ids=name)
+@pytest.mark.parametrize("page", [*sorted((DOCS / "extending").glob("*.md")), DOCS / "architecture.md"], ids=name)
 def test_names_beside_a_file_stand_in_that_file(page: Path):
     for names, file in BESIDE.findall(page.read_text(encoding="utf-8")):
         text = (ROOT / file).read_text(encoding="utf-8")
@@ -121,11 +122,14 @@ def test_every_example_stands_in_the_gallery():
     assert all(script.name in gallery for script in EXAMPLES.glob("*.py"))
 
 
-def test_picture_of_the_architecture_is_that_of_the_code():
-    script = load(DOCS / "architecture.py")
-    assert (DOCS / "architecture.svg").read_text(encoding="utf-8") == script.picture()
-    drawn = {part for parts in script.layers(script.parts_imported()) for part in parts}
-    assert drawn == set(script.MAKES)
+def test_layers_of_the_architecture_are_those_of_the_contract():
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
+    [layers] = [each["layers"] for each in contracts if each["type"] == "layers"]
+    held = [[part for part in layer.split(" : ") if not part.startswith("(")] for layer in layers[1:]]
+    rows = (DOCS / "architecture.md").read_text(encoding="utf-8").partition("## Layers")[2].partition("## ")[0]
+    assert [sorted(re.findall(r"`(\w+)`", row.split("|")[2])) for row in rows.splitlines() if "| `" in row] == held
 
 
 def test_citation_is_of_this_version():
