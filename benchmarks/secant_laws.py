@@ -72,11 +72,7 @@ def reading(
         step_mm: Motion of the cone in one load step [mm].
         rounds: How often moduli are brought up to date; `without_walls` takes one.
     """
-    setting = module._Setting(
-        spacing_mm=spacing_mm, friction=module.FRICTION, hole_radius_mm=module.HOLE_RADIUS_MM, place=place,
-        step_mm=step_mm, force_tolerance_n=module.FORCE_TOLERANCE_N,
-    )  # fmt: skip
-    plain, infill = module._lattice, design.materials.infill
+    plain, infill = module.quarter_lattice, design.materials.infill
     assert infill is not None
     kept: dict[str, Any] = {"factor": 1.0}
 
@@ -91,9 +87,10 @@ def reading(
         return replace(lattice, shear_modulus_mpa=lattice.shear_modulus_mpa * factor)
 
     shores, told = [], lambda *_: None
-    with patch.object(module, "_lattice", changed):
+    with patch.object(module, "quarter_lattice", changed):
         for _ in range(1 if law in (usual, without_walls) else 1 + rounds):
-            _, depth, state = module._first_equilibrium(design, [(setting, "resolved")], told)
+            test = module.DurometerTest(design, "resolved", spacing_mm=spacing_mm, place=place)
+            depth, state = test.equilibrium(step_mm, module.FORCE_TOLERANCE_N, told)
             shores.append(100 * (1 - depth / module.EXTENSION_MM))
             lattice, is_infill = kept["lattice"], kept["is_infill"]
             excess = _excess(lattice, state.displacements_mm)

@@ -13,7 +13,7 @@ An object that is its own mirror image in the planes x = 0 and y = 0 needs a qua
 thick, with the printed plane in its middle; outside the box the lattice is the usual one, coarser and coarser.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -33,6 +33,8 @@ MIRROR_TOLERANCE_MM = 1e-6
 """Difference of distances up to which an object is its own mirror image [mm]."""
 MIRROR_POINTS = 400
 """Points at which that is looked at."""
+ROUNDING_MM = 1e-9
+"""Slack of a plane's place [mm]."""
 
 
 def central_lattice(design: ElastomerDesign, zone: Zone, *, spacing_mm: float, is_quarter: bool) -> Lattice:
@@ -102,10 +104,6 @@ def _graded_axis(ends_mm: list[float], fine_to_mm: float, spacing_mm: float, gro
     return graded_planes(np.concatenate([*parts, ends[-1:]]), 0.0, fine_to_mm, growth, keep_mm=ends)
 
 
-ROUNDING_MM = 1e-9
-"""Slack of a plane's place [mm]."""
-
-
 def resolved_lattice(
     design: ElastomerDesign, spot: Zone, *, margin_mm: float, spacing_mm: float, growth: float, mirrored: bool = False,
     homogenised: bool = False,
@@ -126,108 +124,75 @@ def resolved_lattice(
         GeometryError: The grid does not fit the block.
     """
     grid, fine = resolve_grid(design), spot.grown(margin_mm)
+    unsplit = design.lattice.model_copy(update={"spacing_mm": None})
+    printed = lattice_planes(design.model_copy(update={"lattice": unsplit}), grid)
     box = ((fine.low_mm[0], fine.high_mm[0]), (fine.low_mm[1], fine.high_mm[1]), (0.0, design.skin_mm + margin_mm))
     centre = (*spot.centre_mm, None) if mirrored else (None, None, None)
-    x, y, z = (
-        _axis(planes, low, high, _Walls(design, grid, axis), _Spacing(spacing_mm, growth, middle))
-        for axis, (planes, (low, high), middle) in enumerate(
-            zip(_printed_planes(design, grid), box, centre, strict=True)
-        )
-    )
-    lattice = lattice_on((x.planes_mm, y.planes_mm, z.planes_mm), design)
-    lattice = replace(lattice, zone=spot, is_mirrored=mirrored)
+    axes = [
+        _resolved_axis(design, grid, axis, (printed[axis], *box[axis]), centre[axis], spacing_mm, growth)
+        for axis in range(3)
+    ]
+    (x, *_), (y, *_), (z, *_) = axes
+    lattice = replace(lattice_on((x, y, z), design), zone=spot, is_mirrored=mirrored)
     infill = design.materials.infill
     if grid is None or infill is None or homogenised:
         return lattice
-    resolved = _everywhere(x.is_resolved, y.is_resolved, z.is_resolved) & lattice.is_core
-    is_infill = _everywhere(x.is_infill, y.is_infill, z.is_infill)
+    inside, between = [], []
+    for axis, (planes, low, high) in enumerate(axes):
+        middles, pitch = (planes[1:] + planes[:-1]) / 2, grid.pitch_mm[axis]
+        from_wall = (middles - grid.origin_mm[axis]) % pitch
+        inside.append((middles > low) & (middles < high))
+        between.append(np.abs(from_wall - pitch / 2) < grid.cell_mm[axis] / 2)
+    is_resolved, is_infill = _everywhere(*inside) & lattice.is_core, _everywhere(*between)
     body = design.materials.body
     shear = np.where(is_infill, infill.shear_modulus_mpa, body.shear_modulus_mpa)
     lame = np.where(is_infill, infill.lame_mpa, body.lame_mpa)
     return replace(
         lattice,
-        shear_modulus_mpa=np.where(resolved, shear, lattice.shear_modulus_mpa),
-        lame_mpa=np.where(resolved, lame, lattice.lame_mpa),
-        wall_modulus_mpa=np.where(resolved, 0.0, lattice.wall_modulus_mpa),
+        shear_modulus_mpa=np.where(is_resolved, shear, lattice.shear_modulus_mpa),
+        lame_mpa=np.where(is_resolved, lame, lattice.lame_mpa),
+        wall_modulus_mpa=np.where(is_resolved, 0.0, lattice.wall_modulus_mpa),
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Axis:
-    planes_mm: Array
-    is_resolved: Mask
-    """Which intervals lie in the box, shape (planes - 1,)."""
-    is_infill: Mask
-    """Which of them lie between two walls, shape (planes - 1,)."""
+def _resolved_axis(
+    design: ElastomerDesign,
+    grid: CellGrid | None,
+    axis: int,
+    box: tuple[Array, float, float],
+    middle_mm: float | None,
+    spacing_mm: float,
+    growth: float,
+) -> tuple[Array, float, float]:
+    """Planes of one axis, divided between the printed ones around a box and graded outside, and where the box ends.
 
-
-@dataclass(frozen=True, slots=True)
-class _Spacing:
-    """How fine an axis is, and where it begins."""
-
-    fine_mm: float
-    growth: float
-    middle_mm: float | None
-    """A plane of symmetry that is the first one; None keeps both sides."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Walls:
-    """The walls across one axis."""
-
-    design: ElastomerDesign
-    grid: CellGrid | None
-    axis: int
-
-    def faces_mm(self, low: float, high: float) -> Array:
-        """Faces of the walls in an interval, and of those that bound the core the inner ones [mm]."""
-        if self.grid is None:
-            return np.empty(0)
-        printed = self.grid.planes_mm(self.axis)
-        faces = np.concatenate([printed[:-1] + self.design.wall_mm / 2, printed[1:] - self.design.wall_mm / 2])
-        return np.asarray(faces[(faces > low) & (faces < high)])
-
-    def are_between(self, places_mm: Array) -> Mask:
-        """Whether infill may be at each place, shape (places,)."""
-        if self.grid is None:
-            return np.zeros(len(places_mm), bool)
-        pitch = self.grid.pitch_mm[self.axis]
-        from_wall = (places_mm - self.grid.origin_mm[self.axis]) % pitch
-        return np.asarray(np.abs(from_wall - pitch / 2) < self.grid.cell_mm[self.axis] / 2)
-
-
-def _printed_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[Array, ...]:
-    """Middle planes of the walls, and the outer faces."""
-    unsplit = design.lattice.model_copy(update={"spacing_mm": None})
-    return lattice_planes(design.model_copy(update={"lattice": unsplit}), grid)
-
-
-def _axis(printed_mm: Array, low_mm: float, high_mm: float, walls: _Walls, spacing: _Spacing) -> _Axis:
-    """Planes of one axis: divided between the printed planes around `low_mm` and `high_mm`, graded outside."""
-    first = max(int(np.searchsorted(printed_mm, low_mm + ROUNDING_MM, side="right")) - 1, 0)
-    last = min(int(np.searchsorted(printed_mm, high_mm - ROUNDING_MM, side="left")), len(printed_mm) - 1)
-    low, high = printed_mm[first], printed_mm[last]
-    middle = [] if spacing.middle_mm is None else [spacing.middle_mm]
-    fixed = _distinct(np.concatenate([printed_mm[first : last + 1], walls.faces_mm(low, high), middle]))
-    fine = [np.linspace(a, b, split_count(b - a, spacing.fine_mm), endpoint=False) for a, b in pairwise(fixed)]
-    planes = np.concatenate([printed_mm[:first], *fine, printed_mm[last:]])
-    if spacing.middle_mm is not None:
-        planes = planes[planes > spacing.middle_mm - ROUNDING_MM]
-    skin = walls.design.skin_mm
-    faces = np.array([printed_mm[0] + skin, printed_mm[-1] - skin]) if walls.grid is not None else np.empty(0)
-    planes = graded_planes(planes, max(low, planes[0]), high, spacing.growth, keep_mm=faces[faces > planes[0]])
-    middles = (planes[1:] + planes[:-1]) / 2
-    return _Axis(
-        planes_mm=planes,
-        is_resolved=(middles > low) & (middles < high),
-        is_infill=walls.are_between(middles),
-    )
-
-
-def _distinct(places_mm: Array) -> Array:
-    """Places in order, those that agree but for rounding once [mm]."""
-    ordered = np.sort(places_mm)
-    return np.asarray(ordered[np.diff(ordered, prepend=-np.inf) > ROUNDING_MM])
+    Args:
+        design: The block.
+        grid: Its printed cells.
+        axis: 0 for x, 1 for y, 2 for z.
+        box: Middle planes of the walls and outer faces, and the ends of what has to be fine [mm].
+        middle_mm: A plane of symmetry that is the first one [mm]; None keeps both sides.
+        spacing_mm: Largest node spacing in the box [mm].
+        growth: Ratio of neighbouring spacings outside.
+    """
+    printed, low_mm, high_mm = box
+    first = max(int(np.searchsorted(printed, low_mm + ROUNDING_MM, side="right")) - 1, 0)
+    last = min(int(np.searchsorted(printed, high_mm - ROUNDING_MM, side="left")), len(printed) - 1)
+    low, high = printed[first], printed[last]
+    walls, skins = np.empty(0), np.empty(0)
+    if grid is not None:  # faces of the walls, of those that bound the core the inner ones
+        middles, half, skin = grid.planes_mm(axis), design.wall_mm / 2, design.skin_mm
+        walls = np.concatenate([middles[:-1] + half, middles[1:] - half])
+        skins = np.array([printed[0] + skin, printed[-1] - skin])
+    middle = [] if middle_mm is None else [middle_mm]
+    places = np.concatenate([printed[first : last + 1], walls[(walls > low) & (walls < high)], middle])
+    places = np.sort(places)
+    fixed = places[np.diff(places, prepend=-np.inf) > ROUNDING_MM]  # those that agree but for rounding once
+    fine = [np.linspace(a, b, split_count(b - a, spacing_mm), endpoint=False) for a, b in pairwise(fixed)]
+    planes = np.concatenate([printed[:first], *fine, printed[last:]])
+    if middle_mm is not None:
+        planes = planes[planes > middle_mm - ROUNDING_MM]
+    return graded_planes(planes, max(low, planes[0]), high, growth, keep_mm=skins[skins > planes[0]]), low, high
 
 
 def _everywhere(x: Mask, y: Mask, z: Mask) -> Mask:
