@@ -64,12 +64,7 @@ class Inside:
 
 
 def burial_fault(lattice: Lattice, indenter: Indenter) -> str | None:
-    """Why an object that touches is pressed too deep for any equilibrium, or for its lattice; None where it is not.
-
-    Args:
-        lattice: The block.
-        indenter: The object in its pose.
-    """
+    """Why an object that touches is pressed too deep for any equilibrium, or for its lattice; None where it is not."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     reach = np.array([indenter.shape.support_mm(axis) for axis in axes])
     extent, depth = float((reach[:3] + reach[3:]).max()), indenter.top_mm()
@@ -93,14 +88,7 @@ def burial_fault(lattice: Lattice, indenter: Indenter) -> str | None:
 
 
 def overlap_fault(lattice: Lattice, face: ContactFace, state: Deformation, indenter: Indenter) -> str | None:
-    """Why a state is no answer: the object lies inside the block; None where it does not.
-
-    Args:
-        lattice: The block.
-        face: Its contact points.
-        state: Where the block is, and which points press.
-        indenter: The object in its pose.
-    """
+    """Why a state is no answer: the object lies inside the block; None where it does not."""
     inside = points_inside(lattice, state.displacements_mm, indenter)
     unseen = min(UNSEEN_MM, indenter.shape.feature_mm)
     chosen = inside.depth_mm > unseen
@@ -143,11 +131,6 @@ def points_inside(lattice: Lattice, displacements_mm: Array, indenter: Indenter)
     """The points of an object's surface that lie inside a block which its contact has deformed.
 
     What stands beside the block is not inside it, however high.
-
-    Args:
-        lattice: The block.
-        displacements_mm: Of its nodes, shape (nodes, 3) [mm].
-        indenter: The object in its pose.
     """
     moved = displacements_mm[: lattice.layer_nodes]
     face = lattice.nodes_mm[: lattice.layer_nodes] + moved

@@ -69,13 +69,7 @@ class SkinCells:
 
     @classmethod
     def of(cls, design: ElastomerDesign, lattice: Lattice, *, branches: Branches | None = None) -> Self:
-        """The skin of a block; without a grid, all of it.
-
-        Args:
-            design: The block.
-            lattice: Its lattice.
-            branches: Those of the solver on a timed path; None for the long-term response.
-        """
+        """The skin of a block; without a grid, all of it."""
         depth = design.skin_mm if design.has_grid else design.height_mm
         layers = max(1, int(np.searchsorted(lattice.planes_mm[2], depth + ROUNDING_MM)) - 1)
         count = layers * (len(lattice.planes_mm[0]) - 1) * (len(lattice.planes_mm[1]) - 1)
@@ -83,21 +77,13 @@ class SkinCells:
         return cls(lattice=lattice, layers=layers, inverse=inverse, branches=branches)
 
     def deformation_gradients(self, displacements_mm: Array) -> Array:
-        """F at the Gauss points of the skin's cells, x fastest, shape (cells, 8, 3, 3).
-
-        Args:
-            displacements_mm: Of the lattice's nodes, shape (nodes, 3) [mm].
-        """
+        """F at the Gauss points of the skin's cells, x fastest, shape (cells, 8, 3, 3), from nodal displacements."""
         places = self.lattice.nodes_mm + displacements_mm
         corners = places[self.lattice.cells[: len(self.inverse)]].transpose(0, 2, 1)
         return np.asarray(corners[:, None] @ GAUSS_GRADIENTS @ self.inverse)
 
     def fields(self, deformation: Deformation) -> SkinFields:
-        """Largest stretch and stress of each column of cells.
-
-        Args:
-            deformation: Of the lattice.
-        """
+        """Largest stretch and stress of each column of cells."""
         shape = (len(self.lattice.planes_mm[1]) - 1, len(self.lattice.planes_mm[0]) - 1)
         if deformation.is_rest:
             return SkinFields(stretch=np.ones(shape), von_mises_mpa=np.zeros(shape))
@@ -151,11 +137,7 @@ class Localisation:
     """Strain of the infill, xy under xy."""
 
     def applied(self, strain: Array) -> Array:
-        """Strain of the infill, shape (count, 3, 3).
-
-        Args:
-            strain: Of the cells, symmetric, shape (count, 3, 3).
-        """
+        """Strain of the infill from symmetric strains of the cells, both of shape (count, 3, 3)."""
         diagonal = np.diagonal(strain, axis1=1, axis2=2)
         own = (self.along - self.across) * diagonal + self.across * diagonal.sum(1, keepdims=True)
         return np.asarray(self.shear * strain + (own - self.shear * diagonal)[:, :, None] * np.eye(3))
@@ -172,12 +154,7 @@ class InfillCells:
 
     @classmethod
     def of(cls, design: ElastomerDesign, lattice: Lattice) -> Self | None:
-        """The infill of a block, or None where it has none.
-
-        Args:
-            design: The block.
-            lattice: Its lattice, with the effective stiffness of the core.
-        """
+        """The infill of a block, or None where it has none."""
         grid = lattice.grid
         fields = printed_fields(design, grid)
         if grid is None or fields is None:
@@ -190,11 +167,7 @@ class InfillCells:
         )
 
     def shear(self, deformation: Deformation) -> Array:
-        """Shear gamma of each infill cube, 0 at rest, shape (nz, ny, nx): the layer below the skin first.
-
-        Args:
-            deformation: Of the lattice.
-        """
+        """Shear gamma of each infill cube, 0 at rest, shape (nz, ny, nx): the layer below the skin first."""
         nx, ny, nz = self.grid.counts
         if deformation.is_rest:
             return np.zeros((nz, ny, nx))
@@ -215,9 +188,6 @@ def localisation(fields: CellFields) -> Localisation:
 
     The mean of a gradient over the infill is the flux of the displacement through its surface; of the eighth of the
     cell that is solved, mirrors leave the faces of the wall and of the middle.
-
-    Args:
-        fields: Solution of the cell problem.
     """
     start = int(np.searchsorted(fields.planes, fields.half_wall - 1e-12))
     axial, shear = (each[start:, start:, start:] for each in (fields.axial, fields.shear))

@@ -104,13 +104,7 @@ class TaxelMap:
 
     @classmethod
     def of(cls, lattice: Lattice, grid: TaxelGrid, *, point_spacing_mm: float = POINT_SPACING_MM) -> Self:
-        """Shares of a lattice's contact points.
-
-        Args:
-            lattice: The block.
-            grid: The taxels.
-            point_spacing_mm: That of the solver whose deformations are asked for.
-        """
+        """Shares of the contact points of a lattice, as far apart as those of the solver."""
         face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
         low, high = point_boxes_mm(lattice, point_spacing_mm=point_spacing_mm)
         along_x = _shares(low[:, 0], high[:, 0], grid.edges_x_mm[:-1], grid.edges_x_mm[1:])
@@ -121,9 +115,6 @@ class TaxelMap:
 
     def forces(self, deformation: Deformation) -> TaxelForces:
         """Forces and torques of the taxels.
-
-        Args:
-            deformation: Of the same lattice, by a solver of the same spacing of points; or at rest.
 
         Raises:
             ValueError: The deformation has other contact points.

@@ -13,7 +13,7 @@ import numpy as np
 
 from magicsim.config.models import load_preset
 from magicsim.deform.lattice.relaxation import Branches, body_branches
-from magicsim.deform.lattice.structure import Lattice, build_lattice, jittered
+from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
@@ -153,12 +153,17 @@ def single_paths() -> list[StressPath]:
         StressPath(group="single", label=label, object_text=ball, design=block(*overrides))
         for label, overrides in designs.items()
     ]
-    one_step = (Stage(depth_share=0.5),)
+    one_step, moved = (Stage(depth_share=0.5),), partial(jittered, share=JITTER, seed=SEED)
     paths.append(
         StressPath(group="single", label="one step of 50 %", object_text=ball, stages=one_step, max_step_mm=100.0)
     )
     paths += [
-        StressPath(group="single", label=f"nodes moved by 20 %, {name}", object_text=text, change=_jittered)
+        StressPath(
+            group="single",
+            label=f"nodes moved by 20 %, {name}",
+            object_text=text,
+            change=moved,
+        )
         for name, text in OBJECTS.items()
     ]
     shear = (
@@ -215,5 +220,19 @@ def _dragged() -> tuple[Stage, ...]:
     )
 
 
-def _jittered(lattice: Lattice) -> Lattice:
-    return jittered(lattice, share=JITTER, seed=SEED)
+def jittered(lattice: Lattice, *, share: float, seed: int) -> Lattice:
+    """A lattice with its nodes moved at random, the block's faces kept plane.
+
+    Args:
+        lattice: Box cells.
+        share: Largest motion along each axis in units of the shorter neighbouring edge.
+        seed: Of the random motion.
+    """
+    moved = lattice.nodes_mm.copy()
+    rng = np.random.default_rng(seed)
+    for axis, planes in enumerate(lattice.planes_mm):
+        room = np.zeros(len(planes))
+        room[1:-1] = share * np.minimum(np.diff(planes)[:-1], np.diff(planes)[1:])
+        number = np.searchsorted(planes, lattice.nodes_mm[:, axis])
+        moved[:, axis] += room[number] * rng.uniform(-1, 1, len(moved))
+    return replace(lattice, nodes_mm=moved)

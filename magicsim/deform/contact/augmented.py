@@ -73,29 +73,14 @@ class ContactState:
 def evaluate_contact(
     face: ContactFace, nodes: Array, surface: Surface, memory: ContactMemory, law: ContactLaw
 ) -> ContactState:
-    """Gaps, tractions and nodal forces.
-
-    Args:
-        face: The quadrature points.
-        nodes: Node positions, shape (nodes, 3) [mm].
-        surface: The object in its pose.
-        memory: Multipliers, anchors and friction limits.
-        law: Penalties and friction.
-    """
+    """Gaps, tractions and nodal forces where the nodes stand at positions of shape (nodes, 3) [mm]."""
     points = face.positions(nodes)
     gap, normal = surface(points)
     return _pressed(face, points, gap, normal, memory, law, np.zeros_like(nodes))
 
 
 def remembered(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> ContactState:
-    """A state with another memory: nothing has moved.
-
-    Args:
-        face: The quadrature points.
-        state: With any memory.
-        memory: Multipliers, anchors and friction limits.
-        law: Penalties and friction.
-    """
+    """A state with another memory: nothing has moved."""
     force = np.zeros_like(state.node_force_n)
     return _pressed(face, state.points_mm, state.gap_mm, state.normal, memory, law, force)
 
@@ -273,16 +258,7 @@ class Patience:
 def updated_memory(
     patience: Patience, law: ContactLaw, memory: ContactMemory, contact: ContactState, residual: float, mismatch: float
 ) -> ContactMemory:
-    """The memory with what is due brought up to date; the same object where nothing is.
-
-    Args:
-        patience: What is due.
-        law: Coefficient of friction.
-        memory: As it is.
-        contact: What it led to.
-        residual: Relative norm of the out-of-balance forces.
-        mismatch: Of the friction limits.
-    """
+    """The memory with the updates that are due; the same object where none is."""
     if mismatch > patience.mismatch and residual < patience.limit_residual:
         memory = updated_limits(memory, contact.pressure_mpa, contact.normal, law, patient=patience.is_relaxed)
     if residual >= patience.multiplier_residual or contact.misfit_mm <= patience.misfit_mm:

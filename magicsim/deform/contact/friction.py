@@ -56,14 +56,7 @@ class ContactMemory:
 
 
 def friction_traction(face: ContactFace, points: Array, memory: ContactMemory, law: ContactLaw) -> tuple[Array, float]:
-    """Traction at every point, shape (points, 3) [MPa], and the energy that it derives from [mJ].
-
-    Args:
-        face: Areas of the points.
-        points: Their positions, shape (points, 3) [mm].
-        memory: Anchors, tangent planes and limits.
-        law: Stiffness of sticking points.
-    """
+    """Traction of points at positions of shape (points, 3) [mm], of that shape [MPa], and the energy behind it [mJ]."""
     traction = np.zeros_like(points)
     held = np.flatnonzero(memory.limit_mpa > 0)
     if len(held) == 0:

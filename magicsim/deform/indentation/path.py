@@ -172,13 +172,7 @@ def path_forces(
 
 
 def mirror_planes(lattice: Lattice, face_mm: Array, indenter: Indenter) -> tuple[bool, bool]:
-    """Whether a block and an object pressed into it are their own mirror images in x = 0, and in y = 0.
-
-    Args:
-        lattice: The block.
-        face_mm: Contact points of its undeformed face, shape (points, 3) [mm].
-        indenter: The object in its pose.
-    """
+    """Whether a block and an object pressed into it are their own mirror images in x = 0, and in y = 0."""
     return _is_mirrored(lattice, face_mm, indenter, 0), _is_mirrored(lattice, face_mm, indenter, 1)
 
 

@@ -73,11 +73,6 @@ class CellStiffness:
         """First Lame parameter lambda = K - 2/3 mu - 2/3 beta of the cell pressure [MPa]; equals C12."""
         return self.bulk_modulus_mpa - 2 / 3 * self.tetragonal_modulus_mpa
 
-    @property
-    def anisotropy(self) -> float:
-        """Zener ratio C44 / ((C11 - C12)/2): 1 is isotropic."""
-        return self.c44_mpa / self.tetragonal_modulus_mpa
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CellFields:
@@ -169,12 +164,7 @@ def _half_edge(share: float, count: int) -> tuple[Array, int]:
 
 
 def _moving(count: int, antisymmetric: bool) -> Mask:
-    """Which displacements of the eighth's nodes are free, shape (3 nodes,).
-
-    Args:
-        count: Nodes along each half edge.
-        antisymmetric: Whether the mirrors across x and y change the sign (mean strain xy) or none does (xx).
-    """
+    """Free displacements of the eighth's nodes, shape (3 nodes,); mirrors change the sign for xy and do not for xx."""
     index = np.indices((count,) * 3).reshape(3, -1)[::-1].T  # x, y, z of each node
     on_plane = (index == 0) | (index == count - 1)  # (nodes, axis)
     moving = np.ones((len(index), 3), bool)

@@ -85,12 +85,7 @@ class Edges:
         return _split(planes_mm, spacing)
 
     def split_depth(self, planes_mm: Array, *, scale: float) -> Array:
-        """Planes along z, more of them near the face.
-
-        Args:
-            planes_mm: Increasing planes from the face on, all of which are kept [mm].
-            scale: Of the spacings that the edges ask for.
-        """
+        """Planes along z from the face on [mm] with more of them near it; `scale` is that of `split`."""
         least = DEPTH_SHARE * scale * float(self.radius_mm.min())
         return _split(planes_mm, lambda places: least + SPREAD * places)
 
@@ -146,12 +141,7 @@ class _Ridges:
 
     @classmethod
     def of(cls, mesh: SurfaceMesh, largest_radius_mm: float) -> Self:
-        """Edges of a solid's triangles.
-
-        Args:
-            mesh: Closed, outward.
-            largest_radius_mm: From which a surface is smooth [mm].
-        """
+        """Edges of a closed surface, which is smooth where its radius is above the largest one [mm]."""
         corners = mesh.vertices[mesh.faces]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         twice_area = np.linalg.norm(normal, axis=1)

@@ -109,11 +109,7 @@ class Elasticity:
         )
 
     def evaluate(self, positions: Array) -> ElasticState:
-        """Energy, gradient and Jacobians.
-
-        Args:
-            positions: Node positions, shape (nodes, 3) [mm].
-        """
+        """Energy, gradient and Jacobians at node positions of shape (nodes, 3) [mm]."""
         lattice = self.lattice
         count = len(lattice.cells)
         energy, jacobian, volume_gradient = np.empty(count), np.empty(count), np.empty((count, 24))

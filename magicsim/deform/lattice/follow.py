@@ -69,11 +69,7 @@ STRAINS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
 def fluctuation(fields: CellFields, points: Array) -> Array:
-    """Periodic fluctuation chi of the cell problem.
-
-    Args:
-        fields: Solution of the cell problem.
-        points: Positions in the unit cell, in 0..1, shape (points, 3).
+    """Periodic fluctuation chi at points of the unit cell, in 0..1, shape (points, 3).
 
     Returns:
         Displacement for each of the unit `STRAINS`, in units of the pitch, shape (points, 3, 6).

@@ -4,14 +4,14 @@ Corners are numbered with x fastest and z slowest, so the first four lie on the 
 the lattice's global node order.
 
 **Springs.** The springs are Gaussian chains (James and Guth's phantom network). A cell of edges a x b x c holds a
-quarter of each of its twelve edge springs, half of each of its twelve face diagonals and its four body diagonals.
-Affine motion F stretches a spring of rest vector d to F d, so the energy is exact when, along x and cyclically,
+quarter of each of its twelve edge springs and half of each of its twelve face diagonals; body diagonals have none.
+Affine motion F stretches a spring of rest vector d to F d, so the energy mu/2 V tr(F^T F) is exact when, along x and
+cyclically,
 
-    k_x a^2 + 2 (k_xy + k_xz) a^2 + 4 k_body a^2 = mu V.
+    k_x a^2 + 2 (k_xy + k_xz) a^2 = mu V.
 
-Given the diagonals, the edges follow. The share `FACE_SHARE` of mu V / max(a, b, c)^2 for the faces and
-`BODY_SHARE` for the body keep every spring non-negative as long as 4 FACE_SHARE + 4 BODY_SHARE <= 1. Under
-refinement the topology is a quadrature rule only: all choices have the same limit.
+Given the diagonals, the edges follow. The share `FACE_SHARE` of mu V / max(a, b, c)^2 for the faces keeps every spring
+non-negative up to 1/4. Under refinement the topology is a quadrature rule only: all choices have the same limit.
 """
 
 import numpy as np
@@ -23,27 +23,13 @@ CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 
 
 def shape_values(points: Array) -> Array:
-    """Trilinear shape functions.
-
-    Args:
-        points: Positions on the unit cube, shape (count, 3).
-
-    Returns:
-        Values, shape (count, 8); each row sums to 1.
-    """
+    """Trilinear shape functions at points of the unit cube, shape (count, 3): shape (count, 8), rows sum to 1."""
     factors = np.where(CORNERS[None] == 1, points[:, None], 1 - points[:, None])
     return np.asarray(factors.prod(-1))
 
 
 def shape_gradients(points: Array) -> Array:
-    """Gradients of the shape functions with respect to the unit cube's coordinates.
-
-    Args:
-        points: Positions on the unit cube, shape (count, 3).
-
-    Returns:
-        Gradients, shape (count, 8, 3).
-    """
+    """Gradients of the shape functions at points of the unit cube, shape (count, 3): shape (count, 8, 3)."""
     factors = np.where(CORNERS[None] == 1, points[:, None], 1 - points[:, None])
     signs = 2.0 * CORNERS - 1
     gradients = np.empty((len(points), 8, 3))
@@ -86,12 +72,10 @@ def gauss_geometry(corners_mm: Array) -> tuple[Array, Array]:
 
 
 FACE_SHARE = 0.1
-"""Stiffness of a face diagonal in units of mu V / max(a, b, c)^2."""
-BODY_SHARE = 0.0
-"""Stiffness of a body diagonal in the same units."""
+"""Stiffness of a face diagonal in units of mu V / max(a, b, c)^2: assumed, within what keeps edges from pushing."""
 
 
-def spring_stiffness(sizes_mm: Array, shear_modulus_mpa: Array) -> tuple[Array, Array, Array]:
+def spring_stiffness(sizes_mm: Array, shear_modulus_mpa: Array) -> tuple[Array, Array]:
     """Stiffness of the springs of box cells, each as if it were shared by no missing neighbour.
 
     Args:
@@ -99,32 +83,26 @@ def spring_stiffness(sizes_mm: Array, shear_modulus_mpa: Array) -> tuple[Array, 
         shear_modulus_mpa: Shear modulus, shape (cells,) [MPa].
 
     Returns:
-        Edge springs along x, y, z, shape (cells, 3); face diagonals, shape (cells,); body diagonals,
-        shape (cells,) [N/mm]; all non-negative.
+        Edge springs along x, y, z, shape (cells, 3), and face diagonals, shape (cells,) [N/mm]; all non-negative.
     """
     energy = shear_modulus_mpa * sizes_mm.prod(1)
-    unit = energy / sizes_mm.max(1) ** 2
-    face, body = FACE_SHARE * unit, BODY_SHARE * unit
-    edges = energy[:, None] / sizes_mm**2 - 4 * face[:, None] - 4 * body[:, None]
-    return edges, face, body
+    face = FACE_SHARE * (energy / sizes_mm.max(1) ** 2)
+    return energy[:, None] / sizes_mm**2 - 4 * face[:, None], face
 
 
 def spring_matrices(sizes_mm: Array, shear_modulus_mpa: Array) -> Array:
-    """Graph Laplacian of each cell's own share of its springs.
+    """Graph Laplacian of each cell's own share of its springs, shape (cells, 8, 8) [N/mm].
 
-    Args:
-        sizes_mm: Cell edges, shape (cells, 3) [mm].
-        shear_modulus_mpa: Shear modulus, shape (cells,) [MPa].
-
-    Returns:
-        Matrices, shape (cells, 8, 8) [N/mm]; the spring energy of a cell is x^T L x / 2 for each coordinate.
+    The spring energy of a cell is x^T L x / 2 for each coordinate.
     """
-    edges, face, body = spring_stiffness(sizes_mm, shear_modulus_mpa)
+    edges, face = spring_stiffness(sizes_mm, shear_modulus_mpa)
     laplacian = np.zeros((len(sizes_mm), 8, 8))
     for p in range(8):
         for q in range(p):
             axes = np.flatnonzero(CORNERS[p] != CORNERS[q])
-            share = {1: edges[:, axes[0]] / 4, 2: face / 2, 3: body}[len(axes)]
+            if len(axes) == 3:  # noqa: PLR2004 -- a body diagonal, which has no spring
+                continue
+            share = edges[:, axes[0]] / 4 if len(axes) == 1 else face / 2
             laplacian[:, p, p] += share
             laplacian[:, q, q] += share
             laplacian[:, p, q] -= share

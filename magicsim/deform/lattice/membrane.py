@@ -58,12 +58,7 @@ class Membrane:
         )
 
     def evaluate(self, positions: Array, gradient: Array) -> float:
-        """Energy, zero at rest [N mm]; its gradient is added in place.
-
-        Args:
-            positions: Node positions, shape (nodes, 3) [mm].
-            gradient: Of the lattice, shape (nodes, 3) [N].
-        """
+        """Energy at node positions, shape (nodes, 3), zero at rest [N mm]; its gradient [N] is added in place."""
         tangents = self.slopes @ positions[self.facets][:, None]
         trace, square, half = _invariants(tangents)
         value, first, _ = _inverse(square)

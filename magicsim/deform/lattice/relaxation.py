@@ -101,12 +101,7 @@ class Relaxation:
 
     @classmethod
     def of(cls, elasticity: Elasticity, branches: Branches) -> Self:
-        """Prepares a lattice.
-
-        Args:
-            elasticity: The long-term lattice, from `Elasticity.of`.
-            branches: Relaxation times and moduli.
-        """
+        """Prepares a lattice."""
         modulus = elasticity.lattice.shear_modulus_mpa
         network = network_matrices(elasticity.inverse, elasticity.weights, modulus)
         shares = elasticity.weights / elasticity.volumes[:, None]

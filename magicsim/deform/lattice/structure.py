@@ -198,24 +198,6 @@ def curved(lattice: Lattice, design: ElastomerDesign) -> Lattice:
     return replace(lattice, nodes_mm=np.ascontiguousarray(design.lifted(lattice.nodes_mm)), face=design.face)
 
 
-def jittered(lattice: Lattice, *, share: float, seed: int) -> Lattice:
-    """A lattice with its nodes moved at random, the block's faces kept plane.
-
-    Args:
-        lattice: Box cells.
-        share: Largest motion along each axis in units of the shorter neighbouring edge.
-        seed: Of the random motion.
-    """
-    moved = lattice.nodes_mm.copy()
-    rng = np.random.default_rng(seed)
-    for axis, planes in enumerate(lattice.planes_mm):
-        room = np.zeros(len(planes))
-        room[1:-1] = share * np.minimum(np.diff(planes)[:-1], np.diff(planes)[1:])
-        number = np.searchsorted(planes, lattice.nodes_mm[:, axis])
-        moved[:, axis] += room[number] * rng.uniform(-1, 1, len(moved))
-    return replace(lattice, nodes_mm=moved)
-
-
 def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
     """The design with a spacing that a small zone asks for.
 

@@ -82,11 +82,7 @@ class Table:
         )
 
     def evaluate(self, positions: Array) -> "TableState":
-        """Forces, their potential, and what a load step that ends here leaves behind.
-
-        Args:
-            positions: Node positions, shape (nodes, 3) [mm].
-        """
+        """Forces at node positions, shape (nodes, 3) [mm], their potential, and the memory if a load step ends here."""
         slip, size, amount = self._slip(positions)
         stick = np.maximum(self._stick(), TINY)
         along = (amount / np.maximum(size, TINY))[:, None] * slip
@@ -105,11 +101,7 @@ class Table:
         )
 
     def updated(self, positions: Array) -> TableMemory:
-        """Memory with the limits of friction brought up to date.
-
-        Args:
-            positions: Of an equilibrium, shape (nodes, 3) [mm].
-        """
+        """Memory with the limits of friction that belong to an equilibrium, positions of shape (nodes, 3) [mm]."""
         return replace(self.memory, limit_mpa=self.friction * self._pressure_mpa(positions))
 
     def add_stiffness(self, positions: Array, indptr: Indices, values: Array) -> None:

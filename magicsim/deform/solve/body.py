@@ -51,12 +51,7 @@ class FactorStore:
         """Factorisations so far."""
 
     def part(self, problem: Problem, facets: Index) -> FacePart | None:
-        """Some facets with the analysis of what is condensed onto them; None where there are none, or too many.
-
-        Args:
-            problem: The lattice.
-            facets: Ascending.
-        """
+        """Some facets with the analysis of what is condensed onto them; None where there are none, or too many."""
         if self._part is not None and np.array_equal(self._part.facets, facets):
             return self._part
         part = FacePart.of(problem.face, facets)
@@ -72,12 +67,7 @@ class FactorStore:
     def factor(
         self, problem: Problem, linearisation: Linearisation
     ) -> tuple[FacePart, SymmetricCondenser, Array] | None:
-        """Part of the face, factor and Schur complement of a linearisation; None where its interior is not definite.
-
-        Args:
-            problem: The lattice.
-            linearisation: Of the same lattice; its facets are some, and not too many.
-        """
+        """Part of the face, factor and Schur complement of a linearisation; None where its interior is not definite."""
         part = self.part(problem, linearisation.facets)
         if part is None or self._condenser is None:
             return None
@@ -155,11 +145,7 @@ class Body:
         return not self._columns
 
     def at(self, iterate: Iterate) -> tuple[Array, Array]:
-        """Condensed stiffness, shape (kept, kept) [N/mm], and load without contact, shape (kept,) [N], at a state.
-
-        Args:
-            iterate: Where the last step led, or where the first one begins.
-        """
+        """Condensed stiffness, shape (kept, kept) [N/mm], and load without contact, shape (kept,) [N], at a state."""
         load = self._problem.free_forces(-iterate.elastic.gradient).ravel()
         reduced = self._condenser.reduce(load)
         if self._step is not None and self._after is not None and self._after.positions is iterate.positions:

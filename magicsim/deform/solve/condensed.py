@@ -65,11 +65,7 @@ class Condenser:
         """Before the last steps of one problem, the latest last."""
 
     def begin(self, linearisation: Linearisation | None) -> None:
-        """Begins a load step.
-
-        Args:
-            linearisation: Of the state that it starts from; None where there is none.
-        """
+        """Begins a load step with the linearisation that its start carries, if any."""
         self.linearisation = linearisation
         self._facets = np.empty(0, np.int64) if linearisation is None else linearisation.facets
         self._body, self._residuals = None, ()

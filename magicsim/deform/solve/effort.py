@@ -46,23 +46,12 @@ class Effort:
 
 
 def part_of(progress: Progress, number: int, count: int) -> Progress:
-    """Progress of one of several solves as that of all of them.
-
-    Args:
-        progress: Of all.
-        number: Of this one, from 0.
-        count: How many there are.
-    """
+    """Progress of one solve, numbered from 0, out of several as that of all of them."""
     return lambda done, parts, note: progress(number * parts + done, count * parts, note)
 
 
 def force_balance(problem: Problem, iterate: Iterate) -> float:
-    """|Contact force - reaction of the base| over the contact force; 0 where nothing presses.
-
-    Args:
-        problem: The lattice.
-        iterate: A state of it.
-    """
+    """|Contact force - reaction of the base| over the contact force; 0 where nothing presses."""
     applied = iterate.contact.node_force_n
     size = float(np.linalg.norm(applied.sum(0)))
     unbalanced = applied - iterate.elastic.gradient
@@ -76,10 +65,6 @@ def lift(problem: Problem, iterate: Iterate) -> float:
     """What pressures push back in units of their sum over all points of the face; 0 where nothing touches.
 
     Friction is left aside: a steep wedge may hold itself by it, and pull.
-
-    Args:
-        problem: The lattice.
-        iterate: A state of it.
     """
     pressing = problem.face.area_mm2 * iterate.contact.pressure_mpa
     total = pressing.sum()
@@ -87,12 +72,7 @@ def lift(problem: Problem, iterate: Iterate) -> float:
 
 
 def report(problem: Problem, effort: Effort) -> str:
-    """One line with the figures of the last load step beside what was asked for.
-
-    Args:
-        problem: What was solved.
-        effort: What it has cost.
-    """
+    """One line with the figures of the last load step beside what was asked for."""
     iterate, options = effort.last, problem.options
     if iterate is None:
         return "the deformation did not start"
@@ -107,12 +87,7 @@ def report(problem: Problem, effort: Effort) -> str:
 
 
 def report_passage(problem: Problem, effort: Effort) -> str:
-    """What is said where the last load step ended with the object through the face.
-
-    Args:
-        problem: What was solved.
-        effort: What it has cost; its last load step has an end.
-    """
+    """What is said where the last load step ended with the object through the face."""
     share = 0.0 if effort.last is None else lift(problem, effort.last)
     return (
         f"the object passed through the contact face: {share:.2g} of the pressures on the face push back (above "

@@ -41,12 +41,7 @@ class FacePart:
 
     @classmethod
     def of(cls, face: ContactFace, facets: Index) -> Self:
-        """Some facets.
-
-        Args:
-            face: The whole face.
-            facets: Ascending.
-        """
+        """Some facets of a face, ascending."""
         nodes = np.unique(face.patches[facets])
         points = np.flatnonzero(np.isin(face.facet, facets))
         part = ContactFace(
@@ -95,25 +90,14 @@ class FacePart:
 
 
 def near_facets(face: ContactFace, iterate: Iterate, near_mm: float) -> Index:
-    """Facets with a point in contact, held by friction or near the object, ascending.
-
-    Args:
-        face: The whole face.
-        iterate: A state.
-        near_mm: Distance of points that count as near [mm].
-    """
+    """Facets with a point in contact, held by friction or nearer to the object than `near_mm`, ascending."""
     is_near = iterate.contact.gap_mm < near_mm
     is_near[iterate.contact.acting] = True
     return np.unique(face.facet[is_near])
 
 
 def is_large(face: ContactFace, facets: Index) -> bool:
-    """Whether the contact on some facets is worth thrift.
-
-    Args:
-        face: The whole face.
-        facets: Some of it, ascending.
-    """
+    """Whether the contact on some facets costs as much as a factor of the body."""
     return 3 * len(np.unique(face.patches[facets])) > LARGE
 
 

@@ -138,11 +138,6 @@ def solve_face(
 def held_stiffness(problem: FaceProblem, motion: Array, memory: ContactMemory) -> Array:
     """Stiffness of the contact after a motion of the nodes without the object's curvature, positive semidefinite.
 
-    Args:
-        problem: Body, face and object.
-        motion: Of the nodes, shape (3 nodes,) [mm].
-        memory: Multipliers, anchors and limits of the face's points.
-
     Returns:
         Shape (3 nodes, 3 nodes) [N/mm].
     """

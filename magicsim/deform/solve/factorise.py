@@ -154,36 +154,19 @@ class SymmetricCondenser(Protocol):
         """Reduced form of forces on the kept unknowns alone, shape (kept,)."""
 
     def inner(self, first: Array, second: Array) -> Array:
-        """f^T A^-1 g of the eliminated parts f, g of reduced forces, A their block.
-
-        Args:
-            first: f, shape (size,), or some of them as columns.
-            second: g, shape (size,).
-        """
+        """f^T A^-1 g of the eliminated parts f, g of reduced forces, A their block."""
 
     def expand(self, reduced: Array, motion: Array) -> Array:
         """Motion of all unknowns under reduced forces where the kept ones move as given, shape (size,)."""
 
 
 def symmetric_condenser(indptr: Indices, indices: Indices, kept: Index, *, is_single: bool) -> SymmetricCondenser:
-    """The best condenser for this machine.
-
-    Args:
-        indptr: Row starts of the upper triangle, shape (size + 1,).
-        indices: Ascending columns, shape (entries,).
-        kept: Unknowns that are kept, ascending.
-        is_single: Whether single precision will do.
-    """
+    """The best condenser for this machine; arguments are those of `PardisoSolver`."""
     if has_pardiso():
         return PardisoCondenser(indptr, indices, kept, is_single=is_single)
     return SuperluCondenser(indptr, indices, kept)
 
 
 def symmetric_solver(indptr: Indices, indices: Indices) -> SymmetricSolver:
-    """The best solver for this machine.
-
-    Args:
-        indptr: Row starts of the upper triangle, shape (size + 1,).
-        indices: Ascending columns, shape (entries,).
-    """
+    """The best solver for this machine, for the upper triangle of a pattern in compressed rows."""
     return PardisoSolver(indptr, indices) if has_pardiso() else SuperluSolver(indptr, indices)

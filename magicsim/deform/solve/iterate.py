@@ -73,15 +73,7 @@ class Iterate:
 
 
 def evaluated(problem: Problem, surface: Surface, positions: Array, pressure: Array, memory: ContactMemory) -> Iterate:
-    """A state of the iteration, evaluated.
-
-    Args:
-        problem: The lattice and its solver.
-        surface: The object in the pose of this load step.
-        positions: Node positions, shape (nodes, 3) [mm].
-        pressure: Volumetric stress, shape (cells,) [MPa].
-        memory: Multipliers, anchors and friction limits.
-    """
+    """A state with node positions, shape (nodes, 3) [mm], and volumetric stresses, shape (cells,) [MPa], evaluated."""
     elastic = problem.elasticity.evaluate(positions)
     contact = evaluate_contact(problem.face, positions, surface, memory, problem.law)
     return Iterate(

@@ -127,11 +127,7 @@ class Strides:
         self.is_leap, self._leaps = False, LEAPS
 
     def fail(self, min_jacobian: float) -> None:
-        """The step was not solved.
-
-        Args:
-            min_jacobian: Smallest Jacobian of the state that it began from.
-        """
+        """The step, from a state with this smallest Jacobian, was not solved."""
         if self.care is Care.CAREFUL and not self.is_leap and min_jacobian > NEARLY_FOLDED:
             self.care = Care.PATIENT
             return

@@ -155,11 +155,7 @@ class Problem:
         return replace(self, elasticity=replace(self.elasticity, table=replace(table, memory=memory)))
 
     def with_table_at(self, positions: Array) -> Self:
-        """This problem with the limits of friction below the block brought up to date.
-
-        Args:
-            positions: Of an equilibrium with the limits so far, shape (nodes, 3) [mm].
-        """
+        """This problem with limits of friction below the block that belong to an equilibrium, shape (nodes, 3) [mm]."""
         table = self.elasticity.table
         return self if table is None else self.on_table(table.updated(positions))
 

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from laboratory.stress.cases import jittered
 
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
 from magicsim.deform.lattice.relaxation import FULL, Branches, Relaxation, RelaxationState
-from magicsim.deform.lattice.structure import box_lattice, jittered
+from magicsim.deform.lattice.structure import box_lattice
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import SphereObject

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from laboratory.stress.cases import jittered
 from scipy.spatial.transform import Rotation
 
 from magicsim.config.models import load_preset
@@ -13,7 +14,7 @@ from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, gauss_geometry
 from magicsim.deform.lattice.pattern import block_pattern
 from magicsim.deform.lattice.relaxation import FULL, UNIT, Branches, Relaxation, RelaxationState, branch_moduli
-from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice, jittered
+from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 
