@@ -11,9 +11,7 @@ from magicsim.arrays import Array
 from magicsim.config.models import Config, load_preset
 from magicsim.geometry.coat import Coat, HalfMirror, OpaqueCoat
 from magicsim.geometry.face_shape import Face, HeightMap, flattened, lifted
-from magicsim.geometry.flaws.inclusions import Inclusions
-from magicsim.geometry.flaws.roughness import Roughness
-from magicsim.geometry.flaws.unevenness import MIN_WALL_MM, Unevenness
+from magicsim.geometry.flaws import MIN_WALL_MM, Inclusions, Roughness, Unevenness
 from magicsim.geometry.markers import Markers
 
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]

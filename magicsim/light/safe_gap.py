@@ -7,7 +7,7 @@ from magicsim.errors import RenderError
 from magicsim.geometry.grid import CellGrid
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.geometry.rounded_cell import facing_vertices
+from magicsim.geometry.printed_cells import facing_vertices
 
 SAFE_GAP_MM = 0.01
 """Least thickness of a wall [mm]: rays leave surfaces by 0.15 micrometres (`volpath`: 1.5), and flat walls of 0.5 keep

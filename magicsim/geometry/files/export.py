@@ -1,19 +1,157 @@
 """Printable and viewable geometry: the clear part with its cavities, and the infill, as files for other programs."""
 
+import hashlib
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+from uuid import UUID
 
+import numpy as np
 import trimesh
+from trimesh.visual.material import PBRMaterial
+from trimesh.visual.texture import TextureVisuals
 
-from magicsim.errors import OutputError
+from magicsim.errors import GeometryError, OutputError
 from magicsim.folder import PRODUCER, check_file, refuse_unsigned, result_file
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.elastomer import build_elastomer
-from magicsim.geometry.files.glb import write_glb
-from magicsim.geometry.files.part import Part, printed_parts
-from magicsim.geometry.files.threemf import write_3mf
+from magicsim.geometry.elastomer import Elastomer, build_elastomer
+from magicsim.geometry.mesh import SurfaceMesh
+
+Colour = tuple[float, float, float, float]
+CLEAR: Colour = (0.80, 0.90, 1.00, 0.25)
+"""Display colour of skin and walls, RGBA in 0..1."""
+TRANSLUCENT: Colour = (1.00, 0.93, 0.75, 0.60)
+"""Display colour of the infill."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """One material of a print."""
+
+    name: str
+    mesh: SurfaceMesh
+    """Closed surface in the sensor's frame [mm]."""
+    colour: Colour
+    """How viewers show it, RGBA in 0..1; no property of the material."""
+
+
+def printed_parts(elastomer: Elastomer) -> tuple[Part, ...]:
+    """The clear part with its cells hollow, then the infill if there is one; they do not overlap."""
+    if elastomer.infill is None:
+        return (Part(name="body", mesh=elastomer.body, colour=CLEAR),)
+    body = _with_cavities(elastomer.body, elastomer.infill)
+    return (
+        Part(name="body", mesh=body, colour=CLEAR),
+        Part(name="infill", mesh=elastomer.infill, colour=TRANSLUCENT),
+    )
+
+
+def _with_cavities(body: SurfaceMesh, infill: SurfaceMesh) -> SurfaceMesh:
+    """The body with the infill's surfaces turned inside out, which makes the cells hollow."""
+    return SurfaceMesh(
+        vertices=np.concatenate([body.vertices, infill.vertices]),
+        faces=np.concatenate([body.faces, infill.faces[:, ::-1] + len(body.vertices)]).astype(np.int32),
+    )
+
+
+def write_3mf(path: Path, parts: Sequence[Part]) -> None:
+    """Writes the parts as the components of one object, which slicers keep aligned.
+
+    Positions are stored in single precision, as the library does.
+
+    Raises:
+        OutputError: There is no 3MF library for this processor.
+        GeometryError: The library does not take a mesh for a closed solid.
+        OSError: The file cannot be written.
+    """
+    lib3mf = _library()
+    wrapper = lib3mf.get_wrapper()
+    model = wrapper.CreateModel()
+    model.SetUnit(lib3mf.ModelUnit.MilliMeter)
+    model.SetBuildUUID(_identity("build", parts))
+    materials = model.AddBaseMaterialGroup()
+    sensor = model.AddComponentsObject()
+    sensor.SetName("sensor")
+    sensor.SetUUID(_identity("sensor", parts))
+    place = wrapper.GetIdentityTransform()
+    for part in parts:
+        solid = model.AddMeshObject()
+        solid.SetName(part.name)
+        solid.SetUUID(_identity("solid", [part]))
+        solid.SetGeometry(
+            _structures(lib3mf.Position, part.mesh.vertices.astype(np.float32)),
+            _structures(lib3mf.Triangle, part.mesh.faces.astype(np.uint32)),
+        )
+        if not solid.IsManifoldAndOriented():
+            msg = f"the {part.name} mesh is not closed and oriented in single precision"
+            raise GeometryError(msg)
+        material = materials.AddMaterial(part.name, wrapper.FloatRGBAToColor(*part.colour))
+        solid.SetObjectLevelProperty(materials.GetUniqueResourceID(), material)
+        sensor.AddComponent(solid, place).SetUUID(_identity("component", [part]))
+    model.AddBuildItem(sensor, place).SetUUID(_identity("item", parts))
+    path.write_bytes(bytes(model.QueryWriter("3mf").WriteToBuffer()))
+
+
+def _identity(role: str, parts: Sequence[Part]) -> str:
+    """An identifier that follows from the content, so that the same design gives the same bytes."""
+    digest = hashlib.blake2b(role.encode(), digest_size=16)
+    for part in parts:
+        digest.update(part.name.encode() + part.mesh.vertices.tobytes() + part.mesh.faces.tobytes())
+    return str(UUID(bytes=digest.digest(), version=4))
+
+
+def _structures(kind: Any, rows: np.ndarray[Any, Any]) -> Any:  # noqa: ANN401 - ctypes arrays
+    return (kind * len(rows)).from_buffer_copy(np.ascontiguousarray(rows).tobytes())
+
+
+def _library() -> Any:  # noqa: ANN401 - its bindings have no types
+    try:
+        import lib3mf
+    except ImportError:
+        msg = "3MF files need lib3mf, which is not installed; it is not made for every processor: write .stl or .glb"
+        raise OutputError(msg) from None
+    return lib3mf
+
+
+METRES_PER_MM = 1e-3
+TO_VIEWER = np.array(
+    [
+        [METRES_PER_MM, 0, 0, 0],
+        [0, 0, METRES_PER_MM, 0],
+        [0, -METRES_PER_MM, 0, 0],
+        [0, 0, 0, 1],
+    ]
+)
+"""From the sensor's frame [mm] to glTF's [m]: the contact face looks down, the sensor's z axis points up (y)."""
+
+
+def write_glb(path: Path, parts: Sequence[Part]) -> None:
+    """Writes the parts as named nodes; the stored vertices are in mm, the nodes' matrices make them metres.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    scene = trimesh.Scene()
+    for part in parts:
+        mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)
+        mesh.visual = TextureVisuals(material=_material(part))  # type: ignore[no-untyped-call]
+        scene.add_geometry(mesh, node_name=part.name, geom_name=part.name, transform=TO_VIEWER)
+    # Without normals viewers shade each triangle flat, as the glTF specification (section 3.7.2.1) asks
+    path.write_bytes(scene.export(file_type="glb", include_normals=False))  # type: ignore[no-untyped-call]
+
+
+def _material(part: Part) -> PBRMaterial:
+    return PBRMaterial(  # type: ignore[no-untyped-call]
+        name=part.name,
+        baseColorFactor=part.colour,
+        metallicFactor=0.0,
+        roughnessFactor=0.2,
+        alphaMode="BLEND",
+        doubleSided=False,
+    )
+
 
 SUFFIXES = (".stl", ".3mf", ".glb")
 

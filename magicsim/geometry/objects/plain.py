@@ -1,11 +1,15 @@
 """Balls, cylinders, punches and boxes: what a user writes for them, and the shape it stands for."""
 
+from dataclasses import dataclass
 from typing import Literal, Self
 
+import numpy as np
 from pydantic import model_validator
 
+from magicsim.arrays import Array
+from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM, SHELL_MM, SHELL_SHARE, ObjectBase, Size, check_edge
-from magicsim.geometry.shapes.solids import RoundedBox, RoundedCylinder, Shape, Sphere
+from magicsim.geometry.shapes.solids import TRIANGLE_MM, RoundedBox, RoundedCylinder, Shape, Sphere
 
 
 class SphereObject(ObjectBase):
@@ -79,4 +83,80 @@ class BoxObject(ObjectBase):
     @model_validator(mode="after")
     def _check_edges(self) -> Self:
         check_edge(self.edge_radius_mm, min(self.sizes_mm) / 2)
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Plug:
+    """Two cylinders about the y axis, the handle centred on the origin, the pin from its upper end; rims rounded.
+
+    Distances are exact outside; inside, the depth below the part that reaches deeper.
+    """
+
+    handle: RoundedCylinder
+    pin: RoundedCylinder
+
+    @property
+    def feature_mm(self) -> float:
+        """See `Shape.feature_mm`; the handle's, which fingers press."""
+        return self.handle.feature_mm
+
+    @property
+    def pin_centre_mm(self) -> Array:
+        """Middle of the pin's cylinder, which begins a rim's radius inside the handle, shape (3,) [mm]."""
+        overlap = self.handle.edge_radius_mm
+        return np.array([0.0, (self.handle.length_mm + self.pin.length_mm) / 2 - overlap, 0.0])
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        """See `Shape.distance`."""
+        handle, outward = self.handle.distance(points)
+        pin, beside = self.pin.distance(points - self.pin_centre_mm)
+        is_pin = pin < handle
+        return np.where(is_pin, pin, handle), np.where(is_pin[:, None], beside, outward)
+
+    def support_mm(self, direction: Array) -> float:
+        """See `Shape.support_mm`."""
+        pin = self.pin.support_mm(direction) + float(self.pin_centre_mm @ direction)
+        return max(self.handle.support_mm(direction), pin)
+
+    def mesh(self) -> SurfaceMesh:
+        """See `Shape.mesh`."""
+        handle = self.handle.manifold()
+        whole = handle + self.pin.manifold().translate(tuple(self.pin_centre_mm))
+        return from_manifold(whole.refine_to_length(TRIANGLE_MM))
+
+
+class PlugObject(ObjectBase):
+    """A round handle about its y axis with a pin towards +y."""
+
+    kind: Literal["plug"]
+    radius_mm: Size
+    """Radius of the handle [mm]."""
+    length_mm: Size = 12.0
+    """Length of the handle [mm]."""
+    edge_radius_mm: Size = 1.0
+    """Radius of the handle's rims [mm]."""
+    pin_radius_mm: Size = 2.5
+    """Radius of the pin [mm]."""
+    pin_length_mm: Size = 10.0
+    """Length of the pin, from the handle's end [mm]."""
+
+    def solid(self) -> Plug:
+        """The exact solid, the handle centred on its origin."""
+        handle = RoundedCylinder(self.radius_mm, self.length_mm, "y", self.edge_radius_mm)
+        edge = min(EDGE_RADIUS_MM, self.pin_radius_mm / 4)
+        return Plug(handle, RoundedCylinder(self.pin_radius_mm, self.pin_length_mm + self.edge_radius_mm, "y", edge))
+
+    def shape(self) -> Shape:
+        """The solid with contact by the side of entry."""
+        solid = self.solid()
+        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * solid.feature_mm))
+
+    @model_validator(mode="after")
+    def _check_sizes(self) -> Self:
+        check_edge(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
+        if self.pin_radius_mm >= self.radius_mm - self.edge_radius_mm:
+            most = self.radius_mm - self.edge_radius_mm
+            msg = f"pin_radius_mm = {self.pin_radius_mm:g} is not allowed: must be below the handle's end, {most:g}"
+            raise ValueError(msg)
         return self

@@ -7,8 +7,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
-from magicsim.geometry.shapes.profile import Arc, ConvexProfile
-from magicsim.geometry.shapes.revolved import Revolved, flat_inset_mm
+from magicsim.geometry.shapes.revolved import Arc, ConvexProfile, Revolved, flat_inset_mm
 from magicsim.geometry.shapes.solids import SEGMENTS, around_axis, rounded
 
 TIP_RADIUS_MM = 0.395

@@ -6,7 +6,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
-from magicsim.geometry.flaws.placed_inclusions import DrawnInclusions
+from magicsim.geometry.placed_inclusions import DrawnInclusions
 from magicsim.light.backend import mi
 from magicsim.light.flaws.scatterers import Scatterers
 

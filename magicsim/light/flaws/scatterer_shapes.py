@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.geometry.flaws.placed_inclusions import Placed
+from magicsim.geometry.placed_inclusions import Placed
 from magicsim.light.backend import mi
 
 

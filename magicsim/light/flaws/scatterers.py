@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from magicsim.geometry.flaws.placed_inclusions import Placed
+from magicsim.geometry.placed_inclusions import Placed
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Array
-from magicsim.geometry.flaws.torn_walls import FusedCells
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.printed_cells import FusedCells
 from magicsim.light.backend import mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from magicsim.geometry.design import ElastomerDesign, Optics
-from magicsim.geometry.flaws.torn_walls import WHOLE
+from magicsim.geometry.printed_cells import WHOLE
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import RoughSurfaces
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.geometry.objects.plug import PlugObject
+from magicsim.geometry.objects.plain import PlugObject
 from magicsim.robot.assembly.meeting import MetLoad
 from magicsim.robot.assembly.ways import evenly_to
 from magicsim.robot.fingers import object_pose

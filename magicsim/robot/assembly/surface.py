@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.geometry.objects.plug import PlugObject
+from magicsim.geometry.objects.plain import PlugObject
 
 AROUND, ACROSS, ALONG, RIM = 32, 8, 24, 4
 """Elements around the axis, from the axis outwards on a flat end, along the pin, and across its rounded rim."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from magicsim.arrays import Frame
 from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.geometry.objects.plug import PlugObject
+from magicsim.geometry.objects.plain import PlugObject
 from magicsim.robot.assembly.base_body import base_body
 from magicsim.robot.assembly.jack import Jack
 from magicsim.robot.assembly.meeting import Contact, MetLoad

@@ -16,8 +16,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM
 from magicsim.geometry.shapes.mesh_solid import MeshShape
-from magicsim.geometry.shapes.profile import Arc, ConvexProfile
-from magicsim.geometry.shapes.revolved import Revolved
+from magicsim.geometry.shapes.revolved import Arc, ConvexProfile, Revolved
 from magicsim.geometry.shapes.solids import RoundedBox, RoundedCylinder, Shape, Sphere
 
 MjModel = Any

@@ -3,7 +3,7 @@ import pytest
 from magicsim.config.models import validate
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import BodyMaterial, ElastomerDesign
-from magicsim.geometry.flaws.unevenness import MIN_WALL_MM
+from magicsim.geometry.flaws import MIN_WALL_MM
 
 from .designs import design
 

@@ -10,8 +10,8 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import block_volume_mm3, build_elastomer
 from magicsim.geometry.face_shape import Dome, HeightMap, flattened, lifted
-from magicsim.geometry.files.part import printed_parts
-from magicsim.geometry.first_touch import first_touch_mm
+from magicsim.geometry.files.export import printed_parts
+from magicsim.geometry.indenter import first_touch_mm
 from magicsim.geometry.objects import parse_object
 from magicsim.geometry.pose import Pose
 

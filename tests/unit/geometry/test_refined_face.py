@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 
 from magicsim.geometry.design import FACET_MM, load_design
-from magicsim.geometry.elastomer import build_elastomer
+from magicsim.geometry.elastomer import build_elastomer, refined_face
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
-from magicsim.geometry.refined_face import refined_face
 
 
 def block() -> tuple[SurfaceMesh, np.ndarray]:

@@ -6,7 +6,7 @@ import pytest
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import load_design
 from magicsim.geometry.elastomer import build_elastomer
-from magicsim.geometry.rounded_cell import FACET_TOLERANCE, cell_mesh, cell_volume_mm3
+from magicsim.geometry.printed_cells import FACET_TOLERANCE, cell_mesh, cell_volume_mm3
 
 EDGES = np.array([0.8, 0.9, 1.0])
 

@@ -9,7 +9,7 @@ from magicsim.deform.lattice.follow import STRAINS, cell_correctors, fluctuation
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.geometry.design import BodyMaterial, ElastomerDesign, InfillMaterial, LatticeOptions, Materials
 from magicsim.geometry.elastomer import build_elastomer
-from magicsim.geometry.flaws.unevenness import Unevenness
+from magicsim.geometry.flaws import Unevenness
 from magicsim.geometry.grid import resolve_grid
 
 FIELDS = cell_fields(body=(0.369, 18.3), infill=(0.017, 1000.0), infill_share=0.512, subcells=5)

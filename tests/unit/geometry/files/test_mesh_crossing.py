@@ -9,8 +9,7 @@ from magicsim.config.models import load_preset
 from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.geometry.files.mesh_crossing import crossing_edges, inside_out_parts
-from magicsim.geometry.files.mesh_file import load_mesh
+from magicsim.geometry.files.mesh_file import crossing_edges, inside_out_parts, load_mesh
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.kinds import parse_object
 

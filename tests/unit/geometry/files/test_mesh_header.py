@@ -6,8 +6,7 @@ import pytest
 import trimesh
 
 from magicsim.errors import ConfigError
-from magicsim.geometry.files.mesh_file import load_mesh
-from magicsim.geometry.files.mesh_header import header_problem
+from magicsim.geometry.files.mesh_file import header_problem, load_mesh
 
 
 def glb(tree: bytes, *, length: int | None = None) -> bytes:

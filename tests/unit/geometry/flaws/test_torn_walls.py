@@ -6,8 +6,8 @@ import pytest
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import load_design
 from magicsim.geometry.elastomer import build_elastomer
-from magicsim.geometry.flaws.torn_walls import WHOLE
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.printed_cells import WHOLE
 
 SMALL = ("footprint_mm=[12, 14]",)
 

@@ -4,8 +4,8 @@ import pytest
 from magicsim.config.presets import preset_names
 from magicsim.errors import ConfigError, PresetError
 from magicsim.geometry.indenter import place_object
+from magicsim.geometry.objects.everyday import banana_section, fluted_handle, scissor_loops, spanner_head, tube
 from magicsim.geometry.objects.kinds import find_object, parse_object
-from magicsim.geometry.shapes.everyday import banana_section, fluted_handle, scissor_loops, spanner_head, tube
 from magicsim.scenes.scene import load_scene
 
 

@@ -2,10 +2,10 @@ import pytest
 
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import OBJECT_KINDS, parse_object
+from magicsim.geometry.objects.textured import DotPlate, Plate, RidgePlate
 from magicsim.geometry.shapes.entry import EntrySide
 from magicsim.geometry.shapes.revolved import cone, domed_cylinder
 from magicsim.geometry.shapes.solids import RoundedBox, RoundedCylinder, Sphere
-from magicsim.geometry.shapes.textured import DotPlate, Plate, RidgePlate
 
 UP = (0.0, 0.0, 1.0)
 PLATE = Plate(size_mm=6.0, thickness_mm=2.0, edge_radius_mm=0.1)

@@ -3,8 +3,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from magicsim.geometry.shapes.profile import Arc, ConvexProfile
-from magicsim.geometry.shapes.revolved import cone, domed_cylinder
+from magicsim.geometry.shapes.revolved import Arc, ConvexProfile, cone, domed_cylinder
 
 
 def sampled(profile: ConvexProfile, step_mm: float = 1e-3) -> np.ndarray:

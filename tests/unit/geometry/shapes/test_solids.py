@@ -4,10 +4,10 @@ import scipy.optimize
 import trimesh
 
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.objects.textured import RIDGE_SEGMENTS, DotPlate, Plate, RidgePlate
 from magicsim.geometry.shapes.mesh_solid import MeshShape
 from magicsim.geometry.shapes.revolved import cone, domed_cylinder
 from magicsim.geometry.shapes.solids import SEGMENTS, RoundedBox, RoundedCylinder, Shape, Sphere
-from magicsim.geometry.shapes.textured import RIDGE_SEGMENTS, DotPlate, Plate, RidgePlate
 
 PLATE = Plate(size_mm=3.6, thickness_mm=1.2, edge_radius_mm=0.15)
 CONVEX = {

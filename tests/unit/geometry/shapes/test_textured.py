@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from magicsim.geometry.shapes.textured import DotPlate, Plate, RidgePlate, nearest_place, places_on
+from magicsim.geometry.objects.textured import DotPlate, Plate, RidgePlate, nearest_place, places_on
 
 PLATE = Plate(size_mm=4.0, thickness_mm=1.0, edge_radius_mm=0.1)
 DOTS = DotPlate(radius_mm=0.3, spacing_mm=0.9, plate=PLATE)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array, Index, Mask
-from magicsim.geometry.flaws.inclusions import Inclusions
+from magicsim.geometry.flaws import Inclusions
 from magicsim.geometry.grid import CellGrid
 
 STREAM = 0xB0BB

@@ -1,1 +1,0 @@
-"""How a print differs from its drawing, as light sees it: uneven and missing walls, rough faces, bubbles, flakes."""

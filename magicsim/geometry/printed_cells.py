@@ -1,0 +1,209 @@
+"""Meshes of infill cells as drawn and as printed: rounded edges, uneven walls, waving planes, missing walls.
+
+Fillets where walls cross round a cell's edges and corners. Neighbouring cells share the waves, so that walls bend with
+them and keep their thickness. Where a wall is missing, two cells become one to light: the mesh keeps its vertices and
+the number of its triangles, the cell above the wall hangs on the facing vertices of the cell below, and the face of the
+cell below stays as a membrane that light does not feel: it tells in which of the two cells a ray is.
+"""
+
+from dataclasses import dataclass
+
+import manifold3d
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.arrays import Array, Index
+from magicsim.geometry.flaws import CUTOFF_SKIN_SD, Unevenness
+from magicsim.geometry.grid import CellGrid
+from magicsim.geometry.mesh import SurfaceMesh, from_manifold
+
+CELL_STREAM, SKIN_STREAM, WALL_STREAM = 0x9E37, 0x5C1F, 0x7047
+"""Keep a print's random numbers apart from others of that seed."""
+WAVES = 48
+"""Plane waves of one length and random directions and phases that a field is the sum of: nearly Gaussian."""
+CUTOFF_SD = 2.0
+"""A wall differs from the drawing by at most so many standard deviations."""
+WHOLE = 2**32 - 1
+"""Stands for no cell behind a triangle."""
+Faces = npt.NDArray[np.int32]
+FACET_TOLERANCE = 0.005
+"""Largest relative difference of the volume from that of round edges."""
+REACH = np.array([0.0, 1.0, np.pi / (2 * np.sqrt(2)), 2 / np.sqrt(3)])
+"""Distance of a vertex of a fillet from its axis, in units of the radius: on a face, an edge, a corner. An eighth of a
+turn is one facet, and what lies under the facets is what lies under the round."""
+
+
+def cell_mesh(edges_mm: Array, parts: int, radius_mm: float) -> SurfaceMesh:
+    """Surface of one cell around its centre.
+
+    Args:
+        edges_mm: Of the cuboid, shape (3,) [mm].
+        parts: Into which its edges are split, beside the fillets.
+        radius_mm: Of the fillets, 0 for a cuboid [mm].
+    """
+    cube = manifold3d.Manifold.cube(tuple(edges_mm), True)
+    if radius_mm == 0:
+        return from_manifold(cube.refine(parts) if parts > 1 else cube)
+    cell, half, steps = from_manifold(cube.refine(parts + 2)), np.asarray(edges_mm) / 2, parts + 2
+    line = np.rint((cell.vertices / half + 1) / 2 * steps).astype(int)
+    inner = half - radius_mm
+    places = np.stack([_lines(half[axis], inner[axis], parts)[line[:, axis]] for axis in range(3)], 1)
+    core = np.clip(places, -inner, inner)
+    away = places - core
+    reach = radius_mm * REACH[(np.abs(away) > radius_mm / 2).sum(1)] / np.linalg.norm(away, axis=1)
+    return SurfaceMesh(vertices=core + reach[:, None] * away, faces=cell.faces)
+
+
+def _lines(half: float, inner: float, parts: int) -> Array:
+    """Places of the mesh lines along an axis: the ends, and the flat part split evenly."""
+    return np.array([-half, *np.linspace(-inner, inner, parts + 1), half])
+
+
+def cell_volume_mm3(edges_mm: Array, radius_mm: float) -> float:
+    """Volume of a cuboid with round edges and corners (Steiner's formula) [mm3].
+
+    Args:
+        edges_mm: Of the cuboid, shape (3,) [mm].
+        radius_mm: Of its edges [mm].
+    """
+    a, b, c = (float(edge) - 2 * radius_mm for edge in edges_mm)
+    r = radius_mm
+    return a * b * c + 2 * r * (a * b + b * c + c * a) + np.pi * r**2 * (a + b + c) + 4 / 3 * np.pi * r**3
+
+
+def facing_vertices(cell: Array, axis: int) -> tuple[Index, Index]:
+    """Vertices of a cell on its upper face along an axis, and those opposite them; a printed face is not quite flat.
+
+    Args:
+        cell: All of its vertices, shape (vertices, 3) [mm].
+        axis: 0 to 2.
+    """
+    places, rows = cell[:, axis], np.sqrt((len(cell) - 2) / 6)
+    slack = np.ptp(places) / (2 * rows)  # half of the way to the next row of vertices
+    high, low = np.flatnonzero(places > places.max() - slack), np.flatnonzero(places < places.min() + slack)
+    across = np.delete(cell, axis, axis=1)
+    opposite = np.linalg.norm(across[high, None] - across[low], axis=2).argmin(1)
+    return high, low[opposite]
+
+
+def printed_cells(vertices: Array, grid: CellGrid, unevenness: Unevenness) -> Array:
+    """Vertices of all cells as printed, shape (vertices, 3) [mm].
+
+    Args:
+        vertices: As drawn, cell after cell, of the same shape [mm].
+        grid: The cells.
+        unevenness: How the print differs.
+    """
+    if unevenness.is_even:
+        return vertices
+    random = np.random.default_rng(np.random.SeedSequence([unevenness.seed, CELL_STREAM]))
+    centres = np.repeat(grid.centres_mm(), len(vertices) // grid.cell_count, axis=0)
+    # A wall takes half of what each of its two cells leaves: independent cells of sqrt(2) sd give it one sd.
+    limit = np.sqrt(2) * unevenness.wall_sd_mm
+    taken = np.clip(random.standard_normal((grid.cell_count, 3)), -CUTOFF_SD, CUTOFF_SD) * limit
+    share = 1 - np.repeat(taken, len(vertices) // grid.cell_count, axis=0) / grid.cell_mm
+    waves = _waves(vertices, unevenness.wave_sd_mm, unevenness.wave_length_mm, 3, random)
+    printed = np.asarray(centres + share * (vertices - centres) + waves)
+    if unevenness.shifts_cells:
+        low = grid.origin_mm
+        printed += unevenness.shift_mm(vertices, low, low + grid.pitch_mm * grid.counts)
+        printed[:, 2] += _skin(vertices, grid, unevenness)
+    return printed
+
+
+def _skin(places: Array, grid: CellGrid, unevenness: Unevenness) -> Array:
+    """How far an uneven skin lifts what is drawn at places: all on the lowest faces, nothing above the lowest cells."""
+    if unevenness.skin_sd_mm == 0:
+        return np.zeros(len(places))
+    random = np.random.default_rng(np.random.SeedSequence([unevenness.seed, SKIN_STREAM]))
+    limit = CUTOFF_SKIN_SD * unevenness.skin_sd_mm
+    rise = _waves(places[:, :2], unevenness.skin_sd_mm, unevenness.skin_length_mm, 1, random)[:, 0]
+    below = grid.centres_mm()[0, 2] + grid.cell_mm[2] / 2 - places[:, 2]
+    return np.asarray(np.clip(rise, -limit, limit) * np.clip(below / grid.cell_mm[2], 0, 1))
+
+
+def _waves(places: Array, spread: float, length: float, count: int, random: np.random.Generator) -> Array:
+    """Smooth random fields at places in a plane or in space, shape (places, fields), in the unit of their spread."""
+    axes = places.shape[1]
+    directions = random.standard_normal((count, WAVES, axes))
+    directions *= 2 * np.pi / length / np.linalg.norm(directions, axis=2, keepdims=True)
+    phases = random.uniform(0, 2 * np.pi, (count, WAVES))
+    height = spread * np.sqrt(2 / WAVES)
+    sums = [np.cos(places @ directions[field].T + phases[field]).sum(1) for field in range(count)]
+    return np.asarray(height * np.stack(sums, axis=1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FusedCells:
+    """How the cells hang together where walls are missing."""
+
+    pairs: Index
+    """Cells below and above each missing wall, shape (walls, 2); no cell is there twice."""
+    faces: Faces
+    """Triangles of all cells, shape (triangles, 3), collapsed to a point where a membrane belongs to the cell below."""
+    closed: Faces
+    """Those of closed cells, which share a membrane."""
+    without_membranes: Faces
+    """Those of the fused cells, collapsed to points where a wall is missing."""
+    beyond: npt.NDArray[np.uint32]
+    """Cell above the membrane that a triangle is, or `WHOLE`, shape (triangles,)."""
+
+
+def draw_fused_cells(share: float, seed: int, grid: CellGrid, cells: SurfaceMesh) -> FusedCells | None:
+    """Takes walls out of a grid; None where none is missing.
+
+    Args:
+        share: Of all walls between two cells.
+        seed: Of the print.
+        grid: The cells.
+        cells: Their mesh as drawn, cell after cell.
+    """
+    below, axes = _torn(share, seed, grid)
+    if not len(below):
+        return None
+    above = below + np.cumprod([1, *grid.counts[:2]])[axes]
+    count = len(cells.vertices) // grid.cell_count
+    one = cells.faces[: len(cells.faces) // grid.cell_count]
+    opposite = [facing_vertices(cells.vertices[:count], axis) for axis in range(3)]
+    closed = cells.faces.reshape(grid.cell_count, -1, 3).copy()
+    beyond = np.full(closed.shape[:2], WHOLE, np.uint32)
+    faces, bare = closed.copy(), closed.copy()
+    for axis, (high, low) in enumerate(opposite):
+        ours = axes == axis
+        under, over = below[ours], above[ours]
+        hung = np.arange(count) + over[:, None] * count
+        hung[:, low] = high + under[:, None] * count
+        closed[over] = faces[over] = bare[over] = hung[:, one]
+        lower, upper = (np.flatnonzero(np.isin(one, side).all(1)) for side in (high, low))
+        beyond[under[:, None], lower] = over[:, None]
+        for found in (faces, bare):
+            found[over[:, None], upper] = found[over[:, None], upper][..., :1]
+        bare[under[:, None], lower] = bare[under[:, None], lower][..., :1]
+    return FusedCells(
+        pairs=np.stack([below, above], 1),
+        faces=faces.reshape(-1, 3),
+        closed=closed.reshape(-1, 3),
+        without_membranes=bare.reshape(-1, 3),
+        beyond=beyond.ravel(),
+    )
+
+
+def _torn(share: float, seed: int, grid: CellGrid) -> tuple[Index, Index]:
+    """Cells below missing walls and the axes across these, walls in random order, of each cell one at the most."""
+    if share == 0:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    steps = np.cumprod([1, *grid.counts[:2]])
+    places = np.stack(np.unravel_index(np.arange(grid.cell_count), grid.counts[::-1]), 1)[:, ::-1]
+    cell, axis = np.nonzero(places < np.array(grid.counts) - 1)
+    random = np.random.default_rng(np.random.SeedSequence([seed, WALL_STREAM]))
+    used, wanted = np.zeros(grid.cell_count, bool), round(share * len(cell))
+    found: list[int] = []
+    for wall in random.permutation(len(cell)).tolist():
+        if len(found) == wanted:
+            break
+        ends = [cell[wall], cell[wall] + steps[axis[wall]]]
+        if not used[ends].any():
+            used[ends] = True
+            found.append(wall)
+    order = np.sort(np.array(found, np.int64))
+    return cell[order], axis[order]
