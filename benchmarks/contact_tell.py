@@ -30,9 +30,9 @@ from sklearn.model_selection import GroupKFold
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
+from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.plan import can_touch

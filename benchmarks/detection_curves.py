@@ -24,12 +24,12 @@ import numpy.typing as npt
 from scipy.stats import binomtest, norm
 
 from magicsim.arrays import FloatImage, Frame
+from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.light.records.untouched_states import shared_states
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
+from magicsim.camera.camera import Camera
 from magicsim.camera.effects.dust import transmittance
 from magicsim.camera.effects.spread import spread_light
 from magicsim.camera.settings import (
@@ -28,7 +29,6 @@ from magicsim.camera.settings import (
 )
 from magicsim.camera.shutter import between_frames
 from magicsim.camera.stream import CameraStream, Instant
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor, room_radiance

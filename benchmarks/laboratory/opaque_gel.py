@@ -39,7 +39,7 @@ def membrane(sensor: Sensor, body: npt.NDArray[np.float64]) -> Any:  # noqa: ANN
 def opaque_scene(sensor: Sensor, body: npt.NDArray[np.float64]) -> Any:  # noqa: ANN401
     """Membrane, three-coloured strips beside it, and the sensor's camera without refraction."""
     scene, design = sensor, sensor.design
-    ideal = film(design, scene.rig)
+    ideal = film(design, scene.rig.lens, scene.rig.camera)
     width, length = design.footprint_mm
     described: dict[str, Any] = {
         "type": "scene",

@@ -1,14 +1,15 @@
 """What a camera calibration would find: intrinsics, distortion, and millimetres per pixel at every layer."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from magicsim.camera.camera import Camera, Lens
 from magicsim.camera.film import camera_matrix, pixel_landing_mm
 from magicsim.camera.viewing import focal_px
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
-from magicsim.scenes.rig import Rig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,6 +25,18 @@ class LayerScale:
     """Along columns and rows at the first corner [mm/px]."""
     field_mm: tuple[float, float]
     """From the centre of the first pixel to that of the last, of the middle row and of the middle column [mm]."""
+
+
+class HasCamera(Protocol):
+    """A camera and the lens plate in front of it, as every rig has them."""
+
+    @property
+    def lens(self) -> Lens:
+        """Plate in front of the block's bonded face."""
+
+    @property
+    def camera(self) -> Camera:
+        """Pinhole behind it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,17 +58,18 @@ class Calibration:
     layers: tuple[LayerScale, ...]
 
 
-def calibrate_camera(design: ElastomerDesign, rig: Rig) -> Calibration:
+def calibrate_camera(design: ElastomerDesign, rig: HasCamera) -> Calibration:
     """The calibration of a design on a rig.
 
     Raises:
         GeometryError: The grid does not fit the block.
         RenderError: The distortion folds the image.
     """
-    camera, focal, window = rig.camera, focal_px(design, rig), rig.camera.window
+    lens, camera, window = rig.lens, rig.camera, rig.camera.window
+    focal = focal_px(design, lens, camera)
     matrix = camera_matrix(camera, focal)
     matrix[:2, 2] -= [window.column, window.row]
-    face = design.height_mm + rig.lens.thickness_mm
+    face = design.height_mm + lens.thickness_mm
     return Calibration(
         image_size=(window.columns, window.rows),
         camera_matrix=tuple(tuple(row) for row in matrix.tolist()),
@@ -63,7 +77,7 @@ def calibrate_camera(design: ElastomerDesign, rig: Rig) -> Calibration:
         pinhole_z_mm=face + camera.distance_mm,
         lens_face_z_mm=face,
         ior=design.materials.body.ior,
-        layers=tuple(_layer(name, z, design, rig) for name, z in _planes(design)),
+        layers=tuple(_layer(name, z, design, lens, camera) for name, z in _planes(design)),
     )
 
 
@@ -74,8 +88,8 @@ def _planes(design: ElastomerDesign) -> list[tuple[str, float]]:
     return [("contact face", 0.0), *between, ("bonded face", design.height_mm)]
 
 
-def _layer(name: str, z_mm: float, design: ElastomerDesign, rig: Rig) -> LayerScale:
-    landing = pixel_landing_mm(design, rig, z_mm=z_mm)
+def _layer(name: str, z_mm: float, design: ElastomerDesign, lens: Lens, camera: Camera) -> LayerScale:
+    landing = pixel_landing_mm(design, lens, camera, z_mm=z_mm)
     across = np.linalg.norm(np.diff(landing, axis=1), axis=2)
     down = np.linalg.norm(np.diff(landing, axis=0), axis=2)
     row, column = np.unravel_index(np.linalg.norm(landing, axis=2).argmin(), landing.shape[:2])

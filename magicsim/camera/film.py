@@ -13,6 +13,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from magicsim.arrays import Array, FloatImage
+from magicsim.camera.camera import Camera, Lens
 from magicsim.camera.effects.dust import transmittance
 from magicsim.camera.effects.spread import spread_light
 from magicsim.camera.settings import Diffraction, Glare
@@ -20,7 +21,6 @@ from magicsim.camera.viewing import face_landing_mm, focal_px, landing_mm
 from magicsim.camera.window import Window
 from magicsim.errors import RenderError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.scenes.rig import Camera, Rig
 
 UNDISTORT_PX, MAX_UNDISTORT = 1e-4, 200
 """Largest error of the inverse of the distortion, and corrections after which it is taken to have none."""
@@ -86,15 +86,16 @@ def _spread_px(blur_px: float) -> int:
     return int(np.ceil(SPREAD * blur_px))
 
 
-def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
+def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | None = None) -> Film:
     """The ideal image for a camera.
 
     Args:
         design: The block.
-        rig: What surrounds it.
+        lens: Plate in front of the block's bonded face.
+        camera: Pinhole behind it.
         read: Pixels to read out; those of the camera by default.
     """
-    camera, focal = rig.camera, focal_px(design, rig)
+    focal = focal_px(design, lens, camera)
     read_out = read or camera.window
     read = read_out.grown(_spread_px(camera.blur_px), camera.columns, camera.rows)
     columns, rows, places, window = camera.columns, camera.rows, None, read
@@ -123,16 +124,16 @@ def film(design: ElastomerDesign, rig: Rig, read: Window | None = None) -> Film:
     )
 
 
-def pixel_landing_mm(design: ElastomerDesign, rig: Rig, *, z_mm: float = 0.0) -> Array:
+def pixel_landing_mm(design: ElastomerDesign, lens: Lens, camera: Camera, *, z_mm: float = 0.0) -> Array:
     """Where the ray through each pixel's centre meets a plane of the undeformed block, the contact face by default.
 
     Returns:
         x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
     """
-    slopes = rig.camera.window.of(pixel_slopes(rig.camera, focal_px(design, rig)))
+    slopes = camera.window.of(pixel_slopes(camera, focal_px(design, lens, camera)))
     if z_mm == 0:
-        return face_landing_mm(slopes, design, rig)
-    return landing_mm(slopes, design, rig, z_mm=z_mm)
+        return face_landing_mm(slopes, design, lens, camera)
+    return landing_mm(slopes, design, lens, camera, z_mm=z_mm)
 
 
 def camera_matrix(camera: Camera, focal: float) -> Array:

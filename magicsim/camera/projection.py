@@ -8,29 +8,30 @@ import cv2
 import numpy as np
 
 from magicsim.arrays import Array
+from magicsim.camera.camera import Camera, Lens
 from magicsim.camera.film import camera_matrix
 from magicsim.camera.viewing import focal_px
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.scenes.rig import Rig
 
 STEPS = 60
 """Bisections; each halves the interval of slopes."""
 
 
-def project_px(points_mm: Array, design: ElastomerDesign, rig: Rig) -> Array:
+def project_px(points_mm: Array, design: ElastomerDesign, lens: Lens, camera: Camera) -> Array:
     """Pixels at which the camera sees points of the block.
 
     Args:
         points_mm: Positions in the sensor's frame, deformed where they are, shape (..., 3) [mm].
         design: The block.
-        rig: Lens and camera.
+        lens: Plate in front of the block's bonded face.
+        camera: Pinhole behind it.
 
     Returns:
         Column and row in the image that is read out, whole at pixel centres, shape (..., 2) [px]; may lie outside.
     """
-    camera, focal = rig.camera, focal_px(design, rig)
+    focal = focal_px(design, lens, camera)
     reach = np.linalg.norm(points_mm[..., :2], axis=-1)
-    depth = design.height_mm + rig.lens.thickness_mm - points_mm[..., 2]
+    depth = design.height_mm + lens.thickness_mm - points_mm[..., 2]
     slope = _slope(reach, depth, camera.distance_mm, design.materials.body.ior)
     across = points_mm[..., :2] * (slope / np.maximum(reach, 1e-30))[..., None]
     rays = np.stack([across[..., 0], -across[..., 1], np.ones_like(slope)], -1).reshape(-1, 3)

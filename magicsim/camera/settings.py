@@ -2,7 +2,7 @@
 
 All are off by default, because the default rig's figures were measured without them; `scenes/rigs/digit-webcam.toml`
 has all that an ordinary webcam shows. Noise of photons and reading and the gain pattern, which are always on, are
-fields of `Camera` (`magicsim.scenes.rig`). Ranges are *assumed* unless a source is named.
+fields of `Camera` (`magicsim.camera.camera`). Ranges are *assumed* unless a source is named.
 """
 
 from typing import Annotated, Literal, Self

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import FloatImage, Frame
+from magicsim.camera.camera import Camera
 from magicsim.camera.effects.drift import led_drift
 from magicsim.camera.effects.flicker import flicker_share
 from magicsim.camera.effects.live import Gains, corrected, metered, settled
@@ -19,7 +20,6 @@ from magicsim.camera.exposure import Exposure, Lit, aimed_signal, expose, meter,
 from magicsim.camera.settings import H264
 from magicsim.camera.shutter import between_frames, readout_fits, readout_problem
 from magicsim.errors import RenderError
-from magicsim.scenes.rig import Camera
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

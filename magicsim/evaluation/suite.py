@@ -12,7 +12,8 @@ from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.rigid_object import AngleDeg
-from magicsim.scenes.rig import PlaceMm, Rig
+from magicsim.scenes.lamps import PlaceMm
+from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameNumber, FrameRate, GapMm, RenderSettings, Seed
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
@@ -107,9 +108,9 @@ class SuiteNoise(Config):
 
     name: Name
     full_well_e: Annotated[float, Field(ge=10, le=1e12)] | None = None
-    """See `magicsim.scenes.rig.Camera` [electrons]."""
+    """See `magicsim.camera.camera.Camera` [electrons]."""
     read_noise_e: Annotated[float, Field(ge=0, le=1e12)] | None = None
-    """See `magicsim.scenes.rig.Camera` [electrons]."""
+    """See `magicsim.camera.camera.Camera` [electrons]."""
 
 
 class SuitePlace(Config):

@@ -11,7 +11,7 @@ from magicsim.fit.constants import with_values
 from magicsim.fit.strengths import Strengths
 from magicsim.folder import result_file
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
-from magicsim.scenes.rig import BRIGHTEST, FAINTEST
+from magicsim.scenes.lamps import BRIGHTEST, FAINTEST
 from magicsim.scenes.scene import SceneConfig
 
 DARKEST_GREY, BRIGHTEST_GREY = 1.0, 254.0

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array
+from magicsim.camera.camera import Camera
 from magicsim.errors import ConfigError
 from magicsim.fit.blocks import block_contrast, block_means
 from magicsim.fit.constants import with_values
 from magicsim.fit.equilibria import Equilibria
 from magicsim.fit.observation import Observation
 from magicsim.fit.strengths import Basis, Strengths, fit_strengths
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation.sensor import Sensor

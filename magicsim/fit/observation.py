@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from magicsim.arrays import Array
+from magicsim.camera.camera import Camera
 from magicsim.dataset.frames import open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.sources.source import read_source, source_kind
 from magicsim.errors import ConfigError, FrameError, unknown_choice
-from magicsim.scenes.rig import Camera
 
 MOST_FRAMES = 60
 """Frames that are read at most; more would not lower the noise that matters."""

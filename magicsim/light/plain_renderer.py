@@ -56,7 +56,7 @@ class PlainRenderer:
         self.object_mesh = object_mesh
         self.object_finish = object_finish or Finish()
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
-        self._film = film(elastomer.design, rig, rig.camera.window)
+        self._film = film(elastomer.design, rig.lens, rig.camera, rig.camera.window)
         self.load_world = partial(load_world, self.estimator, elastomer, rig, settings, object_mesh)
         self._worlds = Worlds(elastomer, object_mesh, self.object_finish, self.load_world)
 

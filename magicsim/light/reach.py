@@ -9,11 +9,12 @@ absorbs makes nothing of it brighter.
 import numpy as np
 
 from magicsim.arrays import Array, FloatImage
+from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, meter
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.scene_dict import AIR_GAP_MM
-from magicsim.scenes.rig import Camera, Rig
+from magicsim.scenes.rig import Rig
 
 FAINT_LEVELS = 0.5
 """What cannot change any pixel by more is left out [grey levels]: rounding to 8 bit does as much."""

@@ -75,7 +75,9 @@ class Renderer(PlainRenderer):
         are traced anew: for comparison, and where shadows of a dent fall on a coat that has not moved."""
         self.leaves_out_far = True
         """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
-        self._whole_film = film(elastomer.design, rig, Window.whole(rig.camera.columns, rig.camera.rows))
+        self._whole_film = film(
+            elastomer.design, rig.lens, rig.camera, Window.whole(rig.camera.columns, rig.camera.rows)
+        )
         self._outsides = Outsides(rig, object_mesh, self.object_finish, self.load_world)
         self._untouched = untouched if untouched is not None else UntouchedStates(default_store())
         self._reaches: list[sp.csr_matrix] | None = None

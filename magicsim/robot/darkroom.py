@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from magicsim.arrays import FloatImage
+from magicsim.camera.camera import Camera
 from magicsim.camera.stream import CameraMemory
 from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
 from magicsim.light.frame.way import Way
 from magicsim.robot.moment import FULL, Moment
-from magicsim.scenes.rig import DARK, Camera
+from magicsim.scenes.rig import DARK
 from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.episode import SimulatedFrame

@@ -21,7 +21,7 @@ from magicsim.robot.moment import FULL, Moment
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.travel import contact_areas_mm2, slip_share, travel
 from magicsim.robot.workspace import Workspace
-from magicsim.scenes.rig import FARTHEST_MM
+from magicsim.scenes.lamps import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame

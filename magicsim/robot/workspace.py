@@ -8,7 +8,7 @@ from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE
 from magicsim.geometry.objects.rigid_object import MOST_TWIST_DEG
-from magicsim.scenes.rig import FARTHEST_MM
+from magicsim.scenes.lamps import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 

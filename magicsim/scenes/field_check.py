@@ -75,9 +75,9 @@ def _reach_mm(scene: SceneConfig) -> Array:
     middle = np.array([camera.columns - 1, camera.rows - 1]) / 2 + camera.principal_offset_px
     low = np.array([window.column, window.row])
     corners = np.stack([low, low + np.array([window.columns - 1, window.rows - 1])])
-    slopes = (corners - middle) / focal_px(scene.design, scene.rig)
+    slopes = (corners - middle) / focal_px(scene.design, scene.rig.lens, scene.rig.camera)
     # Rays in the planes x = 0 and y = 0, which refract the least and land the farthest.
-    straight = landing_mm(slopes * np.eye(2)[:, None], scene.design, scene.rig)
+    straight = landing_mm(slopes * np.eye(2)[:, None], scene.design, scene.rig.lens, scene.rig.camera)
     return np.asarray(np.abs(np.diagonal(straight, axis1=0, axis2=2)).max(0))
 
 

@@ -35,7 +35,7 @@ def sensor_refusal(design: ElastomerDesign, rig: Rig, *, is_recorded: bool) -> s
         )
     top = design.height_mm + rig.lens.thickness_mm
     leds = (led.problem(number, design.footprint_mm, top) for number, led in enumerate(rig.leds))
-    found = (sensor_problem(design, rig), *leds, view_problem(design, rig))
+    found = (sensor_problem(design, rig), *leds, view_problem(design, rig.lens, rig.camera))
     return next((problem for problem in found if problem is not None), None)
 
 

@@ -12,9 +12,10 @@ from magicsim.config.models import Config, load_preset
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
+from magicsim.scenes.lamps import PlaceMm
 from magicsim.scenes.near_room import flashlight_problem
 from magicsim.scenes.refusals import gap_refusal, sensor_refusal
-from magicsim.scenes.rig import PlaceMm, Rig
+from magicsim.scenes.rig import Rig
 from magicsim.scenes.taxels import TaxelSettings
 
 GapMm = Annotated[float, Field(ge=-12, le=2000)]

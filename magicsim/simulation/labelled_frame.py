@@ -1,13 +1,14 @@
 """From a rendered state to a labelled frame: the camera's 8-bit image and all that is known about it."""
 
-from dataclasses import dataclass
+import logging
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.arrays import FloatImage
-from magicsim.camera.brightness import BrightnessWatch
+from magicsim.arrays import FloatImage, Frame
+from magicsim.camera.exposure import Exposure
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.camera.projection import project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
@@ -21,6 +22,57 @@ from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import FrameLabels, SimulatedFrame
 from magicsim.simulation.touch_truth import TouchFields
 from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
+
+LOGGER = logging.getLogger(__name__)
+BLACK_GREY = 1.0
+"""Mean grey level below which a frame counts as black."""
+WHITE_SHARE = 0.5
+"""Share of pixels at 255 in all channels above which a frame counts as saturated."""
+FAINT_SIGNAL = 1e6
+"""A light seen directly would be so many times brighter than white where next to nothing of it reaches the camera."""
+GEL = "it does through scattering (design.materials.infill.sigma_s_per_mm) and less absorption (absorption_per_mm)"
+
+
+@dataclass(slots=True, kw_only=True)
+class BrightnessWatch:
+    """Warns, once each, of frames of one sensor that show nothing, with the field that makes them so."""
+
+    rig: Rig
+    warned: set[str] = field(default_factory=set)
+    """Warnings that were given; each is given once."""
+
+    def see_exposure(self, exposure: Exposure) -> None:
+        """Warns where exposure had to make up for nearly all of the light being lost."""
+        brightest = max((max(radiance) for radiance in self.rig.lamps), default=0.0)
+        if brightest * float(np.max(exposure.gain)) > FAINT_SIGNAL:
+            self._warn("next to no light reaches the camera, and frames show the noise of the rendering: " + GEL)
+
+    def see(self, image: Frame, *, index: int, flashlight: bool) -> None:
+        """Warns of the first black and of the first saturated frame.
+
+        Args:
+            image: RGB, shape (rows, columns, 3).
+            index: Number of the frame in its stream.
+            flashlight: Whether the flashlight is on.
+        """
+        mean = float(image.mean())
+        if mean < BLACK_GREY:
+            self._warn(f"frame {index} is black (mean grey level {mean:.2g}): {self._why_black()}", key="black")
+        white = float((image.min(2) == np.iinfo(np.uint8).max).mean())
+        if white > WHITE_SHARE:
+            lamp = f" with rig.flashlight.radiance = {list(self.rig.flashlight.radiance)}" if flashlight else ""
+            why = f"rig.camera.exposure_grey = {self.rig.camera.exposure_grey:g}{lamp} is too bright"
+            self._warn(f"frame {index} is saturated ({white:.0%} of its pixels are white): {why}", key="white")
+
+    def _why_black(self) -> str:
+        if not any(self.rig.lit):
+            return "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark (rig.ambient, rig.room)"
+        return f"no light reaches the camera: {GEL}"
+
+    def _warn(self, message: str, *, key: str = "") -> None:
+        if key not in self.warned:
+            self.warned.add(key)
+            LOGGER.warning("%s", message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +98,7 @@ class Shot:
         needed = output.contact_mask or output.depth_map
         watch = BrightnessWatch(rig=rig)
         watch.see_exposure(camera.exposure)
-        landing = pixel_landing_mm(design, rig) if needed else None
+        landing = pixel_landing_mm(design, rig.lens, rig.camera) if needed else None
         return cls(design=design, rig=rig, output=output, camera=camera, landing_mm=landing, watch=watch)
 
     @on_one_blas_thread
@@ -93,7 +145,9 @@ class Shot:
                 if landing is not None and output.depth_map
                 else None,
                 markers_mm=markers_mm,
-                markers_px=project_px(markers_mm, self.design, self.rig) if markers_mm is not None else None,
+                markers_px=project_px(markers_mm, self.design, self.rig.lens, self.rig.camera)
+                if markers_mm is not None
+                else None,
                 touch=touch,
             ),
             way=way,

@@ -61,7 +61,7 @@ def write_markers(path: Path, tracks: MarkerTracks, design: ElastomerDesign, rig
         design: The block.
         rig: Lens and camera.
     """
-    rest, pixels = tracks.rest_mm, project_px(tracks.rest_mm, design, rig)
+    rest, pixels = tracks.rest_mm, project_px(tracks.rest_mm, design, rig.lens, rig.camera)
     columns = {f"{axis}_mm": rest[:, number] for number, axis in enumerate("xyz")}
     columns |= {"column_px": pixels[:, 0], "row_px": pixels[:, 1]}
     pq.write_table(pa.table(columns), path, compression="zstd")

@@ -1,8 +1,9 @@
 """The sensors of a sweep: what a point of it changes, and how each is seen at a sweep's quality."""
 
+from magicsim.camera.camera import Camera
 from magicsim.config.models import Config
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.scenes.rig import Camera, Rig
+from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.sweep.judging.quality import Quality
 

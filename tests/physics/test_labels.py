@@ -131,7 +131,7 @@ def track(found: Episode, *, share: float = 0.5) -> Tracks:
     below, above = (np.abs(nodes[:, 2] - z) < 1e-6 for z in grid.planes_mm(2))
 
     def places_px(moved: Array) -> Array:
-        return project_px((1 - share) * moved[below] + share * moved[above], design, rig)
+        return project_px((1 - share) * moved[below] + share * moved[above], design, rig.lens, rig.camera)
 
     start = places_px(nodes)
     pitch_px = rig.camera.columns / rig.camera.field_mm
@@ -191,7 +191,7 @@ def test_contact_mask_covers_what_is_seen_of_the_contact(case: str, tmp_path: Pa
     found = episode("aside", tmp_path, *settings)
     rest, design, rig = found.references[0].image.astype(float), found.scene.design, found.scene.rig
     for frame, least in zip(found.scored, shares, strict=True):
-        centre = project_px(np.array([0.4, -0.6, frame.truth.depth_mm]), design, rig)
+        centre = project_px(np.array([0.4, -0.6, frame.truth.depth_mm]), design, rig.lens, rig.camera)
         seen, mask = outlined(sign(frame.image - rest), centre), frame.contact_mask
         assert (seen & mask).sum() / (seen | mask).sum() > least
         np.testing.assert_allclose(np.argwhere(seen).mean(0), np.argwhere(mask).mean(0), atol=1.0)

@@ -89,7 +89,7 @@ def _rigid(scene: SceneConfig) -> Look:
 
 
 def _membrane(scene: SceneConfig) -> Look:
-    landing = pixel_landing_mm(scene.design, scene.rig)
+    landing = pixel_landing_mm(scene.design, scene.rig.lens, scene.rig.camera)
 
     def radiance(state: FrameState, deformation: Deformation) -> FloatImage:
         del state

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from laboratory.operating_point.filming import GAPS_MM, FilmedStates
+from magicsim.camera.camera import Camera
 from magicsim.camera.effects.dust import transmittance
 from magicsim.camera.effects.live import Gains, corrected, metered
 from magicsim.camera.effects.spread import spread_light
@@ -15,7 +16,6 @@ from magicsim.camera.exposure import aimed_signal, meter, sensed
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.detectors import Contact, DetectorProfile, Proximity, References, Verdict, detect, fuse
 from magicsim.fit.blocks import block_means
-from magicsim.scenes.rig import Camera
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]

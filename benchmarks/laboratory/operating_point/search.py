@@ -11,13 +11,13 @@ from laboratory.operating_point.draws import first_points, next_point
 from laboratory.operating_point.filming import LAMPS, PRINT, FilmedStates, film_states, scene_fields
 from laboratory.operating_point.reading import Reading, crosstalk_matrix, read_states
 from laboratory.operating_point.targets import total_distance
+from magicsim.camera.camera import Camera
 from magicsim.camera.settings import Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg
 from magicsim.conventions import IMAGE_COLUMNS
 from magicsim.detectors import DetectorProfile
 from magicsim.detectors.profiles.profile import Polarity, Similarity
 from magicsim.errors import FrameError, RenderError
 from magicsim.fit.constants import CONSTANTS, Constant, with_values
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import SceneConfig
 
 Array = npt.NDArray[np.float64]

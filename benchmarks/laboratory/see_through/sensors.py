@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from magicsim.camera.camera import Camera
 from magicsim.camera.settings import H264, Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg, Shutter
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import ContactSettings, Keyframe, OutputSettings, SceneConfig, load_scene
 
 Lights = Literal["dim", "bright"]

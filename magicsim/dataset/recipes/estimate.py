@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.camera.camera import Camera
 from magicsim.dataset.recipes.draw import DrawnEpisode, sensor_of
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.geometry.grid import node_spacing_mm
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import RenderSettings, SceneConfig
 from magicsim.simulation.plan import plan_scene
 

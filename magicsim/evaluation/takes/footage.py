@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from magicsim.arrays import Array, Frame, Mask
+from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Lit
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.evaluation.cases import Case, list_cases
@@ -17,7 +18,6 @@ from magicsim.evaluation.takes.simulated import cached_take
 from magicsim.evaluation.takes.take import Take
 from magicsim.frame_class import FrameClass, classify_frame
 from magicsim.judge.recording import Recording, read_recording
-from magicsim.scenes.rig import Camera
 
 REST_STREAM = 0x3C5A96
 """Turns the seed of an episode into that of a stream at rest."""

@@ -224,7 +224,7 @@ def medium_of(optics: Optics) -> Any:
 
 
 def _camera(elastomer: Elastomer, rig: Rig) -> dict[str, Any]:
-    ideal = film(elastomer.design, rig)
+    ideal = film(elastomer.design, rig.lens, rig.camera)
     pinhole = elastomer.design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm
     return {
         "type": "perspective",

@@ -96,7 +96,7 @@ def wall_modes(design: ElastomerDesign, rig: Rig, *, paths: int, seed: int) -> W
 def _starts(design: ElastomerDesign, rig: Rig, *, top_mm: float, count: int, seed: int) -> tuple[Array, Array]:
     """Places on the lens plate and directions inside of it, shape (paths, 2, 3), and transmitted shares."""
     random = np.random.default_rng([seed, 37])
-    camera, focal = rig.camera, focal_px(design, rig)
+    camera, focal = rig.camera, focal_px(design, rig.lens, rig.camera)
     slopes = pixel_slopes(camera, focal).reshape(-1, 2)
     chosen = slopes[random.integers(0, len(slopes), count)] + random.uniform(-0.5, 0.5, (count, 2)) / focal
     air = np.column_stack([chosen[:, 0], -chosen[:, 1], -np.ones(count)])

@@ -133,7 +133,7 @@ class DeformationLaw:
         pressed, sheared, twisted = (
             dict(np.load(io.BytesIO(each))) for each in read_pieces(folder, self.touches) if each is not None
         )
-        landing = pixel_landing_mm(self.config.design, self.rig)
+        landing = pixel_landing_mm(self.config.design, self.rig.lens, self.rig.camera)
         presses = tuple(press_rows(pressed, self.config.depths_mm))
         shears = tuple(shear_rows(sheared, self.config.directions_deg, landing))
         twists = tuple(twist_rows(twisted, self.config.twists_deg, landing))

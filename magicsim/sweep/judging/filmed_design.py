@@ -16,13 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import FloatImage, Frame
+from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, expose
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.points import unit_points
 from magicsim.scenes.refusals import gap_refusal
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import FRAMES_PER_SECOND
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.sensor import Sensor, sensor_exposure

@@ -104,7 +104,7 @@ def press_plate(
         ).astype(float)
 
     shown, reference = frames(image, 0), frames(rest, quality.draws).mean(0)
-    landing = pixel_landing_mm(design, rig)
+    landing = pixel_landing_mm(design, rig.lens, rig.camera)
     inside = np.abs(landing).max(2) <= LOOKED_AT_PERIODS * spacing_mm / 2
     contrast = ((shown - reference) / reference[inside].mean(0))[:, inside]
     return PlateFrames(contrast=contrast, places_mm=landing[inside], picture=shown[0].astype(np.uint8))
@@ -114,7 +114,7 @@ def plate_rig(sensor: SweptSensor, spacing_mm: float, quality: Quality) -> Rig:
     """The rig of a sensor, its camera reading out what lies around a plate of `PLATE_PERIODS` spacings."""
     camera = camera_of(sensor, quality, scale=quality.texture_scale)
     whole = sensor.rig.model_copy(update={"camera": camera})
-    near = np.abs(pixel_landing_mm(sensor.design, whole)).max(2) <= PLATE_PERIODS * spacing_mm / 2
+    near = np.abs(pixel_landing_mm(sensor.design, whole.lens, whole.camera)).max(2) <= PLATE_PERIODS * spacing_mm / 2
     rows, columns = np.flatnonzero(near.any(1)), np.flatnonzero(near.any(0))
     top, left = max(0, rows[0] - MARGIN_PX), max(0, columns[0] - MARGIN_PX)
     bottom, right = min(camera.rows, rows[-1] + 1 + MARGIN_PX), min(camera.columns, columns[-1] + 1 + MARGIN_PX)

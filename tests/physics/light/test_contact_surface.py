@@ -40,10 +40,10 @@ def test_contact_mask_covers_the_contact_and_nothing_else(design, small_scene):
     scene = small_scene("pressed", f"design={design}")
     sensor = Sensor.for_scene(scene)
     deformation = sensor.deform(timeline(scene)[0], sensor.rest)
-    mask = contact_mask(deformation, pixel_landing_mm(scene.design, scene.rig))
+    mask = contact_mask(deformation, pixel_landing_mm(scene.design, scene.rig.lens, scene.rig.camera))
     rows, columns = np.nonzero(mask)
     assert rows.mean() == pytest.approx(31.5, abs=1)
     assert columns.mean() == pytest.approx(23.5, abs=1)
     pixel_mm2 = (scene.rig.camera.field_mm / 48) ** 2
     assert mask.sum() * pixel_mm2 == pytest.approx(deformation.contact_area_mm2, rel=0.25)
-    assert not contact_mask(sensor.rest, pixel_landing_mm(scene.design, scene.rig)).any()
+    assert not contact_mask(sensor.rest, pixel_landing_mm(scene.design, scene.rig.lens, scene.rig.camera)).any()

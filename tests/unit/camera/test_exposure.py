@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.errors import RenderError
-from magicsim.scenes.rig import Camera
 
 UNIT = Exposure(gain=np.ones(3))
 SILENT = {"full_well_e": 1e12, "read_noise_e": 0.0, "fixed_pattern": 0.0}

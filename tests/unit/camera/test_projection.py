@@ -22,16 +22,18 @@ def scene(*settings: str) -> SceneConfig:
 )
 def test_where_a_pixel_looks_is_seen_in_that_pixel(settings: list[str], z_mm: float):
     case = scene(*settings)
-    landing = pixel_landing_mm(case.design, case.rig, z_mm=z_mm)
-    found = project_px(np.dstack([landing, np.full(landing.shape[:2], z_mm)]), case.design, case.rig)
+    landing = pixel_landing_mm(case.design, case.rig.lens, case.rig.camera, z_mm=z_mm)
+    found = project_px(
+        np.dstack([landing, np.full(landing.shape[:2], z_mm)]), case.design, case.rig.lens, case.rig.camera
+    )
     row, column = np.mgrid[: landing.shape[0], : landing.shape[1]]
     np.testing.assert_allclose(found, np.dstack([column, row]), atol=2e-4)  # px; the inverse of the lens is that good
 
 
 def test_points_nearer_to_the_camera_are_seen_farther_out():
     case = scene()
-    low, high = project_px(np.array([[5.0, 5.0, 0.0], [5.0, 5.0, 6.0]]), case.design, case.rig)
-    middle = project_px(np.zeros((1, 3)), case.design, case.rig)[0]
+    low, high = project_px(np.array([[5.0, 5.0, 0.0], [5.0, 5.0, 6.0]]), case.design, case.rig.lens, case.rig.camera)
+    middle = project_px(np.zeros((1, 3)), case.design, case.rig.lens, case.rig.camera)[0]
     assert (np.abs(high - middle) > np.abs(low - middle) + 0.5).all()
     assert high[0] > middle[0]  # +x is right
     assert high[1] < middle[1]  # +y is up

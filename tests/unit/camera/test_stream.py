@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
+from magicsim.camera.camera import Camera
 from magicsim.camera.effects.mjpeg import through_mjpeg
 from magicsim.camera.exposure import expose
 from magicsim.camera.settings import Flicker, LedDrift, LiveExposure, Mjpeg, Shutter
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.errors import RenderError
-from magicsim.scenes.rig import Camera
 
 SILENT = {"full_well_e": 1e12, "read_noise_e": 0.0, "fixed_pattern": 0.0, "blur_px": 0.0, "columns": 16, "rows": 20}
 NOISY = {"full_well_e": 4000.0, "columns": 16, "rows": 20}

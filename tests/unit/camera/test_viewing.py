@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from magicsim.camera.camera import Camera, Lens
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.camera.viewing import horizontal_fov_deg
 from magicsim.config.models import load_preset
@@ -21,6 +22,11 @@ def rig(**camera: object) -> Rig:
     return load_preset(Rig, "rig", "digit-rgb", [f"camera.{key}={value}" for key, value in small.items()])
 
 
+def optics(**camera: object) -> tuple[Lens, Camera]:
+    base = rig(**camera)
+    return base.lens, base.camera
+
+
 def landing_by_snell(
     angle_x: float, angle_y: float, *, distance_mm: float, depth_mm: float, ior: float
 ) -> tuple[float, float]:
@@ -35,7 +41,7 @@ def landing_by_snell(
 
 
 def test_first_row_looks_at_plus_y_and_first_column_at_minus_x():
-    landing = pixel_landing_mm(design(), rig())
+    landing = pixel_landing_mm(design(), *optics())
     assert landing.shape == (32, 24, 2)
     assert (np.diff(landing[..., 0], axis=1) > 0).all()
     assert (np.diff(landing[..., 1], axis=0) < 0).all()
@@ -43,7 +49,7 @@ def test_first_row_looks_at_plus_y_and_first_column_at_minus_x():
 
 
 def test_view_is_symmetric_about_the_axis():
-    landing = pixel_landing_mm(design(), rig())
+    landing = pixel_landing_mm(design(), *optics())
     assert landing[:, ::-1, 0] == pytest.approx(-landing[..., 0])
     assert landing[::-1, :, 1] == pytest.approx(-landing[..., 1])
 
@@ -52,7 +58,7 @@ def test_view_is_symmetric_about_the_axis():
 @pytest.mark.parametrize("ior", [1.0, 1.49, 2.5])
 def test_edge_of_the_image_lands_at_half_the_field(field_mm: float, ior: float):
     block, base = design(**{"materials.body.ior": ior}), rig(field_mm=field_mm)
-    slope = math.tan(math.radians(horizontal_fov_deg(block, base) / 2))
+    slope = math.tan(math.radians(horizontal_fov_deg(block, base.lens, base.camera) / 2))
     depth = block.height_mm + base.lens.thickness_mm
     x, y = landing_by_snell(slope, 0.0, distance_mm=base.camera.distance_mm, depth_mm=depth, ior=ior)
     assert x == pytest.approx(field_mm / 2, abs=1e-9)
@@ -61,8 +67,8 @@ def test_edge_of_the_image_lands_at_half_the_field(field_mm: float, ior: float):
 
 def test_every_pixel_lands_where_snells_law_sends_its_ray():
     block, base = design(), rig(columns=10, rows=14)
-    landing = pixel_landing_mm(block, base)
-    half = math.tan(math.radians(horizontal_fov_deg(block, base) / 2))
+    landing = pixel_landing_mm(block, base.lens, base.camera)
+    half = math.tan(math.radians(horizontal_fov_deg(block, base.lens, base.camera) / 2))
     depth = block.height_mm + base.lens.thickness_mm
     for row in range(14):
         for column in range(10):
@@ -73,13 +79,13 @@ def test_every_pixel_lands_where_snells_law_sends_its_ray():
 
 
 def test_pixels_are_square_without_refraction():
-    landing = pixel_landing_mm(design(**{"materials.body.ior": 1.0}), rig(field_mm=12.0))
+    landing = pixel_landing_mm(design(**{"materials.body.ior": 1.0}), *optics(field_mm=12.0))
     assert np.diff(landing[0, :, 0]) == pytest.approx([0.5] * 23)
     assert np.diff(landing[:, 0, 1]) == pytest.approx([-0.5] * 31)
 
 
 def test_refraction_asks_for_a_wider_view_of_the_same_field():
-    wide = horizontal_fov_deg(design(**{"materials.body.ior": 1.49}), rig())
-    straight = horizontal_fov_deg(design(**{"materials.body.ior": 1.0}), rig())
+    wide = horizontal_fov_deg(design(**{"materials.body.ior": 1.49}), *optics())
+    straight = horizontal_fov_deg(design(**{"materials.body.ior": 1.0}), *optics())
     assert wide > straight
     assert straight == pytest.approx(2 * math.degrees(math.atan(11.4 / (24.0 + 6.0 + 2.0))))

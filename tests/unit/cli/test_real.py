@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from real.drawn import describe, pressed, public_set, save, untouched, write_csv
 
+from magicsim.camera.camera import Camera
 from magicsim.errors import ConfigError, FrameError
 from magicsim.fit.observation import read_observation
-from magicsim.scenes.rig import Camera
 
 from .conftest import Shell
 

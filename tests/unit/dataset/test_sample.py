@@ -66,7 +66,7 @@ def test_friction_drags_the_skin_along(rows):
 
 def test_mask_lies_where_the_ball_is_below_the_depth_map(recipe, rows):
     sensor = draw_sensors(recipe, 1)[0]
-    landing = pixel_landing_mm(sensor.design, sensor.rig)
+    landing = pixel_landing_mm(sensor.design, sensor.rig.lens, sensor.rig.camera)
     for row in (row for row in rows if row["contact"]):
         mask = decoded(row["contact_mask"]) > 0
         depth = np.array(row["depth_map_mm"])

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
+from magicsim.camera.camera import Camera
 from magicsim.errors import ConfigError, FrameError
 from magicsim.fit.observation import observe, read_observation
-from magicsim.scenes.rig import Camera
 
 CAMERA = Camera(columns=24, rows=32)
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, meter
 from magicsim.light.backend import VARIANT
 from magicsim.light.reach import FAINT_LEVELS, brightest_return, grey_levels, is_out_of_reach
 from magicsim.light.world.finish import Finish
-from magicsim.scenes.rig import Camera
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.sensor import Sensor

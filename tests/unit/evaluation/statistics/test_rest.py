@@ -7,12 +7,12 @@ import pytest
 from scipy.special import expit
 
 from evaluation.synthetic import judged
+from magicsim.camera.camera import Camera
 from magicsim.evaluation.detector import Detection
 from magicsim.evaluation.statistics.rest import HOUR_S, log_odds, rest_streams
 from magicsim.evaluation.suite import FIRST_PLACE
 from magicsim.evaluation.takes.footage import EpisodeTag, ExposedTake, Footage
 from magicsim.evaluation.takes.take import Take
-from magicsim.scenes.rig import Camera
 
 RATE = 15.0
 
