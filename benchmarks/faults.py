@@ -32,7 +32,7 @@ from laboratory.fault_commands import Command, commands, content
 
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
-from magicsim.folder.sealing import sealed
+from magicsim.folder.listing import sealed
 
 FIGURES = Path("docs/benchmarks/faults.json")
 NO_MOUNT = "this machine allows no mount"

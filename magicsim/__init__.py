@@ -5,7 +5,7 @@ The names below are loaded when they are first used, so that importing the packa
 
 from typing import TYPE_CHECKING
 
-from magicsim.names import find_moved, lazy_names
+from magicsim.names import lazy_names
 
 if TYPE_CHECKING:
     from magicsim.camera.calibration import calibrate_camera
@@ -105,4 +105,3 @@ HOMES = {
 """Where each public name is at home."""
 
 __getattr__, __dir__ = lazy_names(__name__, HOMES)
-find_moved()

@@ -3,13 +3,13 @@
 import difflib
 from collections.abc import Iterable
 
-from magicsim.wording import NAME_LENGTH, one_line, shortened
+from magicsim.errors import NAME_LENGTH, one_line, shortened
 
 
 class MagicsimError(ValueError):
     """Base of all deliberate errors; the command line prints it as one line and exits with 2.
 
-    Whatever a message quotes, it is one printable line of bounded length (`magicsim.wording.one_line`).
+    Whatever a message quotes, it is one printable line of bounded length (`magicsim.errors.one_line`).
     """
 
     def __init__(self, message: str = "") -> None:

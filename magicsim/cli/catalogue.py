@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from magicsim.cli.app import Json, Seed, Settings, app, fields_of, print_object
-from magicsim.config.catalogue import PLURALS, entries
+from magicsim.config.presets import PLURALS, entries
 from magicsim.errors import ConfigError, unknown_choice
 
 

@@ -92,7 +92,7 @@ def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", 
     if out.is_file():
         msg = f"output folder '{out}' is a file; name a new folder"
         raise OutputError(msg)
-    from magicsim.dataset.preview.contact_sheet import preview_recipe
+    from magicsim.dataset.preview import preview_recipe
 
     try:
         out.mkdir(parents=True, exist_ok=True)  # what cannot be written is told before anything is rendered

@@ -31,9 +31,8 @@ from magicsim.cli import (  # noqa: F401
     task,
 )
 from magicsim.cli.app import app
-from magicsim.errors import ConfigError, MagicsimError, unknown_choice
+from magicsim.errors import ConfigError, MagicsimError, one_line, unknown_choice
 from magicsim.light.variant import VARIANT_VARIABLE, VARIANTS
-from magicsim.wording import one_line
 
 STOPPED, UNREAD, TERMINATED = 130, 141, 143
 """Exit codes after SIGINT, SIGPIPE and SIGTERM, as a shell gives them."""

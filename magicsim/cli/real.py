@@ -21,10 +21,10 @@ def real(
     the columns of a simulated one: `detect`, `evaluate --on`, `calibrate`, `fit` and `estimate` read it alike.
     """
     from magicsim.cli.output.progress import show_progress
+    from magicsim.dataset.real.description import load_real
+    from magicsim.dataset.real.inspection import inspect_real
+    from magicsim.dataset.real.writing import write_real
     from magicsim.detectors.sources.video import quiet_opencv
-    from magicsim.real.description import load_real
-    from magicsim.real.inspection import inspect_real
-    from magicsim.real.writing import write_real
 
     source = load_real(description, settings or [])
     with quiet_opencv():

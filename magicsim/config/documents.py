@@ -5,9 +5,10 @@ it.
 """
 
 import json
+import math
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -123,3 +124,12 @@ def _has_long_key(line: str) -> bool:
         if key is not None and key.group().count(".") > MAX_DOTS:
             return True
     return False
+
+
+def without_nan(value: Any) -> Any:  # noqa: ANN401 - any nesting that JSON has
+    """The value with None where a number is none or infinite, for which JSON has no word."""
+    if isinstance(value, Mapping):
+        return {key: without_nan(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_nan(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

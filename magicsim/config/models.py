@@ -10,11 +10,10 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from magicsim.config.documents import MAX_DEPTH, parse_toml
+from magicsim.config.named_files import read_with_paths
 from magicsim.config.presets import find_preset
 from magicsim.config.problems import describe_problems
-from magicsim.config.toml_paths import read_with_paths
-from magicsim.errors import ConfigError
-from magicsim.wording import NAME_LENGTH, shortened
+from magicsim.errors import NAME_LENGTH, ConfigError, shortened
 
 
 class Config(BaseModel):

@@ -5,8 +5,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from magicsim.errors import unknown_choice
-from magicsim.wording import LINE_LENGTH, shortened
+from magicsim.errors import LINE_LENGTH, shortened, unknown_choice
 
 NUMERIC = ("int_", "float_", "greater_than", "less_than")
 """How pydantic's kinds of problems with a number begin."""

@@ -12,8 +12,8 @@ from magicsim.dataset.manifest import FailedEpisode, Manifest, ShardEntry, write
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import as_schema, read_episodes, rows_as_bytes, write_rows
 from magicsim.folder.ledger import Ledger
-from magicsim.workers.log import log_failures
-from magicsim.workers.outcome import Outcome
+from magicsim.workers.attempt import Outcome
+from magicsim.workers.run_folder import log_failures
 
 
 class Assembly:

@@ -3,8 +3,8 @@
 from dataclasses import replace
 from typing import get_args
 
+from magicsim.dataset.card import as_metadata
 from magicsim.dataset.features import Column, array, image, value, vector
-from magicsim.dataset.force_error import as_metadata
 from magicsim.dataset.recipes.draw import drawn_names
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.light.frame.way import ImageWay, LightWay

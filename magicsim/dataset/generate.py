@@ -20,19 +20,17 @@ from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, SENSORS, Manife
 from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.recipes.estimate import Estimate, estimate
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.dataset.sample import SampleTask, simulate_sample
-from magicsim.dataset.sensors import nominal_calibration, sensors_table
+from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table, simulate_sample
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.waiting import Told, on_stderr, unheard, waiting
-from magicsim.workers.attempt import Prepare
+from magicsim.workers.attempt import Prepare, bound_threads
 from magicsim.workers.options import WorkerOptions, choose_workers
+from magicsim.workers.run_folder import changed_versions, versions
 from magicsim.workers.tasks import run_tasks
-from magicsim.workers.threads import bound_threads
-from magicsim.workers.versions import changed_versions, versions
 
 CHECKED_FIRST, CHECKED = 200, 100_000
 """Episodes that are drawn, to see that they can be, before anything is written, and before anything is simulated."""

@@ -1,18 +1,16 @@
-"""What a dataset's folder holds, with the hash of every file: `manifest.json`."""
+"""What a dataset's folder holds, with the hash of every file: `manifest.json`; `recorded.json` of a real sensor's."""
 
 import hashlib
 from pathlib import Path, PurePosixPath
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from magicsim.config.documents import read_json
 from magicsim.config.models import Config, validate
-from magicsim.errors import OutputError
-from magicsim.folder.hashing import sha256_of
+from magicsim.errors import MagicsimError, OutputError
 from magicsim.folder.ledger import Ledger
-from magicsim.folder.listing import Listed
-from magicsim.folder.sealing import is_sealed, sealed
+from magicsim.folder.listing import Listed, is_sealed, sealed, sha256_of
 
 MANIFEST = "manifest.json"
 CONFIG, CARD, CALIBRATION, SENSORS = "config.toml", "README.md", "calibration.json", "sensors.parquet"
@@ -65,7 +63,7 @@ class Manifest(Config):
     files: dict[str, str]
     """SHA-256 of every other file."""
     sha256: str = ""
-    """Hash of this manifest itself, see `magicsim.folder.sealing`."""
+    """Hash of this manifest itself, see `magicsim.folder.listing`."""
 
     @model_validator(mode="after")
     def _stay_in_the_folder(self) -> Self:
@@ -162,3 +160,38 @@ def written_files(folder: Path) -> dict[str, Listed]:
 def write_manifest(ledger: Ledger, manifest: Manifest) -> None:
     """Replaces the manifest of a folder at once."""
     ledger.place(MANIFEST, sealed(manifest.model_dump(mode="json")))
+
+
+RECORDED = "recorded.json"
+
+
+class Recorded(Config):
+    """Facts about frames of a real sensor; `magicsim.dataset.real` writes them."""
+
+    schema_version: Literal[1] = 1
+    rows: Annotated[int, Field(ge=1, le=65_535)]
+    """Height of every frame [px]."""
+    columns: Annotated[int, Field(ge=1, le=65_535)]
+    """Width of every frame [px]."""
+    frames_per_second: Annotated[float, Field(gt=0, le=1e6)] | None
+    """Frame rate [1/s]; none where nobody said when the frames were taken."""
+    table: tuple[str, ...]
+    """Names of the columns, in order."""
+    description: Annotated[str, Field(pattern=r"^[a-z]+\.toml$")]
+    """Name of the file beside it that says where the frames came from and what was done to them."""
+
+
+def read_recorded(folder: Path) -> Recorded | None:
+    """The facts of a folder of recorded frames; None of simulated ones.
+
+    Raises:
+        OutputError: It is not what this version writes.
+    """
+    path = folder / RECORDED
+    if not path.is_file():
+        return None
+    try:
+        return validate(Recorded, read_json(path), source=RECORDED)
+    except (MagicsimError, TypeError) as error:
+        msg = f"'{path}' does not describe recorded frames: {error}"
+        raise OutputError(msg) from None

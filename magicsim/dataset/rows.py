@@ -1,8 +1,9 @@
-"""Rows of one simulated episode."""
+"""Rows of a dataset: the frames of one simulated episode, which is the unit of work, and the printed sensors."""
 
+import io
 import json
-from collections.abc import Iterable, Iterator
-from dataclasses import asdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import cv2
@@ -10,14 +11,24 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from magicsim.camera.calibration import Calibration
+from magicsim.camera.calibration import Calibration, calibrate_camera
 from magicsim.dataset.columns import DRAWN
-from magicsim.dataset.features import Column, schema_of_columns
+from magicsim.dataset.features import Column, array, schema_of_columns, value
+from magicsim.dataset.recipes.draw import DrawnEpisode, DrawnSensor
+from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.dataset.shard import ROWS_A_GROUP, rows_as_bytes, write_rows
+from magicsim.deform.lattice.structure import box_lattice
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import lattice_planes, resolve_grid
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.pose import Pose
+from magicsim.light.records.untouched_states import shared_states
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.plan import plan_scene
+from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.stream import stream_frames
 from magicsim.simulation.touch_truth import touch_columns
 
 DEPTH_STEP_MM = 2.0**-12
@@ -154,3 +165,83 @@ def _nested(values: list[npt.NDArray[Any]], arrow: pa.DataType) -> pa.Array:
     lengths = [len(each) for each in values]
     inner = pa.ListArray.from_arrays(pa.array(np.concatenate([[0], np.cumsum(widths)]), pa.int32()), flat)
     return pa.ListArray.from_arrays(pa.array(np.concatenate([[0], np.cumsum(lengths)]), pa.int32()), inner)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampleTask:
+    """One episode and how its rows are written."""
+
+    episode: DrawnEpisode
+    columns: list[Column]
+    constants: dict[str, Any]
+    """Columns that are the same in the whole dataset."""
+
+
+def simulate_sample(task: SampleTask) -> bytes:
+    """Simulates one episode.
+
+    Returns:
+        A Parquet file with one row a frame.
+
+    Raises:
+        MagicsimError: The episode has no valid answer, and trying again would not help.
+    """
+    episode = task.episode
+    scene = episode.scene
+    frames = list(stream_frames(Sensor.for_scene(scene, untouched=shared_states()), plan_scene(scene)))
+    constants = task.constants | drawn_columns(episode.values)
+    constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
+    calibration = calibrate_camera(scene.design, scene.rig)
+    return rows_as_bytes(episode_table(frames, scene, calibration, task.columns, constants))
+
+
+def nominal_calibration(recipe: Recipe) -> bytes:
+    """Calibration of the sensor without tolerances, as JSON."""
+    return (json.dumps(asdict(calibrate_camera(recipe.design, recipe.rig)), indent=1) + "\n").encode()
+
+
+def sensors_table(sensors: Sequence[DrawnSensor]) -> bytes:
+    """A Parquet file with one row a sensor; a few sensors are in memory at a time.
+
+    Raises:
+        GeometryError: A drawn design cannot be built.
+    """
+    names = sorted(sensors[0].values)
+    columns: list[Column] = [
+        value("sensor", "int32", "number of the sensor"),
+        value("design", "string", "its design as JSON"),
+        value("rig", "string", "its rig as JSON"),
+        value("calibration", "string", "its calibration as JSON"),
+        array("lattice_nodes_mm", (None, 3), "rest positions of its lattice nodes [mm]", dtype="float64"),
+        *(value(f"drawn.{name}", "float64", "drawn value") for name in names),
+    ]
+    schema = schema_of_columns(columns)
+
+    def table(some: Sequence[DrawnSensor]) -> pa.Table:
+        rows = [_sensor_row(sensor) for sensor in some]
+        arrays = [pa.array([row[column.name] for row in rows], column.arrow) for column in columns]
+        return pa.Table.from_arrays(arrays, schema=schema)
+
+    sink = io.BytesIO()
+    begins = range(0, len(sensors), ROWS_A_GROUP)
+    write_rows(sink, (table(sensors[begin : begin + ROWS_A_GROUP]) for begin in begins), schema)
+    return sink.getvalue()
+
+
+def _nodes_mm(design: ElastomerDesign) -> list[list[float]]:
+    """Nodes of `build_lattice`, without the stiffness between them [mm]."""
+    x, y, z = lattice_planes(design, resolve_grid(design))
+    body = design.materials.body
+    return box_lattice(  # type: ignore[no-any-return]
+        (x, y, z), shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa
+    ).nodes_mm.tolist()
+
+
+def _sensor_row(sensor: DrawnSensor) -> dict[str, object]:
+    return {
+        "sensor": sensor.index,
+        "design": sensor.design.model_dump_json(),
+        "rig": sensor.rig.model_dump_json(),
+        "calibration": json.dumps(asdict(calibrate_camera(sensor.design, sensor.rig))),
+        "lattice_nodes_mm": _nodes_mm(sensor.design),
+    } | {f"drawn.{name}": number for name, number in sensor.values.items()}

@@ -9,17 +9,16 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.config.named_files import named_files
+from magicsim.dataset.folder import PREVIEW_FILES, changed_preview
 from magicsim.dataset.layout import Layout
 from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, is_unchanged, read_manifest
-from magicsim.dataset.png import decoded_png
-from magicsim.dataset.preview.preview_files import PREVIEW_FILES, changed_preview
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
+from magicsim.dataset.shard import decoded_png
 from magicsim.errors import MagicsimError, OutputError
-from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import WORK
-from magicsim.folder.listing import files_below
+from magicsim.folder.listing import files_below, sha256_of
 from magicsim.folder.lock import is_lock
-from magicsim.workers.log import ERRORS, changed_lines
+from magicsim.workers.run_folder import ERRORS, changed_lines
 
 BALANCE = 1e-6
 """Largest relative difference between contact force and reaction, as the solver accepts it."""

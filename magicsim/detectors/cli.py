@@ -8,8 +8,7 @@ from typing import NoReturn
 
 from magicsim.detectors.report import write_verdicts
 from magicsim.detectors.sources.video import quiet_opencv
-from magicsim.errors import ConfigError, MagicsimError
-from magicsim.wording import one_line
+from magicsim.errors import ConfigError, MagicsimError, one_line
 
 EXIT_WRONG_INPUT = 2
 """Exit status for an argument, a file or a frame that cannot be used."""

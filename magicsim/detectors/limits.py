@@ -3,8 +3,7 @@
 from dataclasses import Field, dataclass, field
 from typing import Any
 
-from magicsim.errors import ConfigError
-from magicsim.wording import NAME_LENGTH, shortened
+from magicsim.errors import NAME_LENGTH, ConfigError, shortened
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,8 +12,7 @@ from magicsim.detectors.profiles.profile import DetectorProfile
 from magicsim.detectors.profiles.profile_file import load_profile
 from magicsim.detectors.sources.source import source_kind
 from magicsim.detectors.verdict import NUMBERS, WORDS, Verdict
-from magicsim.errors import ConfigError
-from magicsim.wording import visible
+from magicsim.errors import ConfigError, visible
 
 Row = Mapping[str, float | str | bool | None]
 """One frame's verdict ready for JSON; None is a word that is not judged."""

@@ -12,12 +12,10 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from magicsim.folder.hashing import sha256_of
-from magicsim.folder.listing import Listed, files_below
+from magicsim.folder.listing import Listed, files_below, is_sealed, sealed, sha256_of
 from magicsim.folder.lock import is_lock
 from magicsim.folder.naming import new_token
 from magicsim.folder.result import refuse_foreign
-from magicsim.folder.sealing import is_sealed, sealed
 
 WORK = ".work"
 """Folder of what is not yet in its final place; gone when the run is complete."""

@@ -1,13 +1,20 @@
-"""The list in a finished folder of what magicsim wrote there, with size and hash of every file."""
+"""Lists of files with their size and hash: what magicsim wrote into a finished folder, and JSON that hashes itself."""
 
+import hashlib
 import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from magicsim.folder.hashing import sha256_of
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file, in hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
 
 LISTING = ".magicsim.json"
 """Name of the list, which does not list itself."""
@@ -96,3 +103,32 @@ def files_below(folder: Path) -> list[str]:
 
 def _is_folder(path: Path) -> bool:
     return path.is_dir() and not path.is_symlink()
+
+
+SEAL = "sha256"
+"""Key of the hash, the last one."""
+
+
+def sealed(values: Mapping[str, Any], *, indent: int | None = 1) -> bytes:
+    """An object as text that ends with a newline, with the SHA-256 of the same text in which that key is empty.
+
+    Args:
+        values: The object, without the key or with an earlier hash.
+        indent: Spaces of a level; None for one line.
+    """
+    plain = {key: value for key, value in values.items() if key != SEAL}
+    digest = hashlib.sha256(_text(plain | {SEAL: ""}, indent)).hexdigest()
+    return _text(plain | {SEAL: digest}, indent)
+
+
+def is_sealed(text: bytes, *, indent: int | None = 1) -> bool:
+    """Whether a text is byte for byte what `sealed` makes of its content."""
+    try:
+        values = json.loads(text)
+        return isinstance(values, dict) and sealed(values, indent=indent) == text
+    except (ValueError, RecursionError):
+        return False
+
+
+def _text(values: Mapping[str, Any], indent: int | None) -> bytes:
+    return (json.dumps(values, indent=indent) + "\n").encode()

@@ -11,9 +11,8 @@ from pathlib import Path
 from magicsim.errors import OutputError
 from magicsim.folder.listing import LISTING, foreign_in, read_listing, remove_listed, write_listing
 from magicsim.folder.lock import can_be_replaced, is_lock, sole_writer
-from magicsim.folder.naming import beside, within, working_folders
+from magicsim.folder.naming import beside, check_writable, within, working_folders
 from magicsim.folder.placing import put_in_place
-from magicsim.folder.writable import check_writable
 
 LOGGER = logging.getLogger(__name__)
 MARKER = "config.toml"

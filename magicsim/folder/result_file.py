@@ -5,9 +5,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from magicsim.errors import OutputError
-from magicsim.folder.naming import beside
+from magicsim.folder.naming import beside, check_writable
 from magicsim.folder.result import output_errors
-from magicsim.folder.writable import check_writable
 
 PRODUCER = "magicsim"
 """What a picture or a mesh says made it."""

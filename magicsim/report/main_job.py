@@ -105,7 +105,7 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
 
 
 def write_mcap(path: Path, episode: Episode) -> None:
-    """Writes an episode as an MCAP file, see `magicsim.dataset.export.mcap_episode`.
+    """Writes an episode as an MCAP file, see `magicsim.dataset.export.mcap`.
 
     Raises:
         ConfigError: The package for it is not installed.
@@ -123,7 +123,7 @@ def load_mcap() -> ModuleType:
         ConfigError: The package for it is not installed.
     """
     try:
-        return importlib.import_module("magicsim.dataset.export.mcap_episode")
+        return importlib.import_module("magicsim.dataset.export.mcap")
     except ImportError as error:
         msg = f"output.mcap = true needs the package {error.name}: pip install 'magicsim[mcap]'"
         raise ConfigError(msg) from None

@@ -3,7 +3,7 @@
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
-from magicsim.wording import visible
+from magicsim.errors import visible
 
 
 def page_template(name: str, *packages: str) -> Template:

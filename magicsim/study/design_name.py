@@ -6,8 +6,7 @@ from typing import Annotated
 from pydantic import AfterValidator
 
 from magicsim.study.folder import DATA, INDEX, MODELS, PIECES, REPORT, RESULTS, TABLES
-from magicsim.workers.log import ERRORS
-from magicsim.workers.run_folder import CONFIG
+from magicsim.workers.run_folder import CONFIG, ERRORS
 
 TAKEN = (CONFIG, DATA, ERRORS, INDEX, MODELS, PIECES, REPORT, RESULTS, TABLES)
 """Files and folders of every study; some disks do not tell `Data` from `data`."""

@@ -15,7 +15,7 @@ from magicsim.study.kinds import package_versions
 from magicsim.study.protocol import Stage, Study, Workshop
 from magicsim.study.writing import write_result
 from magicsim.workers.options import WorkerOptions, choose_workers
-from magicsim.workers.versions import versions
+from magicsim.workers.run_folder import versions
 
 Progress = Callable[[float, float, str], None]
 """Takes work done and all work [core seconds as estimated], and a note."""

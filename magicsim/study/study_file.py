@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.config.models import apply_overrides, in_place, validate
+from magicsim.config.named_files import read_with_paths
 from magicsim.config.presets import find_preset, preset_names
-from magicsim.config.toml_paths import read_with_paths
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.study.kinds import KINDS, study_class
 from magicsim.study.protocol import Study

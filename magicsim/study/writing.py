@@ -6,7 +6,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from magicsim.config.plain import without_nan
+from magicsim.config.documents import without_nan
 from magicsim.folder.ledger import Ledger
 from magicsim.folder.parquet import parquet_bytes
 from magicsim.study.folder import REPORT, RESULTS, TABLES

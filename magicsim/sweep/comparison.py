@@ -35,13 +35,10 @@ from magicsim.sweep.search.pareto import best_of, costs_of, pareto_front
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.table import rows_of, table_csv, table_parquet
 from magicsim.waiting import Told, on_stderr, unheard, waiting
-from magicsim.workers.attempt import Prepare
-from magicsim.workers.log import log_failures
+from magicsim.workers.attempt import Outcome, Prepare, bound_threads
 from magicsim.workers.options import WorkerOptions, choose_workers
-from magicsim.workers.outcome import Outcome
+from magicsim.workers.run_folder import log_failures, versions
 from magicsim.workers.tasks import run_tasks
-from magicsim.workers.threads import bound_threads
-from magicsim.workers.versions import versions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,7 +20,7 @@ from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.task.folder import EPISODES, FOLDER, INDEX, TaskIndex, episode_name
 from magicsim.task.resolved import digest_of
-from magicsim.workers.versions import versions
+from magicsim.workers.run_folder import versions
 
 SummaryT = TypeVar("SummaryT")
 Progress = Callable[[float, float, str], None]

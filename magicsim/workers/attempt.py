@@ -1,4 +1,4 @@
-"""One attempt at a task, inside a worker process."""
+"""One attempt at a task, inside a worker process, and what becomes of it."""
 
 import os
 import threading
@@ -6,11 +6,57 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from enum import StrEnum
+from typing import Any, Generic, TypeVar
 
 from magicsim.errors import MagicsimError
 from magicsim.waiting import shown_elsewhere
-from magicsim.workers.outcome import Failure, FailureKind
+
+ResultT = TypeVar("ResultT")
+
+
+class FailureKind(StrEnum):
+    """Why a task has no result."""
+
+    REFUSED = "refused"
+    """It raised a `MagicsimError`: trying again would end the same way."""
+    ERROR = "error"
+    """It raised anything else."""
+    CRASH = "crash"
+    """Its process ended."""
+    TIMEOUT = "timeout"
+    """It took longer than allowed, and its process was ended."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """One failed attempt."""
+
+    kind: FailureKind
+    message: str
+    """One line."""
+    traceback: str = ""
+    """Where it was raised, empty where nothing was."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome(Generic[ResultT]):
+    """The end of one task."""
+
+    key: int
+    """Number of the task."""
+    result: ResultT | None
+    """What the function returned, None after the last failure."""
+    failures: tuple[Failure, ...]
+    """All failed attempts, in order; a task with a result may have some."""
+    seconds: float
+    """How long the successful attempt took in its process [s]; 0 without one."""
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether there is a result."""
+        return self.result is not None
+
 
 Prepare = Callable[[int], None]
 """Told once in each process how many threads it may use, before its first task."""
@@ -65,3 +111,10 @@ def attempt(function: Callable[[Any], Any], task: object, prepare: Prepare | Non
 
 def _one_line(error: Exception) -> str:
     return " ".join(str(error).split())
+
+
+def bound_threads(threads: int) -> None:
+    """Tells the renderer of this process how many threads it may use; frames do not depend on it."""
+    from magicsim.light.backend import dr
+
+    dr.set_thread_count(threads)

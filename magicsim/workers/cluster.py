@@ -5,9 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from magicsim.errors import ConfigError
-from magicsim.workers.attempt import Prepare, Reply, attempt
+from magicsim.workers.attempt import Failure, FailureKind, Prepare, Reply, attempt
 from magicsim.workers.options import WorkerOptions
-from magicsim.workers.outcome import Failure, FailureKind
 
 CONNECT_S = 20
 """How long to look for the scheduler [s]."""

@@ -15,9 +15,8 @@ from multiprocessing.connection import Connection, Pipe, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from magicsim.workers.attempt import Prepare, Reply, attempt, begin_process
+from magicsim.workers.attempt import Failure, FailureKind, Prepare, Reply, attempt, begin_process
 from magicsim.workers.options import WorkerOptions
-from magicsim.workers.outcome import Failure, FailureKind
 
 Order = tuple[Callable[[Any], Any], object, Prepare | None, int]
 """Arguments of an attempt."""

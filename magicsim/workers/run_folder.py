@@ -1,5 +1,7 @@
-"""A folder that a run grows in over several calls: an index that says what its files belong to, and a list of them."""
+"""What stands in a folder that a run grows in over several calls: index, settings, versions, and a log of failures."""
 
+import importlib.metadata
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,16 +10,55 @@ from typing import Any, Generic, TypeVar
 import tomli_w
 from pydantic import Field
 
+import magicsim
 from magicsim.config.documents import read_json
 from magicsim.config.models import Config, validate
 from magicsim.errors import OutputError
-from magicsim.folder.hashing import sha256_of
 from magicsim.folder.ledger import Ledger, is_begun
-from magicsim.folder.listing import Listed, files_below
+from magicsim.folder.listing import Listed, files_below, is_sealed, sealed, sha256_of
 from magicsim.folder.result import check_place, names_in, output_errors, refuse_foreign, refuse_others
-from magicsim.folder.sealing import is_sealed, sealed
-from magicsim.workers.log import ERRORS, changed_lines
-from magicsim.workers.versions import changed_versions
+from magicsim.workers.attempt import Failure
+
+ERRORS = "errors.jsonl"
+"""One line for each failed attempt, with its traceback."""
+
+
+def log_failures(out: Path, unit: str, number: int, failures: tuple[Failure, ...]) -> None:
+    """Adds the failed attempts at one unit of work, such as an episode, to the error log, by its number."""
+    if not failures:
+        return
+    lines = [
+        sealed(
+            {unit: number, "kind": str(each.kind), "message": each.message, "traceback": each.traceback}, indent=None
+        )
+        for each in failures
+    ]
+    with (out / ERRORS).open("ab") as log:
+        log.write(b"".join(lines))
+        log.flush()
+        os.fsync(log.fileno())
+
+
+def changed_lines(out: Path) -> list[int]:
+    """Numbers, from 1, of the lines of a folder's error log that are not as they were written; none without a log."""
+    path = out / ERRORS
+    lines = path.read_bytes().splitlines(keepends=True) if path.is_file() else []
+    return [number for number, line in enumerate(lines, 1) if not is_sealed(line, indent=None)]
+
+
+PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "pyarrow", "opencv-contrib-python-headless")
+"""Whose versions may change a result's bytes."""
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that a result's bytes depend on."""
+    return {"magicsim": magicsim.__version__} | {name: importlib.metadata.version(name) for name in PACKAGES}
+
+
+def changed_versions(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """Names that have another version now, or that only one of both knows."""
+    return sorted(name for name in before.keys() | now.keys() if before.get(name) != now.get(name))
+
 
 CONFIG = "config.toml"
 """Settings of a run with everything in place."""
@@ -35,7 +76,7 @@ class RunIndex(Config):
     files: dict[str, str] = Field(default_factory=dict)
     """SHA-256 of every other file of a finished run, those aside that another list answers for."""
     sha256: str = ""
-    """Hash of this index itself, see `magicsim.folder.sealing`."""
+    """Hash of this index itself, see `magicsim.folder.listing`."""
 
 
 Index = TypeVar("Index", bound=RunIndex)

@@ -4,9 +4,8 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from itertools import islice
 from typing import Protocol, TypeVar
 
-from magicsim.workers.attempt import Prepare, Reply
+from magicsim.workers.attempt import Failure, FailureKind, Outcome, Prepare, Reply
 from magicsim.workers.options import WorkerOptions
-from magicsim.workers.outcome import Failure, FailureKind, Outcome
 
 TaskT = TypeVar("TaskT")
 ResultT = TypeVar("ResultT")

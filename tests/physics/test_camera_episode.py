@@ -97,7 +97,7 @@ def test_a_dataset_has_the_rows_of_the_simulated_scene():
     from magicsim.dataset.columns import columns_of
     from magicsim.dataset.recipes.draw import draw_episodes
     from magicsim.dataset.recipes.recipe import load_recipe
-    from magicsim.dataset.sample import SampleTask, simulate_sample
+    from magicsim.dataset.rows import SampleTask, simulate_sample
 
     render = "render={samples=2, particles=2000, anchor_samples=2, anchor_particles=2000}"
     paths = "paths=[{kind='flashlight', lit_frames=2}]"

@@ -1,4 +1,3 @@
-import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -8,7 +7,6 @@ import pytest
 import magicsim
 from magicsim.deform.indentation.press import press
 from magicsim.detectors.offline import detect_sources
-from magicsim.names import MOVED
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.plan import plan_scene
 
@@ -61,17 +59,6 @@ def test_public_functions_are_loaded_one_at_a_time():
 def test_other_names_of_a_function_are_that_function():
     assert magicsim.detect is magicsim.detect_sources
     assert magicsim.make_dataset is magicsim.generate_dataset
-
-
-@pytest.mark.parametrize("earlier", MOVED)
-def test_earlier_name_of_a_module_gives_what_is_in_its_present_place(earlier: str):
-    with pytest.warns(DeprecationWarning, match=f"{earlier} is {MOVED[earlier]} now"):
-        found = importlib.import_module(earlier)
-    present = importlib.import_module(MOVED[earlier])
-    names = {name for name in vars(present) if not name.startswith("__")}
-    assert names
-    assert all(getattr(found, name) is getattr(present, name) for name in names)
-    del sys.modules[earlier]
 
 
 def test_reference_lists_every_public_name():

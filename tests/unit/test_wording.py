@@ -5,8 +5,7 @@ import pytest
 
 from magicsim.cli.entry import _OneLine
 from magicsim.cli.output.lines import lines_of
-from magicsim.errors import ConfigError, ConvergenceError, unknown_choice
-from magicsim.wording import LINE_LENGTH, one_line, shortened, visible
+from magicsim.errors import LINE_LENGTH, ConfigError, ConvergenceError, one_line, shortened, unknown_choice, visible
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,12 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from magicsim.dataset.real.description import Description
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.detectors.profiles.profile_schema import profile_schema
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
-from magicsim.real.description import Description
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
 from magicsim.study.study_schema import study_schema

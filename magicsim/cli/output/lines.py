@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from magicsim.wording import visible
+from magicsim.errors import visible
 
 WIDE = 3
 """Keys of a thing above which a list of such things becomes a table with a head."""

@@ -16,8 +16,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from magicsim.errors import one_line
 from magicsim.waiting import shown_elsewhere
-from magicsim.wording import one_line
 
 TITLE_LENGTH = 120
 """Longest title [characters]."""

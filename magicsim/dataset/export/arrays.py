@@ -1,8 +1,9 @@
-"""A split as arrays with one entry a row, as HDF5 and Zarr hold it."""
+"""HDF5 and Zarr 3: each column of a split is one array with one entry a row."""
 
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -104,3 +105,64 @@ def _values(source: Source, table: pa.Table, column: Column, spec: ArraySpec) ->
     if spec.dtype == "string":
         return ["" if value is None else value for value in values]
     return np.array([np.nan if value is None else value for value in values]).astype(spec.dtype)
+
+
+def write_zarr(source: Source, folder: Path) -> None:
+    """Writes a group for each split; texts are its attribute `texts`, because Zarr 3 has no standard type for them."""
+    import zarr
+
+    root = zarr.open_group(folder, mode="w", zarr_format=3)
+    root.attrs["config_hash"] = source.manifest.config_hash
+    root.attrs["config"] = source.config_text
+    for split in source.splits:
+        group, rows = root.create_group(split), source.rows(split)
+        texts: dict[str, list[str]] = {}
+        for spec in array_specs(source):
+            if spec.dtype == "string":
+                texts[spec.name] = []
+                continue
+            array = group.create_array(
+                spec.name,
+                shape=(rows, *spec.shape),
+                dtype=np.dtype(spec.dtype),
+                chunks=spec.chunks(rows),
+            )
+            array.attrs["description"] = spec.meaning
+
+        def put(name: str, place: slice, values: Any, group: Any = group, texts: Any = texts) -> None:  # noqa: ANN401
+            if name in texts:
+                texts[name].extend(values)
+            else:
+                group[name][place] = values
+
+        fill(source, split, put)
+        group.attrs["texts"] = texts
+
+
+COMPRESSION = 4
+"""Level of gzip, 0..9."""
+
+
+def write_hdf5(source: Source, folder: Path) -> None:
+    """Writes `<split>.h5`, one array a column; each carries its meaning as the attribute `description`."""
+    import h5py
+
+    for split in source.splits:
+        with h5py.File(folder / f"{split}.h5", "w", track_order=True) as file:
+            file.attrs["config_hash"] = source.manifest.config_hash
+            file.attrs["config"] = source.config_text
+            for spec in array_specs(source):
+                is_text, rows = spec.dtype == "string", source.rows(split)
+                array = file.create_dataset(
+                    spec.name,
+                    (rows, *spec.shape),
+                    h5py.string_dtype() if is_text else np.dtype(spec.dtype),
+                    chunks=spec.chunks(rows),
+                    compression=COMPRESSION,
+                )
+                array.attrs["description"] = spec.meaning
+
+            def put(name: str, rows: slice, values: Any, file: Any = file) -> None:  # noqa: ANN401
+                file[name][rows] = values
+
+            fill(source, split, put)

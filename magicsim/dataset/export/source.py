@@ -11,11 +11,18 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from magicsim.dataset.features import Column
-from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, listed_content, read_manifest
-from magicsim.dataset.png import decoded_png
+from magicsim.dataset.manifest import (
+    CONFIG,
+    MANIFEST,
+    Manifest,
+    Recorded,
+    ShardEntry,
+    listed_content,
+    read_manifest,
+    read_recorded,
+)
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
-from magicsim.dataset.recorded import Recorded, read_recorded
-from magicsim.dataset.shard import read_shard
+from magicsim.dataset.shard import decoded_png, read_shard
 from magicsim.errors import OutputError
 
 BYTES, MATRIX, VECTOR = "Image", "Array2D", "Sequence"

@@ -14,8 +14,7 @@ from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.sources.image_header import HEAD_BYTES, MAX_PIXELS, check_pixels, image_size
 from magicsim.detectors.sources.png_check import is_damaged_png
 from magicsim.detectors.sources.video import VIDEO_SUFFIXES, open_video, read_camera
-from magicsim.errors import ConfigError, FrameError
-from magicsim.wording import NAME_LENGTH, shortened
+from magicsim.errors import NAME_LENGTH, ConfigError, FrameError, shortened
 
 IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".webp")
 """File name endings that are read as images, in any case."""

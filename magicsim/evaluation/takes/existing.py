@@ -9,7 +9,7 @@ import numpy as np
 
 from magicsim.arrays import Frame
 from magicsim.config.models import validate
-from magicsim.config.toml_paths import read_with_paths
+from magicsim.config.named_files import read_with_paths
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.manifest import MANIFEST

@@ -12,8 +12,8 @@ from magicsim.learn.settings import LearningSettings
 from magicsim.study.folder import MODELS
 from magicsim.study.protocol import Workshop
 from magicsim.study.stages.dataset_stage import dataset_folder
-from magicsim.workers.log import log_failures
-from magicsim.workers.outcome import Outcome
+from magicsim.workers.attempt import Outcome
+from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import run_tasks
 
 START_S = 6.0

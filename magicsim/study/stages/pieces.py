@@ -10,11 +10,9 @@ from typing import Any
 from magicsim.errors import OutputError
 from magicsim.study.folder import PIECES
 from magicsim.study.protocol import Workshop
-from magicsim.workers.attempt import Prepare
-from magicsim.workers.log import log_failures
-from magicsim.workers.outcome import FailureKind, Outcome
+from magicsim.workers.attempt import FailureKind, Outcome, Prepare, bound_threads
+from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import run_tasks
-from magicsim.workers.threads import bound_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from magicsim.folder.ledger import WORK
 from magicsim.study.protocol import Files, Stage, Workshop
-from magicsim.workers.log import ERRORS
+from magicsim.workers.run_folder import ERRORS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,13 +7,13 @@ from typing import Any
 
 from markupsafe import Markup
 
+from magicsim.errors import visible
 from magicsim.report.templates import page_template
 from magicsim.sweep.explorer.trends import TrendCheck
 from magicsim.sweep.judging.measures import described
 from magicsim.sweep.result import DesignResult, finite
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.table import rows_of, table_csv
-from magicsim.wording import visible
 
 UNITS = {"_per_mm": "1/mm", "_mm": "mm", "_mpa": "MPa", "_deg": "°", "_px": "px"}
 """Units by the end of a field's name, the longer end first."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.arrays import Frame
-from magicsim.folder.hashing import sha256_of
+from magicsim.folder.listing import sha256_of
 from magicsim.learn.packages import PACKAGES, need_torch
 from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper

@@ -108,5 +108,5 @@ def test_mcap_is_written_beside_the_frames_of_a_simulation(shell: Shell, tmp_pat
     }
     assert counts["/tactile/image"] == counts["/tactile/truth"] == found["frames"] == 7
     monkeypatch.setitem(sys.modules, "foxglove", None)
-    monkeypatch.delitem(sys.modules, "magicsim.dataset.export.mcap_episode")
+    monkeypatch.delitem(sys.modules, "magicsim.dataset.export.mcap")
     assert "pip install 'magicsim[mcap]'" in shell.refusal("simulate", "near", "--out", "out", "--mcap", *small)

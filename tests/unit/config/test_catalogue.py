@@ -1,7 +1,6 @@
 import pytest
 
-from magicsim.config.catalogue import LONG, PLURALS, entries, first_sentence
-from magicsim.config.presets import FOLDERS, preset_names
+from magicsim.config.presets import FOLDERS, LONG, PLURALS, entries, first_sentence, preset_names
 from magicsim.errors import PresetError
 
 

@@ -7,10 +7,9 @@ from pydantic import Field
 
 from magicsim.config.documents import read_toml
 from magicsim.config.models import Config, apply_overrides, load_preset, validate
-from magicsim.errors import ConfigError, MagicsimError, PresetError, unknown_choice
+from magicsim.errors import LINE_LENGTH, ConfigError, MagicsimError, PresetError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.scene import load_scene
-from magicsim.wording import LINE_LENGTH
 
 
 class Ball(Config):

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from magicsim.config.named_files import named_files
+from magicsim.config.named_files import FILE_KEYS, named_files, read_with_paths
 from magicsim.config.presets import preset_root
-from magicsim.config.toml_paths import FILE_KEYS, read_with_paths
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign, load_design

@@ -3,9 +3,8 @@ from pathlib import Path
 import pytest
 
 from magicsim.dataset.generate import generate_dataset
-from magicsim.workers.attempt import attempt
+from magicsim.workers.attempt import Outcome, attempt
 from magicsim.workers.options import WorkerOptions
-from magicsim.workers.outcome import Outcome
 
 from .fakes import FAKE, small_recipe
 

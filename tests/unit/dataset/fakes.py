@@ -17,7 +17,7 @@ from PIL import Image
 from magicsim.dataset.features import schema_of_columns
 from magicsim.dataset.generate import Simulator, generate_dataset
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
-from magicsim.dataset.sample import SampleTask
+from magicsim.dataset.rows import SampleTask
 from magicsim.dataset.shard import rows_as_bytes
 from magicsim.errors import ConvergenceError
 from magicsim.workers.options import WorkerOptions

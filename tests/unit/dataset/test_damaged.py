@@ -14,10 +14,9 @@ from magicsim.dataset.export.formats import export_dataset
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import open_frames
 from magicsim.dataset.manifest import CONFIG, MANIFEST, SENSORS
-from magicsim.dataset.png import decoded_png
+from magicsim.dataset.shard import decoded_png
 from magicsim.errors import OutputError
-from magicsim.folder.hashing import sha256_of
-from magicsim.folder.sealing import sealed
+from magicsim.folder.listing import sealed, sha256_of
 from magicsim.learn.samples import read_samples
 
 SHARD = "data/test-00000.parquet"

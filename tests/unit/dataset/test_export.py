@@ -228,7 +228,7 @@ def test_mcap_holds_an_episode_a_file_on_one_clock(whole: Path, tmp_path: Path, 
 
 def test_mcap_transforms_are_in_metres_and_turn_as_the_rows_do(tmp_path: Path):
     pytest.importorskip("foxglove")
-    from magicsim.dataset.export.mcap_episode import write_mcap_episode
+    from magicsim.dataset.export.mcap import write_mcap_episode
 
     turn = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]  # 90 degrees about z
     row = {

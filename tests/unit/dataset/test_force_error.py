@@ -6,10 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from magicsim.dataset.card import dataset_card
+from magicsim.dataset.card import dataset_card, force_error
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.features import schema_of_columns
-from magicsim.dataset.force_error import force_error
 from magicsim.dataset.recipes.recipe import load_recipe
 
 ROUND = Path(__file__).with_name("small.toml")

@@ -16,7 +16,7 @@ from magicsim.camera.film import pixel_landing_mm
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors
-from magicsim.dataset.sample import SampleTask, simulate_sample
+from magicsim.dataset.rows import SampleTask, simulate_sample
 from magicsim.dataset.verify import verify_dataset
 from magicsim.geometry.objects.kinds import SphereObject
 from magicsim.light.records.untouched_states import shared_states

@@ -11,7 +11,7 @@ from magicsim.dataset.columns import columns_of
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.estimate import taxel_bytes
-from magicsim.dataset.sample import SampleTask, simulate_sample
+from magicsim.dataset.rows import SampleTask, simulate_sample
 from magicsim.dataset.verify import verify_dataset
 from magicsim.workers.options import WorkerOptions
 

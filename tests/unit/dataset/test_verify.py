@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.dataset.folder import write_preview
 from magicsim.dataset.manifest import MANIFEST
-from magicsim.dataset.preview.preview_files import write_preview
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
-from magicsim.folder.sealing import sealed
-from magicsim.workers.log import ERRORS, log_failures
-from magicsim.workers.outcome import Failure, FailureKind
+from magicsim.folder.listing import sealed
+from magicsim.workers.attempt import Failure, FailureKind
+from magicsim.workers.run_folder import ERRORS, log_failures
 
 
 @pytest.fixture

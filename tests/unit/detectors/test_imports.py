@@ -6,9 +6,9 @@ from .conftest import grid_frame, light_frame, near_frame
 
 ALLOWED = {"numpy", "cv2", "magicsim"}
 LEAF = {
-    "magicsim", "magicsim.errors", "magicsim.wording", "magicsim.config", "magicsim.config.documents",
+    "magicsim", "magicsim.errors", "magicsim.config", "magicsim.config.documents",
     "magicsim.config.presets", "magicsim.conventions", "magicsim.frame_class",
-    "magicsim.names", "magicsim.waiting", "magicsim.waiting.wait",
+    "magicsim.names", "magicsim.waiting",
 }  # fmt: skip
 
 PROBE = """

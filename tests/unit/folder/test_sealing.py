@@ -3,7 +3,7 @@ import random
 
 import pytest
 
-from magicsim.folder.sealing import is_sealed, sealed
+from magicsim.folder.listing import is_sealed, sealed
 
 VALUES = {"b": [1, 2.5, None], "a": {"ä": True}, "sha256": "of before"}
 

@@ -9,10 +9,10 @@ pytest.importorskip("torch")
 from real.drawn import save, write_csv
 
 from learn.test_training import trained
+from magicsim.dataset.real.description import load_real
+from magicsim.dataset.real.writing import write_real
 from magicsim.errors import FrameError
 from magicsim.learn.reading import estimate_frames
-from magicsim.real.description import load_real
-from magicsim.real.writing import write_real
 
 
 def test_model_answers_as_for_the_frames_themselves(tmp_path: Path):

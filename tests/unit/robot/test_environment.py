@@ -248,8 +248,8 @@ def test_two_processes_step_at_once():
 def test_reset_and_step_speak_for_all_that_they_do(
     env: GraspLift, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    monkeypatch.setattr("magicsim.waiting.wait.FIRST_S", 0.0)
-    monkeypatch.setattr("magicsim.waiting.wait.NEXT_S", 0.001)
+    monkeypatch.setattr("magicsim.waiting.FIRST_S", 0.0)
+    monkeypatch.setattr("magicsim.waiting.NEXT_S", 0.001)
     env.reset(seed=2, options={"gap_mm": 0.05})
     lines = capsys.readouterr().err.splitlines()
     assert {line.split(",")[0].split(":")[1] for line in lines} == {" resetting the environment"}

@@ -230,8 +230,8 @@ def test_workspace_of_the_lower_finger_is_turned(gripper: Gripper):
 def test_motion_of_both_fingers_is_one_wait(
     gripper: Gripper, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    monkeypatch.setattr("magicsim.waiting.wait.FIRST_S", 0.0)
-    monkeypatch.setattr("magicsim.waiting.wait.NEXT_S", 0.001)
+    monkeypatch.setattr("magicsim.waiting.FIRST_S", 0.0)
+    monkeypatch.setattr("magicsim.waiting.NEXT_S", 0.001)
     gripper.close(gripper.touching_width_mm - 1, floats=True)
     lines = capsys.readouterr().err.splitlines()
     assert lines

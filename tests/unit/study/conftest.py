@@ -2,8 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.workers.attempt import attempt
-from magicsim.workers.outcome import Outcome
+from magicsim.workers.attempt import Outcome, attempt
 
 
 def stay_here(monkeypatch: pytest.MonkeyPatch, *homes: str) -> None:

@@ -8,7 +8,7 @@ import pyarrow as pa
 
 from magicsim.dataset.features import schema_of_columns
 from magicsim.dataset.generate import Simulator
-from magicsim.dataset.sample import SampleTask
+from magicsim.dataset.rows import SampleTask
 from magicsim.dataset.shard import rows_as_bytes
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 

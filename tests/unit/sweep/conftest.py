@@ -5,8 +5,7 @@ import pytest
 from magicsim.sweep.designs import list_designs
 from magicsim.sweep.judging.judge import DesignTask
 from magicsim.sweep.result import DesignResult
-from magicsim.workers.attempt import attempt
-from magicsim.workers.outcome import Outcome
+from magicsim.workers.attempt import Outcome, attempt
 
 from .fakes import result_of, small_sweep
 

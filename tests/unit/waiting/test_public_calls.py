@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import pytest
 
 import magicsim
+import magicsim.waiting as module
 from magicsim.cli.output.progress import show_progress
 from magicsim.geometry.design import load_design
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation import still, stream
 from magicsim.waiting import on_stderr, waiting
-from magicsim.waiting import wait as module
 from magicsim.workers.attempt import attempt
 
 QUICK = {"calibrate_camera", "export_design", "plan_scene", "Sensor"}

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import pytest
 
+import magicsim.waiting as module
 from magicsim.waiting import on_stderr, shown_elsewhere, unheard, waiting
-from magicsim.waiting import wait as module
 
 
 @pytest.fixture

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from magicsim.errors import visible
 from magicsim.sweep.explorer.page import explorer_data, field_label, field_unit, render_explorer, script_json
 from magicsim.sweep.explorer.trends import check_trends
 from magicsim.sweep.judging.measures import described
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.table import rows_of, table_csv
-from magicsim.wording import visible
 from sweep.fakes import NOTE, small_sweep
 
 

@@ -4,18 +4,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dataset.fakes import decoded
 
+from dataset.fakes import decoded
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.export.formats import export_dataset
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
+from magicsim.dataset.real import writing
+from magicsim.dataset.real.description import load_real
+from magicsim.dataset.real.writing import write_real
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import ConfigError, FrameError, OutputError
-from magicsim.real import writing
-from magicsim.real.description import load_real
-from magicsim.real.writing import write_real
 
 from .drawn import describe, pressed, public_set, save, untouched, video, write_csv
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.dataset.real.description import PUBLIC, load_real
 from magicsim.errors import ConfigError, PresetError
-from magicsim.real.description import PUBLIC, load_real
 
 from .drawn import describe
 

@@ -1,4 +1,4 @@
-from magicsim.workers.versions import changed_versions, versions
+from magicsim.workers.run_folder import changed_versions, versions
 
 
 def test_versions_that_differ_or_that_only_one_side_knows_are_named():

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.dataset.real.description import Description, LabelColumns, RecordingSource, Scales
+from magicsim.dataset.real.labels import Labels, at_time, check_times, read_labels
 from magicsim.errors import ConfigError
-from magicsim.real.description import Description, LabelColumns, RecordingSource, Scales
-from magicsim.real.labels import Labels, at_time, check_times, read_labels
 
 
 def described(columns: LabelColumns, scale: Scales | None = None) -> Description:

@@ -10,14 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from magicsim.config.presets import is_file, is_folder
+from magicsim.dataset.real.description import Description, RealSource, RecordingSource
+from magicsim.dataset.real.form import brightened, formed, timed_frames
+from magicsim.dataset.real.labels import Labels, Row, at_time, check_times, nothing, read_labels
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.sources.source import IMAGE_SUFFIXES, read_image, read_source
 from magicsim.detectors.sources.video import VIDEO_SUFFIXES
 from magicsim.errors import ConfigError, FrameError
-from magicsim.real.description import Description, RealSource, RecordingSource
-from magicsim.real.form import brightened, formed
-from magicsim.real.labels import Labels, Row, at_time, check_times, nothing, read_labels
-from magicsim.real.video import timed_frames
 
 MOST_REFERENCES = 30
 """Frames of the untouched sensor that detectors take by default."""
@@ -31,12 +30,12 @@ class RealFrame:
     image: Frame
     """RGB in the form that the description asks for, shape (rows, columns, 3)."""
     labels: Row
-    """See `magicsim.real.labels`; `time_s` is NaN where it is not known."""
+    """See `magicsim.dataset.real.labels`; `time_s` is NaN where it is not known."""
     is_reference: bool
 
 
 @dataclass(frozen=True)
-class Sequence:
+class RecordedSequence:
     """One recording: what it holds is read when it is asked for."""
 
     real: RealSource
@@ -217,9 +216,9 @@ class Sequence:
         return (path,)
 
 
-def sequences_of(real: RealSource) -> list[Sequence]:
+def sequences_of(real: RealSource) -> list[RecordedSequence]:
     """Every recording of a description."""
-    return [Sequence(real, number) for number in range(len(real.description.recordings))]
+    return [RecordedSequence(real, number) for number in range(len(real.description.recordings))]
 
 
 def force_size(force_n: list[float]) -> float:

@@ -1,4 +1,4 @@
-"""One voice for what takes long: a wait inside another joins it, and seconds count from the outer one's beginning."""
+"""A word about what takes long: whoever waits more than two seconds hears what for."""
 
 import sys
 import threading

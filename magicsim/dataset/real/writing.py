@@ -4,30 +4,32 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
+import cv2
+import pyarrow as pa
 import tomli_w
 
-from magicsim.dataset.features import schema_of_columns
+from magicsim.dataset.columns import recorded_columns
+from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.folder import begun_dataset, check_folder, open_ledger
-from magicsim.dataset.manifest import CARD, Manifest, ShardEntry, write_manifest
-from magicsim.dataset.recorded import RECORDED, Recorded
-from magicsim.dataset.shard import read_rows, write_rows
-from magicsim.errors import OutputError
-from magicsim.folder.hashing import sha256_of
+from magicsim.dataset.manifest import CARD, RECORDED, Manifest, Recorded, ShardEntry, write_manifest
+from magicsim.dataset.real.description import Description, RealSource, TruthRules
+from magicsim.dataset.real.inspection import Inspection, inspect_real
+from magicsim.dataset.real.labels import truth_of
+from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
+from magicsim.dataset.shard import ROWS_A_GROUP, read_rows, write_rows
+from magicsim.detectors.frame import Frame
+from magicsim.errors import FrameError, OutputError
 from magicsim.folder.ledger import RESUMABLE, Ledger
+from magicsim.folder.listing import sha256_of
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
-from magicsim.real.card import real_card
-from magicsim.real.description import RealSource
-from magicsim.real.inspection import Inspection, inspect_real
-from magicsim.real.rows import frame_row, table_columns, tables
-from magicsim.real.sequence import Sequence, check_size, sequences_of
-from magicsim.workers.versions import versions
+from magicsim.workers.run_folder import versions
 
 DESCRIPTION = "real.toml"
 NEVER = "recorded"
@@ -53,7 +55,7 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
     """Writes recorded frames and their labels as a dataset, which other commands read like a simulated one.
 
     Args:
-        real: What to read, see `magicsim.real.description.load_real`.
+        real: What to read, see `magicsim.dataset.real.description.load_real`.
         out: Folder of the dataset.
         resume: Whether to go on with what an interrupted run has left there.
 
@@ -80,7 +82,7 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
     )
 
 
-def description_hash(real: RealSource, sequences: list[Sequence]) -> str:
+def description_hash(real: RealSource, sequences: list[RecordedSequence]) -> str:
     """SHA-256 of a description, of the content of its labels, and of names and sizes of all files of frames."""
     content: list[Any] = [real.description.model_dump(mode="json")]
     for sequence in sequences:
@@ -90,7 +92,7 @@ def description_hash(real: RealSource, sequences: list[Sequence]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _begun(real: RealSource, sequences: list[Sequence], found: Inspection, out: Path) -> Manifest:
+def _begun(real: RealSource, sequences: list[RecordedSequence], found: Inspection, out: Path) -> Manifest:
     """The manifest to go on with."""
     earlier = begun_dataset(out)
     digest = description_hash(real, sequences)
@@ -128,7 +130,7 @@ def _begun(real: RealSource, sequences: list[Sequence], found: Inspection, out: 
     return manifest
 
 
-def _complete(sequences: list[Sequence], out: Path, manifest: Manifest) -> Manifest:
+def _complete(sequences: list[RecordedSequence], out: Path, manifest: Manifest) -> Manifest:
     ledger = open_ledger(out)
     columns = table_columns(contact_is_told=_tells_contact(sequences))
     made_by = ", ".join(f"{name} {version}" for name, version in manifest.versions.items())
@@ -159,7 +161,7 @@ class _Rows:
     """Rows of one episode, references first, made as they are asked for; all frames have one size."""
 
     def __init__(
-        self, sequence: Sequence, episode: str, shared: Mapping[str, Any], size: tuple[int, int] | None
+        self, sequence: RecordedSequence, episode: str, shared: Mapping[str, Any], size: tuple[int, int] | None
     ) -> None:
         """Takes what is read, and the size of frames before, if any."""
         self._sequence, self._episode, self._shared, self.size = sequence, episode, shared, size
@@ -181,7 +183,7 @@ class _Rows:
                 step += 1
 
 
-def _constants(sequence: Sequence, number: int) -> dict[str, Any]:
+def _constants(sequence: RecordedSequence, number: int) -> dict[str, Any]:
     return {"episode": number, "sensor": sequence.source.sensor, "path_kind": sequence.source.path_kind}
 
 
@@ -191,13 +193,13 @@ def _entry(ledger: Ledger, name: str, split: str, number: int) -> ShardEntry:
     return ShardEntry(file=name, split=split, episodes=(number,), rows=rows, size=facts.size or 0, sha256=facts.sha256)
 
 
-def _tells_contact(sequences: list[Sequence]) -> bool:
+def _tells_contact(sequences: list[RecordedSequence]) -> bool:
     """Whether something says of the frames of every recording whether they touch."""
     needed = {"contact", "force_n", "depth_mm", "gap_mm"}
     return all(each.labels is not None and needed & each.labels.told for each in sequences)
 
 
-def _rate(sequences: list[Sequence]) -> float | None:
+def _rate(sequences: list[RecordedSequence]) -> float | None:
     """Frame rate by the times of the first recording's first frames [1/s]; None where nothing says it."""
     times = []
     for frame in sequences[0].scored(sequences[0].episodes[0]):
@@ -206,3 +208,96 @@ def _rate(sequences: list[Sequence]) -> float | None:
             break
     steps = [later - earlier for earlier, later in pairwise(times) if later > earlier]
     return round(1 / sorted(steps)[len(steps) // 2], 6) if steps else None
+
+
+def table_columns(*, contact_is_told: bool) -> list[Column]:
+    """Columns of a dataset of recorded frames; `contact`, which has no word for what nobody knows, where it is told."""
+    return [each for each in recorded_columns() if contact_is_told or each.name != "contact"]
+
+
+def tables(rows: Iterable[Mapping[str, Any]], columns: list[Column]) -> Iterator[pa.Table]:
+    """Rows in tables of the size of a row group."""
+    schema, left = schema_of_columns(columns), iter(rows)
+    while batch := list(islice(left, ROWS_A_GROUP)):
+        arrays = [
+            pa.array([row[each.name] if row.get(each.name) is not None else each.empty for row in batch], each.arrow)
+            for each in columns
+        ]
+        yield pa.Table.from_arrays(arrays, schema=schema)
+
+
+def frame_row(
+    frame: RealFrame, rules: TruthRules, told: frozenset[str], *, step: int, first_s: float
+) -> dict[str, Any]:
+    """What one frame gives of the columns.
+
+    Args:
+        frame: The frame.
+        rules: How classes follow from labels.
+        told: Which labels there are at all.
+        step: Its place in the episode, references first.
+        first_s: Time of the episode's first frame [s].
+    """
+    labels = frame.labels
+    common = {
+        "image": png(frame.image),
+        "step": step,
+        "time_s": labels["time_s"] - first_s,
+        "is_reference": frame.is_reference,
+        "flashlight": bool(labels["flashlight"]),
+    }
+    if frame.is_reference:
+        return common | {"frame_class": "", "contact": False, "force_n": [0.0] * 3, "depth_mm": 0.0}
+    truth = truth_of(labels, rules, told, name=frame.name)
+    return common | {
+        "frame_class": str(truth.frame_class or ""),
+        "gap_mm": truth.gap_mm,
+        "contact": truth.contact,
+        "depth_mm": truth.depth_mm,
+        "force_n": labels["force_n"],
+        "torque_nmm": labels["torque_nmm"],
+        "contact_area_mm2": labels["contact_area_mm2"],
+        "object_position_mm": labels["place_mm"],
+        "twist_deg": labels["twist_deg"],
+    }
+
+
+def png(image: Frame) -> dict[str, Any]:
+    """An image column's value.
+
+    Raises:
+        FrameError: It cannot be coded.
+    """
+    good, content = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+    if not good:
+        msg = "a frame cannot be stored as PNG"
+        raise FrameError(msg)
+    return {"bytes": content.tobytes(), "path": None}
+
+
+def real_card(description: Description, columns: Sequence[Column], splits: Sequence[str]) -> str:
+    """Markdown with a YAML header that names the files of each split."""
+    licence = f"license: {description.license}\n" if description.license is not None else ""
+    files = "\n".join(f"  - split: {split}\n    path: data/{split}-*.parquet" for split in dict.fromkeys(splits))
+    rows = "\n".join(f"| `{column.name}` | {column.meaning} |" for column in columns)
+    return f"""---
+{licence}tags:
+- robotics
+- tactile
+configs:
+- config_name: default
+  default: true
+  data_files:
+{files}
+---
+
+# Recorded frames of a touch sensor
+
+Frames of a real sensor with their labels, in the columns of a dataset that magicsim simulates; `real.toml` says where
+they came from and what was done to them. What nobody labelled is empty or a number that is none;
+the flashlight counts as off.
+
+| column | meaning |
+|---|---|
+{rows}
+"""

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magicsim.real.description import load_real
-from magicsim.real.inspection import inspect_real
+from magicsim.dataset.real.description import load_real
+from magicsim.dataset.real.inspection import inspect_real
 
 from .drawn import describe, pressed, public_set, save, untouched, write_csv
 

@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 
 from dataset.fakes import small_recipe
-from magicsim.dataset.preview.contact_sheet import captions, contact_sheet, preview_recipe
-from magicsim.dataset.preview.representative import metering_scene, preview_scene, telling_state
+from magicsim.dataset.preview import (
+    captions,
+    contact_sheet,
+    metering_scene,
+    preview_recipe,
+    preview_scene,
+    recipe_statistics,
+    telling_state,
+)
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.estimate import estimate
 from magicsim.dataset.recipes.recipe import load_recipe
-from magicsim.dataset.recipes.statistics import recipe_statistics
 from magicsim.workers.options import WorkerOptions
 
 

@@ -9,13 +9,17 @@ import cv2
 import numpy as np
 
 from magicsim.arrays import Array
+from magicsim.dataset.frames import open_frames
+from magicsim.dataset.manifest import MANIFEST
+from magicsim.dataset.real.description import FrameForm, RealSource
+from magicsim.dataset.real.form import TURNS, Turn, after, turned
+from magicsim.dataset.real.labels import truth_of
+from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
 from magicsim.detectors.frame import Frame
-from magicsim.evaluation.takes.existing import read_existing
+from magicsim.detectors.sources.source import read_image
+from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
-from magicsim.real.description import FrameForm, RealSource
-from magicsim.real.form import TURNS, Turn, after, turned
-from magicsim.real.sequence import RealFrame, Sequence, check_size, sequences_of
-from magicsim.real.truth import truth_of
+from magicsim.judge.table import TABLE, read_table
 
 SAMPLED = 12
 """Frames of a recording that are looked at, spread over it."""
@@ -84,7 +88,7 @@ def inspect_real(real: RealSource) -> Inspection:
     return Inspection(recordings=found, told=list(dict.fromkeys(told)))
 
 
-def _recording(sequence: Sequence, references: int, size: tuple[int, int]) -> RealRecording:
+def _recording(sequence: RecordedSequence, references: int, size: tuple[int, int]) -> RealRecording:
     rules, labels = sequence.description.truth, sequence.labels
     told = labels.told if labels is not None else frozenset()
     rows = labels.rows if labels is not None else ()
@@ -106,7 +110,7 @@ def _recording(sequence: Sequence, references: int, size: tuple[int, int]) -> Re
     )
 
 
-def _sampled(sequence: Sequence) -> Iterator[RealFrame]:
+def _sampled(sequence: RecordedSequence) -> Iterator[RealFrame]:
     """Frames spread over a folder; the first ones of a video, which would have to be decoded as a whole."""
     if sequence.is_video:
         yield from islice(sequence.scored(sequence.episodes[0]), SAMPLED)
@@ -116,7 +120,7 @@ def _sampled(sequence: Sequence) -> Iterator[RealFrame]:
         yield from islice(sequence.scored(episode, every=every), SAMPLED)
 
 
-def _of_labels(sequence: Sequence) -> Iterator[str]:
+def _of_labels(sequence: RecordedSequence) -> Iterator[str]:
     """What labels lack, or have the wrong way round."""
     source, labels = sequence.source, sequence.labels
     if all(each is None for each in (source.untouched, source.untouched_first, source.untouched_below_n)) and (
@@ -141,7 +145,7 @@ def _of_labels(sequence: Sequence) -> Iterator[str]:
         yield f"{sequence.field}: depths are negative, and a press is positive here: set scale.depth_mm = -1"
 
 
-def _of_exposure(sequence: Sequence, untouched: list[Frame], sampled: list[RealFrame]) -> Iterator[str]:
+def _of_exposure(sequence: RecordedSequence, untouched: list[Frame], sampled: list[RealFrame]) -> Iterator[str]:
     """Where frames are lit or exposed otherwise than their references, or cannot be read well."""
     looked_at = untouched or [each.image for each in sampled]
     if not looked_at:
@@ -178,9 +182,26 @@ class _Likeness:
 
     @classmethod
     def of(cls, folder: Path) -> "_Likeness":
-        """Mean of the references of a run or dataset."""
-        film = read_existing(folder, frames_per_second=15.0).films[0]
-        return cls(name=folder.name, mean=np.mean(list(film.images.references()), 0, dtype=np.float64))
+        """Mean of the references of a run, or of a dataset's first episode.
+
+        Raises:
+            ConfigError: It is neither, or has no references.
+        """
+        if (folder / TABLE).is_file():
+            rows = read_table(folder, ("file", "is_reference"))
+            references = [read_image(folder / row["file"]) for row in rows if row["is_reference"]]
+        elif (folder / MANIFEST).is_file():
+            frames = open_frames(folder, ("image", "is_reference", "episode"))
+            episodes = frames.column("episode")
+            untouched = frames.where((episodes == episodes.min()) & frames.column("is_reference"))
+            references = [row["image"] for row in untouched]
+        else:
+            msg = f"like = '{folder}' is not allowed: must be a folder with {TABLE} (a run) or {MANIFEST} (a dataset)"
+            raise ConfigError(msg)
+        if not references:
+            msg = f"like = '{folder}' has no reference frames: make it with references above 0"
+            raise ConfigError(msg)
+        return cls(name=folder.name, mean=np.mean(references, 0, dtype=np.float64))
 
     def told(self, mean: Array, form: FrameForm) -> Iterator[str]:
         """What differs in an untouched mean frame of shape (rows, columns, 3)."""

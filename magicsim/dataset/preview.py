@@ -3,6 +3,8 @@
 import math
 import textwrap
 import time
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -13,16 +15,70 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Frame
-from magicsim.dataset.preview.preview_files import SHEET, check_preview, write_preview
-from magicsim.dataset.preview.representative import ENLARGE, metering_scene, preview_scene, quality, telling_state
+from magicsim.dataset.folder import SHEET, check_preview, write_preview
+from magicsim.dataset.layout import split_of
 from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
 from magicsim.dataset.recipes.estimate import estimate, odd_step
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.dataset.recipes.statistics import recipe_statistics
-from magicsim.scenes.scene import SceneConfig
+from magicsim.frame_class import classify_frame
+from magicsim.scenes.scene import OutputSettings, SceneConfig
+from magicsim.scenes.timeline import FrameState, timeline
+from magicsim.workers.attempt import bound_threads
 from magicsim.workers.options import WorkerOptions, usable_cores
 from magicsim.workers.tasks import run_tasks
-from magicsim.workers.threads import bound_threads
+
+SAMPLES, PARTICLES = 3, 10_000
+SHRINK, ENLARGE = 4, 2
+"""Factors by which a preview is rendered with fewer rows and columns, and shown larger."""
+SPACING_MM = 2.0
+"""Lattice of a preview: forces are rough, contact is where it will be."""
+
+
+def telling_state(scene: SceneConfig) -> FrameState:
+    """The last of the deepest (or nearest) states, or the middle one without an object."""
+    states = timeline(scene)
+    near = [state for state in states if state.gap_mm is not None]
+    if not near:
+        return states[len(states) // 2]
+    deepest = min(state.gap_mm for state in near if state.gap_mm is not None)
+    return [state for state in near if state.gap_mm == deepest][-1]
+
+
+def preview_scene(episode: DrawnEpisode) -> SceneConfig:
+    """One coarse frame of an episode: small, without friction, without the anchor that makes frames clean."""
+    state = telling_state(episode.scene)
+    keyframe = {"frame": 0, "flashlight": state.flashlight, "light_x_mm": state.light_x_mm}
+    if state.gap_mm is not None:
+        keyframe |= {name: getattr(state, name) for name in ("gap_mm", "x_mm", "y_mm", "twist_deg")}
+    return _coarse(episode.scene.model_dump() | {"keyframes": [keyframe]})
+
+
+def metering_scene(recipe: Recipe, episode: DrawnEpisode) -> SceneConfig:
+    """The untouched sensor without tolerances, as coarse, which the exposure of all previews is metered on."""
+    own = {"design": recipe.design.model_dump(), "rig": recipe.rig.model_dump(), "object": None, "seed": recipe.seed}
+    return _coarse(episode.scene.model_dump() | own | {"keyframes": [{"frame": 0}]})
+
+
+def quality() -> str:
+    """What a preview leaves out, in a line."""
+    return (
+        f"Preview: 1/{SHRINK} of the pixels a side, {SAMPLES} samples, {PARTICLES:,} particles, lattice nodes "
+        f"{SPACING_MM:g} mm apart, no friction, exposure of the sensor without tolerances."
+    )
+
+
+def _coarse(data: dict[str, Any]) -> SceneConfig:
+    camera, lattice, render = data["rig"]["camera"], data["design"]["lattice"], data["render"]
+    camera |= {"compression": None}  # blocks of 8 pixels are large here
+    camera |= {"rows": max(8, camera["rows"] // SHRINK), "columns": max(8, camera["columns"] // SHRINK)}
+    camera["principal_offset_px"] = tuple(each / SHRINK for each in camera["principal_offset_px"])
+    lattice |= {"spacing_mm": max(SPACING_MM, lattice["spacing_mm"] or 0.0), "cells_across": 0}
+    samples, particles = min(SAMPLES, render["samples"]), min(PARTICLES, render["particles"])
+    render |= {"samples": samples, "particles": particles, "anchor_samples": 0}
+    data["contact"]["friction"] = 0.0
+    data["output"] = OutputSettings.nothing()
+    return SceneConfig.model_validate(data | {"references": 0})
+
 
 COUNTED = 10_000
 """Most episodes that are counted."""
@@ -163,3 +219,46 @@ def contact_sheet(tiles: list[tuple[Frame | None, list[str]]], rows: int, column
 
 def _write(sheet: Frame, words: str, at: tuple[int, int]) -> None:
     cv2.putText(sheet, words, at, cv2.FONT_HERSHEY_SIMPLEX, TEXT_PX, INK, 1, cv2.LINE_AA)
+
+
+def recipe_statistics(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> dict[str, Any]:
+    """Counts of episodes and frames by what they show, and the spread of every drawn value.
+
+    The class of a frame supposes that what is pressed touches.
+    """
+    frames: Counter[str] = Counter()
+    for episode in episodes:
+        frames["Reference"] += recipe.references
+        frames.update(_class(state) for state in timeline(episode.scene))
+    drawn: dict[str, list[float]] = {}
+    for episode in episodes:
+        for name, value in episode.values.items():
+            drawn.setdefault(name, []).append(value)
+    kinds = [episode.scene.object.kind if episode.scene.object is not None else "none" for episode in episodes]
+    return {
+        "episodes": len(episodes),
+        "frames": sum(frames.values()),
+        "sensors": len({episode.sensor for episode in episodes}),
+        "frames_by_class": _sorted(frames),
+        "episodes_by_path": _sorted(Counter(episode.path_kind for episode in episodes)),
+        "episodes_by_object": _sorted(Counter(kinds)),
+        "episodes_by_split": _sorted(Counter(split_of(recipe, episode.index) for episode in episodes)),
+        "drawn": {name: _spread(drawn[name]) for name in sorted(drawn)},
+    }
+
+
+def _class(state: FrameState) -> str:
+    touching = state.gap_mm is not None and state.gap_mm < 0
+    found = classify_frame(
+        gap_mm=state.gap_mm, force_n=1.0 if touching else 0.0, light_on=state.flashlight, is_reference=False
+    )
+    return str(found) if found is not None else "between"
+
+
+def _sorted(counts: Counter[str]) -> dict[str, int]:
+    return dict(sorted(counts.items()))
+
+
+def _spread(values: list[float]) -> dict[str, float]:
+    low, middle, high = np.quantile(values, [0, 0.5, 1]).round(6).tolist()
+    return {"count": len(values), "min": low, "median": middle, "max": high}

@@ -1,15 +1,18 @@
-"""Recorded frames as magicsim reads them: order of colours, part, orientation, size."""
+"""Recorded frames as magicsim reads them: order of colours, part, orientation, size, and the times of a video."""
 
+from collections.abc import Iterator
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.dataset.real.description import FrameForm
 from magicsim.detectors.frame import Frame
-from magicsim.errors import FrameError
-from magicsim.real.description import FrameForm
+from magicsim.detectors.sources.image_header import check_pixels
+from magicsim.errors import ConfigError, FrameError
 
 Pixels = npt.NDArray[Any]
 Turn = tuple[int, bool]
@@ -66,3 +69,43 @@ def after(first: Turn, then: Turn) -> Turn:
     mark = np.arange(6).reshape(2, 3)
     wanted = turned(turned(mark, first), then)
     return next(each for each in TURNS if np.array_equal(turned(mark, each), wanted))
+
+
+def timed_frames(path: Path) -> Iterator[tuple[float, Frame]]:
+    """Time from the first frame [s] and RGB image, shape (rows, columns, 3), in order of time.
+
+    Raises:
+        ConfigError: PyAV is missing.
+        FrameError: The file is no video, or a frame has no time.
+    """
+    av = _pyav()
+    try:
+        with av.open(str(path)) as container:
+            if not container.streams.video:
+                msg = f"video '{path}' holds no picture stream"
+                raise FrameError(msg)
+            stream = container.streams.video[0]
+            check_pixels(f"video '{path}'", stream.codec_context.width, stream.codec_context.height)
+            first = None
+            for number, each in enumerate(container.decode(stream)):
+                if each.time is None:
+                    msg = f"video '{path}': frame {number} has no time; write it with time stamps, or save its images"
+                    raise FrameError(msg)
+                first = each.time if first is None else first
+                yield float(each.time - first), np.asarray(each.to_ndarray(format="rgb24"), np.uint8)
+            if first is None:
+                msg = f"video '{path}' holds no frame that can be decoded"
+                raise FrameError(msg)
+    except (av.error.FFmpegError, OSError) as error:
+        msg = f"video '{path}' cannot be decoded: {getattr(error, 'strerror', None) or error}"
+        raise FrameError(msg) from None
+
+
+def _pyav() -> Any:  # noqa: ANN401 - PyAV is optional
+    try:
+        import av
+    except ModuleNotFoundError:
+        msg = "a video with time stamps needs PyAV: pip install 'magicsim[video]'"
+        raise ConfigError(msg) from None
+    av.logging.set_level(av.logging.PANIC)
+    return av

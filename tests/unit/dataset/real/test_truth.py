@@ -4,11 +4,10 @@ import math
 
 import pytest
 
+from magicsim.dataset.real.description import TruthRules
+from magicsim.dataset.real.labels import nothing, truth_of
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
-from magicsim.real.description import TruthRules
-from magicsim.real.labels import nothing
-from magicsim.real.truth import truth_of
 
 RULES = TruthRules()
 

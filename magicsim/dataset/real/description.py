@@ -10,8 +10,7 @@ from pydantic import Field, model_validator
 from magicsim.config.documents import read_toml
 from magicsim.config.models import Config, apply_overrides, validate
 from magicsim.config.presets import expanded, is_file
-from magicsim.errors import PresetError
-from magicsim.wording import NAME_LENGTH, shortened
+from magicsim.errors import NAME_LENGTH, PresetError, shortened
 
 Text = Annotated[str, Field(pattern=r"\S", max_length=1000)]
 Factor = Annotated[float, Field(ge=-1e9, le=1e9)]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from magicsim.dataset.real.description import FrameForm
+from magicsim.dataset.real.form import TURNS, after, brightened, formed, turned
 from magicsim.errors import FrameError
-from magicsim.real.description import FrameForm
-from magicsim.real.form import TURNS, after, brightened, formed, turned
 
 from .drawn import COLUMNS, ROWS, untouched
 

@@ -1,1 +1,0 @@
-"""A look at a recipe before a long run."""
