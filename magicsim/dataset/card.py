@@ -1,4 +1,4 @@
-"""What a dataset says of itself: its card `README.md`, whose header `datasets` reads, and how far its forces may be off.
+"""A dataset describes itself: the card `README.md`, whose header `datasets` reads, and how far off its forces may be.
 
 Errors of force are shares of it, by cause. They say how a real sensor of the same design may differ from the label,
 beyond what a recipe's tolerances draw. Labels are quasi-static: they hold for the stiffness at the time of a hardness
