@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from magicsim.dataset.real.description import Description, LabelColumns, Scales, TruthRules
-from magicsim.dataset.real.sequence import force_size
 from magicsim.errors import NAME_LENGTH, ConfigError, shortened, unknown_choice
 from magicsim.frame_class import FrameClass, classify_frame
 
@@ -183,6 +182,12 @@ def _number(where: str, name: str, text: str) -> float:
         msg = f"{where}: {name} = '{shortened(text, NAME_LENGTH)}' is not allowed: must be a finite number or empty"
         raise ConfigError(msg)
     return value
+
+
+def force_size(force_n: list[float]) -> float:
+    """Size of a force, of which only the component along z may be known [N]; NaN where nothing is."""
+    known = np.array(force_n, float)
+    return float(np.linalg.norm(known[~np.isnan(known)])) if not np.isnan(known).all() else math.nan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

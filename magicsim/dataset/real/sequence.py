@@ -12,7 +12,7 @@ import numpy as np
 from magicsim.config.presets import is_file, is_folder
 from magicsim.dataset.real.description import Description, RealSource, RecordingSource
 from magicsim.dataset.real.form import brightened, formed, timed_frames
-from magicsim.dataset.real.labels import Labels, Row, at_time, check_times, nothing, read_labels
+from magicsim.dataset.real.labels import Labels, Row, at_time, check_times, force_size, nothing, read_labels
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.sources.source import IMAGE_SUFFIXES, read_image, read_source
 from magicsim.detectors.sources.video import VIDEO_SUFFIXES
@@ -219,12 +219,6 @@ class RecordedSequence:
 def sequences_of(real: RealSource) -> list[RecordedSequence]:
     """Every recording of a description."""
     return [RecordedSequence(real, number) for number in range(len(real.description.recordings))]
-
-
-def force_size(force_n: list[float]) -> float:
-    """Size of a force, of which only the component along z may be known [N]; NaN where nothing is."""
-    known = np.array(force_n, float)
-    return float(np.linalg.norm(known[~np.isnan(known)])) if not np.isnan(known).all() else math.nan
 
 
 def check_size(frame: Frame, size: tuple[int, int], name: str) -> None:
