@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from real.drawn import describe, pressed, public_set, save, untouched, write_csv
+from dataset.real.drawn import describe, pressed, public_set, save, untouched, write_csv
 
 from magicsim.camera.camera import Camera
 from magicsim.errors import ConfigError, FrameError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("torch")
-from real.drawn import save, write_csv
+from dataset.real.drawn import save, write_csv
 
 from learn.test_training import trained
 from magicsim.dataset.real.description import load_real
