@@ -153,7 +153,7 @@ FIGURES = (
 @nox.session
 def figures(session: nox.Session) -> None:
     """Every committed figure anew, which takes many hours: `nox -s figures`, or `-- WORD` for some."""
-    session.install("-e", ".[test,reference,video,browser]", "taxim[jax-cpu]")
+    session.install("-e", ".[test,reference,video,browser]")
     work = session.create_tmp()
     for command in FIGURES:
         if any(word in command for word in session.posargs) or not session.posargs:
