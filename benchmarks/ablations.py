@@ -29,8 +29,8 @@ from matplotlib.figure import Figure
 
 from magicsim.detectors import load_profile
 from magicsim.evaluation.cases import list_cases
+from magicsim.evaluation.footage import Footage
 from magicsim.evaluation.suite import load_suite
-from magicsim.evaluation.takes.footage import Footage
 
 COLUMNS, ROWS, FULL = 120, 160, 240
 QUALITY = (

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from magicsim.errors import MagicsimError
-from magicsim.live.judging import Judges
+from magicsim.judge.verdicts import FusedProfiles
 from magicsim.robot import LiveSensor, Workspace, live_sensor
 
 Pose = tuple[float, float, float]
@@ -45,12 +45,12 @@ class Step:
     in_contact: bool
 
 
-def untouched(live: LiveSensor) -> Judges:
+def untouched(live: LiveSensor) -> FusedProfiles:
     """Detectors that have learned the sensor."""
-    return Judges.learned([live.frame().image for _ in range(REFERENCES)])
+    return FusedProfiles.of([live.frame().image for _ in range(REFERENCES)])
 
 
-def follow(live: LiveSensor, judges: Judges, poses: list[Pose]) -> tuple[list[Step], list[np.ndarray]]:
+def follow(live: LiveSensor, profiles: FusedProfiles, poses: list[Pose]) -> tuple[list[Step], list[np.ndarray]]:
     """Steps of a run and their images."""
     steps, images = [], []
     live.reset()
@@ -62,7 +62,7 @@ def follow(live: LiveSensor, judges: Judges, poses: list[Pose]) -> tuple[list[St
         ended, spent = time.perf_counter(), time.process_time() - worked
         verdicts = {
             name: f"{each.proximity} {each.combined}" if not isinstance(each, str) else "none"
-            for name, each in judges.verdicts(frame.image).items()
+            for name, each in profiles.verdicts(frame.image).items()
         }
         steps.append(
             Step(
@@ -125,12 +125,12 @@ def main() -> None:
         for quality in ("full", "control"):
             steps[quality], images[quality] = {}, {}
             with live_sensor(options.scene, options.settings, workspace=SPACE, quality=quality) as live:
-                judges = untouched(live)
+                profiles = untouched(live)
                 for pose in ((0.5, 0.0, 0.0), (-0.2, 0.0, 0.0)):
                     live.move_to(gap_mm=pose[0], x_mm=pose[1], twist_deg=pose[2])
                     live.frame()
                 for name, poses in RUNS.items():
-                    steps[quality][name], images[quality][name] = follow(live, judges, poses)
+                    steps[quality][name], images[quality][name] = follow(live, profiles, poses)
     except MagicsimError as error:
         raise SystemExit(f"control_loop: {error}") from error
     found = {

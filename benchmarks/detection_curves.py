@@ -27,7 +27,7 @@ from magicsim.arrays import FloatImage, Frame
 from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.detectors import detect, fuse, load_profile
-from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.light.records.untouched_states import shared_states
 from magicsim.scenes.scene import load_scene

@@ -40,10 +40,9 @@ from magicsim.config.models import load_preset
 from magicsim.config.presets import FOLDERS, find_preset, preset_names
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import load_recipe
-from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.detectors.scoring.labels import read_labels
-from magicsim.detectors.sources.source import read_image
-from magicsim.detectors.sources.video import quiet_opencv
+from magicsim.detectors.profile import load_profile
+from magicsim.detectors.source import read_image
+from magicsim.detectors.video import quiet_opencv
 from magicsim.errors import MagicsimError
 from magicsim.evaluation.baseline import load_baseline
 from magicsim.evaluation.suite import load_suite
@@ -51,7 +50,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.files.mesh_file import load_mesh
 from magicsim.geometry.grid import resolve_grid
 from magicsim.geometry.objects.kinds import find_object
-from magicsim.judge.recording import read_recording
+from magicsim.judge.recorded import read_labels, read_recording
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.plan import plan_scene

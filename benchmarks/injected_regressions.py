@@ -18,12 +18,13 @@ from typing import Any
 from laboratory.injected_faults import FAULTS
 
 from magicsim.detectors import load_profile
+from magicsim.evaluation.answers import judge_footage
 from magicsim.evaluation.baseline import load_baseline, paired, save_baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
 from magicsim.evaluation.evaluate import condition_of, film_suite
-from magicsim.evaluation.judged import JudgedEpisode, judge_footage
-from magicsim.evaluation.statistics.regression import Change, compare
 from magicsim.evaluation.suite import SuiteConfig, load_suite
+from magicsim.judge.judged import JudgedEpisode
+from magicsim.judge.regression import Change, compare
 
 
 def judge(suite: SuiteConfig, cache: Path, make: MakeDetector) -> list[JudgedEpisode]:

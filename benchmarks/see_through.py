@@ -5,7 +5,7 @@
 
 The sensor is `see-through-markers`. Units, LEDs, rooms and cameras are drawn (`laboratory.see_through.sensors`), with
 dim and with bright LEDs in turn; sensors and objects of the fit are none of the test's. Options and thresholds are
-fitted as those of `calibrated` (`magicsim.detectors.profiles.calibrate`), without its margin of E from frames at rest.
+fitted as those of `calibrated` (`magicsim.detectors.calibrate`), without its margin of E from frames at rest.
 The test's frames are read with that profile, and with `published` and `calibrated` beside it. Nothing of a real
 recording is used. Writes `docs/see-through.json` and, from it, `docs/see-through-tables.txt`.
 """
@@ -21,12 +21,11 @@ from laboratory.markdown import markdown_table
 from laboratory.see_through.reading import FEATURES, SHARES, STATES, Reading, exposed, features, read, shares
 from laboratory.see_through.sensors import OBJECTS, DrawnSensor, draw_sensors
 
-from magicsim.detectors.profiles.calibrate import Candidates, fit_profile
-from magicsim.detectors.profiles.profile_file import load_profile, save_profile
-from magicsim.detectors.scoring.episode import Episode
+from magicsim.detectors.calibrate import Candidates, fit_profile
+from magicsim.detectors.features import Episode
+from magicsim.detectors.profile import load_profile, save_profile
 from magicsim.errors import FrameError
-from magicsim.evaluation.takes.simulated import cached_take
-from magicsim.evaluation.takes.take import take_key
+from magicsim.evaluation.take import cached_take, take_key
 
 TRAINING, TEST = 8, 8
 LIGHTS = ("dim", "bright")

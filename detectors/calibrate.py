@@ -6,16 +6,16 @@ The episodes run the demo's story with a box, a cylinder, a small dark ball, a f
 and a thick light cylinder, off centre, with seeds of their own, before several sensors: in an office, in the dark on a
 print with thicker walls, beside a window behind a noisier camera and behind a quiet one, in a brighter office. Options
 are chosen among `CANDIDATES`; thresholds are fitted exactly and keep four standard deviations from each of these
-sensors at rest (`magicsim.detectors.profiles.calibrate`).
+sensors at rest (`magicsim.detectors.calibrate`).
 """
 
 import argparse
 import logging
 from pathlib import Path
 
-from magicsim.detectors.profiles.calibrate import Calibration, Candidates, fit_profile
-from magicsim.detectors.profiles.profile_file import load_profile, save_profile
-from magicsim.detectors.scoring.episode import Episode as LabelledEpisode
+from magicsim.detectors.calibrate import Calibration, Candidates, fit_profile
+from magicsim.detectors.features import Episode as LabelledEpisode
+from magicsim.detectors.profile import load_profile, save_profile
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import Episode

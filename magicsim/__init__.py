@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from magicsim.deform.indentation.press import press, press_curve
     from magicsim.detectors.offline import detect_sources
     from magicsim.detectors.offline import detect_sources as detect
-    from magicsim.detectors.profiles.profile_file import load_profile
+    from magicsim.detectors.profile import load_profile
     from magicsim.evaluation.evaluate import evaluate, evaluate_suite
     from magicsim.evaluation.suite import load_suite
     from magicsim.fit.fitting import fit_constants
@@ -86,7 +86,7 @@ HOMES = {
     "live_sensor": "magicsim.robot.live",
     "load_design": "magicsim.geometry.design",
     "load_object": "magicsim.geometry.objects.kinds",
-    "load_profile": "magicsim.detectors.profiles.profile_file",
+    "load_profile": "magicsim.detectors.profile",
     "load_recipe": "magicsim.dataset.recipes.recipe",
     "load_rig": "magicsim.scenes.rig",
     "load_scene": "magicsim.scenes.scene",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.evaluation.detector import Detection, Detector, ProfileDetector
 
 Frame = npt.NDArray[np.uint8]

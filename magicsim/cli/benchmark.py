@@ -13,8 +13,8 @@ from magicsim.errors import ConfigError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from magicsim.evaluation.footage import Footage
     from magicsim.evaluation.suite import SuiteConfig
-    from magicsim.evaluation.takes.footage import Footage
 
 REGRESSED = 1
 """Exit code where a measure fell significantly against the baseline."""
@@ -39,7 +39,7 @@ def evaluate(
     """
     begun = time.perf_counter()
     from magicsim.evaluation import baseline as kept
-    from magicsim.evaluation.plugin import named_detector
+    from magicsim.evaluation.detector import named_detector
     from magicsim.evaluation.suite import load_suite
     from magicsim.folder import check_file, check_target
 
@@ -60,19 +60,19 @@ def evaluate(
         check_file(save_baseline)
     from magicsim.cli.output.progress import show_progress
     from magicsim.evaluation.evaluate import evaluate_suite
-    from magicsim.evaluation.pages.report import describe, write_results
+    from magicsim.evaluation.page import describe, write_results
 
     name = Path(suite).stem if on is None else str(on)
     left_out: list[str] = []
     films: Iterable[list[Footage]] | None = None
     if on is not None:
-        from magicsim.evaluation.takes.existing import existing_footage
+        from magicsim.evaluation.existing import existing_footage
 
         config, existing = existing_footage(on, config)
         films = ([film] for film in existing)
         make = named_detector(detector, profile=profile, is_coated=config.design.is_opaque)
     elif quick:
-        from magicsim.evaluation.quick import quick_films, quick_suite
+        from magicsim.evaluation.footage import quick_films, quick_suite
 
         config, left_out = quick_suite(config)
         films = quick_films(config, cache, left_out, begun=begun)
@@ -97,7 +97,7 @@ def evaluate(
 
 def _foretell(suite: "SuiteConfig", cache: Path, *, is_quick: bool) -> None:
     """Says on stderr how long the takes that are not kept will need."""
-    from magicsim.evaluation.quick import MOST_S, foretold_s
+    from magicsim.evaluation.footage import MOST_S, foretold_s
     from magicsim.workers.options import usable_cores
 
     cores = usable_cores()

@@ -15,9 +15,9 @@ def calibrate(
     --base names the profile that gives what is not fitted. --set narrows the search, as in `--set tau_b=[35,50]` or
     `--set polarity=dark`, or changes another option of the base.
     """
-    from magicsim.detectors.sources.video import quiet_opencv
+    from magicsim.detectors.video import quiet_opencv
     from magicsim.errors import ConfigError
-    from magicsim.evaluation.takes.existing import labelled_episodes
+    from magicsim.evaluation.existing import labelled_episodes
     from magicsim.judge.profile_fit import calibrate as fit
 
     if not episodes:

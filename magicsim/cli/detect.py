@@ -23,13 +23,12 @@ def detect(
     --frames judges so many frames at most; a camera runs until it is interrupted without it. --grasp runs the grasp
     state machine over the frames and adds its `stage` and `slip` to each.
     """
-    from magicsim.detectors.report import write_verdicts
-    from magicsim.detectors.sources.video import quiet_opencv
+    from magicsim.detectors.offline import write_verdicts
+    from magicsim.detectors.video import quiet_opencv
 
     refuse_settings(settings, "detect", "; write a profile file and name it with --profile")
     if reference is None:
-        from magicsim.evaluation.takes.existing import is_existing
-        from magicsim.evaluation.takes.verdicts import write_existing_verdicts
+        from magicsim.evaluation.existing import is_existing, write_existing_verdicts
 
         if not is_existing(source):
             msg = f"--reference is missing: '{source}' is no run, dataset or recording with untouched frames of its own"

@@ -30,7 +30,7 @@ def fit(
     bounds the points that each one tries beside those of its derivatives.
     """
     from magicsim.cli.output.progress import show_progress
-    from magicsim.detectors.sources.video import quiet_opencv
+    from magicsim.detectors.video import quiet_opencv
     from magicsim.fit.fitting import DEFAULT_FREE, fit_constants
     from magicsim.fit.observation import read_observation
     from magicsim.scenes.scene import load_scene

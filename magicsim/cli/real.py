@@ -24,7 +24,7 @@ def real(
     from magicsim.dataset.real.description import load_real
     from magicsim.dataset.real.inspection import inspect_real
     from magicsim.dataset.real.writing import write_real
-    from magicsim.detectors.sources.video import quiet_opencv
+    from magicsim.detectors.video import quiet_opencv
 
     source = load_real(description, settings or [])
     with quiet_opencv():

@@ -12,8 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.dataset.manifest import MANIFEST, ShardEntry, listed_content
-from magicsim.detectors.sources.image_header import HEAD_BYTES, MAX_PIXELS, image_size
-from magicsim.detectors.sources.png_check import SIGNATURE, is_damaged_png
+from magicsim.detectors.image_header import HEAD_BYTES, MAX_PIXELS, SIGNATURE, image_size, is_damaged_png
 from magicsim.errors import OutputError
 
 ROWS_A_GROUP = 100

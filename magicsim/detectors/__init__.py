@@ -3,23 +3,26 @@
 Needs only NumPy and OpenCV, so that it runs unchanged beside a real sensor.
 """
 
-from magicsim.detectors.combined import detect, detect_all, detect_stream
+from magicsim.detectors.calibrate import Calibration, Candidates, CandidateScore, fit_profile
+from magicsim.detectors.combined import (
+    StreamState,
+    detect,
+    detect_all,
+    detect_from_start,
+    detect_stream,
+    start_stream,
+    step_stream,
+)
+from magicsim.detectors.features import Episode
 from magicsim.detectors.frame import Frame, check_frame
-from magicsim.detectors.fusion import BackgroundReference, References, fuse
-from magicsim.detectors.grasp import GraspStage, GraspState, run_grasp, step_grasp
-from magicsim.detectors.grid import GridReference
+from magicsim.detectors.fusion import BackgroundReference, GridReference, References, fuse
+from magicsim.detectors.grasp import GraspStage, GraspState, SlipState, run_grasp, step_grasp, step_slip
 from magicsim.detectors.offline import detect_sources, stream_sources
-from magicsim.detectors.profiles.calibrate import Calibration, Candidates, CandidateScore, fit_profile
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.profiles.profile_file import load_profile, save_profile
-from magicsim.detectors.profiles.profile_schema import profile_schema
-from magicsim.detectors.scoring.episode import Episode
-from magicsim.detectors.scoring.score import DetectionScore, TaskScore, score_verdicts
-from magicsim.detectors.slip import SlipState, step_slip
-from magicsim.detectors.sources.source import SourceFrame, read_image, read_source
-from magicsim.detectors.stream import StreamState, detect_from_start, start_stream, step_stream
+from magicsim.detectors.profile import DetectorProfile, load_profile, profile_schema, save_profile
+from magicsim.detectors.source import SourceFrame, read_image, read_source
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.names import lazy_names
 
 __all__ = [
     "BackgroundReference",
@@ -64,3 +67,7 @@ __all__ = [
     "step_stream",
     "stream_sources",
 ]
+
+__getattr__, __dir__ = lazy_names(  # judge stands above this package and needs no more than it
+    __name__, dict.fromkeys(("DetectionScore", "TaskScore", "score_verdicts"), "magicsim.judge.score")
+)

@@ -1,4 +1,4 @@
-"""Combined detection: both algorithms on one frame, read together.
+"""Combined detection: both algorithms on one frame, read together; for single frames, batches and streams.
 
 Outside light changes the grid's look as a touch does, so a frame that proximity calls Noise is no evidence
 of contact (Fan, Li, Zhang, arXiv 2505.24382). The references are the only memory: a stream is a loop over
@@ -7,20 +7,15 @@ of contact (Fan, Li, Zhang, arXiv 2505.24382). The references are the only memor
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
 from magicsim.detectors.contact import decide_contact, grid_areas, grid_similarity
-from magicsim.detectors.frame import check_frame
-from magicsim.detectors.fusion import References
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.proximity import (
-    brightening_correlation,
-    brightening_entropy,
-    decide_proximity,
-    filter_channels,
-)
+from magicsim.detectors.frame import Frame, check_frame
+from magicsim.detectors.fusion import References, fuse
+from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.proximity import brightening_correlation, brightening_entropy, decide_proximity, filter_channels
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.errors import ConfigError
 
@@ -84,7 +79,7 @@ def judge(
     rises with both, p_touch falls with S; and b, a and p_touch are one half at their thresholds.
 
     The paper names the distances to the thresholds as the source of its probabilities; the form is assumed. With
-    widths from `magicsim.detectors.profiles.widths.fit_widths` (as `magicsim calibrate` writes them) b, a and p_touch
+    widths from `magicsim.detectors.thresholds.fit_widths` (as `magicsim calibrate` writes them) b, a and p_touch
     are calibrated: each is the share of positives among training frames at that distance, were both groups as frequent.
     With other widths, `published` among them, they rank frames and say no share.
 
@@ -148,3 +143,60 @@ def _check_match(references: References, profile: DetectorProfile) -> None:
         if fused != wanted:
             msg = f"{name} = {wanted!r}, but the references were fused with {fused!r}; fuse them again"
             raise ConfigError(msg)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StreamState:
+    """All that the detectors remember between two frames."""
+
+    waiting: tuple[Frame, ...] = ()
+    """Copies of the reference frames so far; empty once they are fused."""
+    references: References | None = None
+    """The references; None until `profile.reference_count` frames have come."""
+
+
+def start_stream(references: References | None = None) -> StreamState:
+    """The state before the first frame; with references from `fuse` every frame gets a verdict at once."""
+    return StreamState(references=references)
+
+
+def step_stream(
+    state: StreamState, frame: npt.ArrayLike, profile: DetectorProfile, *, source: str | None = None
+) -> tuple[StreamState, Verdict | None]:
+    """Take one frame.
+
+    The state that is passed in stays valid, so that a frame that raises can be left out of the stream.
+
+    Args:
+        state: From `start_stream` or the step before.
+        frame: RGB image, uint8, shape (rows, columns, 3); copied where it is kept, as a camera may write over it.
+        profile: Thresholds and options, the same for every step.
+        source: Where the frame came from, kept in the verdict.
+
+    Returns:
+        The next state, and the verdict; None for a frame that went into the references.
+
+    Raises:
+        FrameError: The frame is not an image of the references' size, or the references show no grid.
+        ConfigError: The references were fused with other options than the profile's.
+    """
+    if state.references is not None:
+        return state, detect(frame, state.references, profile, source=source)
+    shape = state.waiting[0].shape if state.waiting else None
+    waiting = (*state.waiting, check_frame(frame, shape=shape).copy())
+    if len(waiting) < profile.reference_count:
+        return StreamState(waiting=waiting), None
+    return StreamState(references=fuse(waiting, profile)), None
+
+
+def detect_from_start(frames: Iterable[npt.ArrayLike], profile: DetectorProfile) -> Iterator[Verdict]:
+    """Verdicts of a stream after its first `profile.reference_count` frames, which show the untouched sensor.
+
+    Raises:
+        FrameError: As `step_stream`, at the frame that is wrong.
+    """
+    state = start_stream()
+    for frame in frames:
+        state, verdict = step_stream(state, frame, profile)
+        if verdict is not None:
+            yield verdict

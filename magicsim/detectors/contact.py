@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import cv2
 
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.grid import FULL, GridReference, blur, grid_mask, levelled
-from magicsim.detectors.profiles.profile import DetectorProfile, Similarity
+from magicsim.detectors.fusion import FULL, GridReference, blur, grid_mask, levelled
+from magicsim.detectors.profile import DetectorProfile, Similarity
 from magicsim.detectors.verdict import Contact
 
 Areas = tuple[float, float, float]

@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.fusion import BackgroundReference
-from magicsim.detectors.grid import blur
-from magicsim.detectors.profiles.profile import ConstantChannel, DetectorProfile, Grey, Rounding
+from magicsim.detectors.fusion import BackgroundReference, blur
+from magicsim.detectors.profile import ConstantChannel, DetectorProfile, Grey, Rounding
 from magicsim.detectors.verdict import Proximity
 
 GREY_LEVELS = 256

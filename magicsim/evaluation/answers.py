@@ -1,15 +1,18 @@
-"""What a detector answers to the frames of an episode, checked."""
+"""What a detector answers to the frames of an episode, checked, and kept beside the truth."""
 
 import math
-from collections.abc import Iterable
+import time
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-from magicsim.arrays import Frame
-from magicsim.detectors.at_rest import FEATURES
-from magicsim.detectors.verdict import Contact, Proximity
+import numpy as np
+
+from magicsim.arrays import Array, Frame
+from magicsim.detectors.verdict import FEATURES, Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.evaluation.detector import Detection, Detector, MakeDetector
-from magicsim.evaluation.foreign import tried
+from magicsim.evaluation.detector import Detection, Detector, MakeDetector, tried
+from magicsim.evaluation.footage import Footage
+from magicsim.judge.judged import JudgedEpisode
 
 
 def fitted(make: MakeDetector, references: Iterable[Frame], *, who: str) -> Detector:
@@ -63,3 +66,34 @@ def _number(value: object) -> float | None:
     except (TypeError, ValueError):
         return None
     return number if math.isfinite(number) else None
+
+
+def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEpisode:
+    """Runs a new detector over an episode.
+
+    Raises:
+        MagicsimError: A frame cannot be used, or the detector does not answer as it must.
+    """
+    detector = fitted(make, footage.images.references(), who=who)
+    said, spent = [], []
+    for frame in footage.images.frames():
+        start = time.perf_counter()
+        said.append(answered(detector, frame, who=who))
+        spent.append(time.perf_counter() - start)
+    return JudgedEpisode(
+        tag=footage.tag,
+        labels=footage.labels,
+        proximity=tuple(str(each.proximity) for each in said),
+        contact=tuple(str(each.contact) for each in said),
+        approach=np.array([each.approach for each in said], np.float64),
+        touch=np.array([each.touch for each in said], np.float64),
+        features=features_of(said),
+        milliseconds=round(1e3 * float(np.median(spent)), 3) if spent else 0.0,
+        frames_per_second=footage.frames_per_second,
+    )
+
+
+def features_of(said: Sequence[Detection]) -> dict[str, Array]:
+    """E, C and S that a detector tells of every frame, by name."""
+    values = {name: [getattr(each, name) for each in said] for name in FEATURES}
+    return {name: np.array(each, np.float64) for name, each in values.items() if each and None not in each}

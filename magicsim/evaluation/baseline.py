@@ -14,9 +14,9 @@ from magicsim.config.documents import read_json
 from magicsim.config.presets import preset_root
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError
-from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
+from magicsim.judge.judged import JudgedEpisode
 
 FORMAT = 1
 DIGITS = 6

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.evaluation.suite import PathFrame, Role, SuiteConfig, SuiteLight, SuiteObject, SuitePath, SuitePlace
+from magicsim.evaluation.suite import PathFrame, SuiteConfig, SuiteLight, SuiteObject, SuitePath, SuitePlace
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
+from magicsim.judge.judged import Role
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, Keyframe, OutputSettings, SceneConfig
 

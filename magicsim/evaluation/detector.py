@@ -1,17 +1,22 @@
-"""What a detector must offer to be judged, and the built-in one."""
+"""What a detector must offer to be judged, the built-in one, and how a plug-in is found and called."""
 
+import importlib
+import importlib.util
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from types import ModuleType
+from typing import Protocol, TypeVar, runtime_checkable
 
 from magicsim.arrays import Frame
-from magicsim.detectors.at_rest import FEATURES
+from magicsim.config.presets import expanded, is_file, preset_names
 from magicsim.detectors.combined import behind_coat, detect
 from magicsim.detectors.fusion import References, fuse
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.errors import ConfigError
+from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.verdict import FEATURES
+from magicsim.errors import ConfigError, MagicsimError, unknown_choice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,3 +93,107 @@ def built_in(profile: str | Path, *, is_coated: bool = False) -> MakeDetector:
     """
     loaded = load_profile(profile)
     return lambda: ProfileDetector(loaded, is_coated=is_coated)
+
+
+ENTRY_POINTS = "magicsim.detectors"
+"""Group of entry points whose names `--detector` accepts."""
+
+
+def detector_by(detector: str | MakeDetector) -> MakeDetector:
+    """What makes a detector, from its class, the name of a profile, or a name as `find_detector` takes it.
+
+    Raises:
+        ConfigError: Nothing there, or not a detector.
+        PresetError: No such profile.
+    """
+    if not isinstance(detector, str):
+        return lambda: _made(getattr(detector, "__name__", "given"), detector)
+    if detector in preset_names("profile") or detector.endswith(".toml"):
+        return built_in(detector)
+    return find_detector(detector)
+
+
+def named_detector(name: str | None, *, profile: str, is_coated: bool = False) -> MakeDetector:
+    """A plug-in by its name as `find_detector` takes it, or without one the built-in detectors with a profile.
+
+    Args:
+        name: Of the plug-in.
+        profile: Name or file.
+        is_coated: Whether the sensor has an opaque coat, behind which a built-in detector is not asked what is near.
+
+    Raises:
+        ConfigError: Nothing there, or not a detector.
+        PresetError: No such profile.
+    """
+    return built_in(profile, is_coated=is_coated) if name is None else find_detector(name)
+
+
+def find_detector(name: str) -> MakeDetector:
+    """A plug-in by `module:Class`, by `path/to/file.py:Class`, or by the name of an entry point.
+
+    Raises:
+        ConfigError: Nothing there, or not a detector.
+    """
+    module_name, separator, attribute = name.rpartition(":")
+    if not separator:
+        points = {each.name: each for each in entry_points(group=ENTRY_POINTS)}
+        if name not in points:
+            raise ConfigError(f"{unknown_choice('detector', name, points)}; or give module:Class or file.py:Class")
+        found = tried(points[name].load, f"detector '{name}' cannot be loaded")
+    else:
+        module = _load_file(module_name) if module_name.endswith(".py") else _load_module(module_name)
+        if not hasattr(module, attribute):
+            public = [each for each in vars(module) if not each.startswith("_")]
+            raise ConfigError(unknown_choice(f"attribute of '{module_name}'", attribute, public))
+        found = getattr(module, attribute)
+    return lambda: _made(name, found)
+
+
+def _made(name: str, make: Callable[[], object]) -> Detector:
+    made = tried(make, f"detector '{name}' cannot be made without arguments")
+    if not isinstance(made, Detector):
+        msg = f"detector '{name}' has no methods fit and step"
+        raise ConfigError(msg)
+    return made
+
+
+def _load_module(name: str) -> ModuleType:
+    module: ModuleType = tried(lambda: importlib.import_module(name), f"detector module '{name}' cannot be imported")
+    return module
+
+
+def _load_file(path: str) -> ModuleType:
+    file = expanded(path)
+    spec = importlib.util.spec_from_file_location(f"magicsim_plugin_{file.stem}", file)
+    if not is_file(file) or spec is None or spec.loader is None:
+        msg = f"detector file '{path}' does not exist"
+        raise ConfigError(msg)
+    module, loader = importlib.util.module_from_spec(spec), spec.loader
+    tried(lambda: loader.exec_module(module), f"detector file '{path}' cannot be loaded")
+    return module
+
+
+Returned = TypeVar("Returned")
+
+
+def tried(call: Callable[[], Returned], problem: str) -> Returned:
+    """What a call of somebody else's code returns.
+
+    Raises:
+        MagicsimError: As the call raised it.
+        ConfigError: Instead of whatever else the call raises, also where it ends the program: the problem, what was
+            said, and the line that said it.
+    """
+    try:
+        return call()
+    except MagicsimError:
+        raise
+    except (Exception, SystemExit) as error:
+        said = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
+        raise ConfigError(f"{problem}: {said}{_place(error)}") from error
+
+
+def _place(error: BaseException) -> str:
+    """Where an error was raised, if not in the call itself."""
+    frames = traceback.extract_tb(error.__traceback__)[2:]
+    return f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""

@@ -7,14 +7,16 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
 from magicsim.detectors.verdict import Contact, Proximity
+from magicsim.evaluation.answers import judge_footage
 from magicsim.evaluation.baseline import Baseline, paired
 from magicsim.evaluation.cases import list_cases
-from magicsim.evaluation.detector import MakeDetector
-from magicsim.evaluation.judged import JudgedEpisode, judge_footage
-from magicsim.evaluation.plugin import detector_by
-from magicsim.evaluation.statistics.curves import (
+from magicsim.evaluation.detector import MakeDetector, detector_by
+from magicsim.evaluation.footage import Footage, count_takes, film_case, read_recordings
+from magicsim.evaluation.rest import Rest, rest_streams
+from magicsim.evaluation.suite import SuiteConfig
+from magicsim.frame_class import FrameClass
+from magicsim.judge.curves import (
     NO_TOUCH,
     NOTHING_NEAR,
     CurvePoint,
@@ -23,14 +25,11 @@ from magicsim.evaluation.statistics.curves import (
     detection_by_distance,
     trade_off,
 )
-from magicsim.evaluation.statistics.intervals import Estimate, estimate, exact_share
-from magicsim.evaluation.statistics.measures import MEASURES, OF_PROXIMITY
-from magicsim.evaluation.statistics.regression import Change, compare
-from magicsim.evaluation.statistics.rest import Rest, rest_streams
-from magicsim.evaluation.statistics.tally import tally
-from magicsim.evaluation.suite import FIRST_PLACE, SuiteConfig
-from magicsim.evaluation.takes.footage import Footage, count_takes, film_case, read_recordings
-from magicsim.frame_class import FrameClass
+from magicsim.judge.judged import FIRST_PLACE, JudgedEpisode
+from magicsim.judge.measures import MEASURES, OF_PROXIMITY, Estimate, estimate, exact_share
+from magicsim.judge.regression import Change, compare
+from magicsim.judge.score import PROXIMITY_TRUTH
+from magicsim.judge.tally import tally
 from magicsim.judge.verdicts import COATED
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 

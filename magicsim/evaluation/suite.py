@@ -12,14 +12,12 @@ from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.rigid_object import AngleDeg
+from magicsim.judge.judged import FIRST_PLACE, Role
 from magicsim.scenes.lamps import PlaceMm
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameNumber, FrameRate, GapMm, RenderSettings, Seed
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
-Role = Literal["training", "held_out"]
-FIRST_PLACE = "own"
-"""The suite's own sensor, where no places are given."""
 MAX_TAKES = 10_000
 """Most combinations of object, path, light and seed: each is rendered, which takes a minute or so."""
 
@@ -136,7 +134,7 @@ class SuiteBlock(Config):
 
 
 class SuiteRecording(Config):
-    """An episode of a real sensor: images and a table of labels, see `magicsim.judge.recording`."""
+    """An episode of a real sensor: images and a table of labels, see `magicsim.judge.recorded`."""
 
     name: Name
     folder: str

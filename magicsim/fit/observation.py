@@ -11,7 +11,7 @@ from magicsim.camera.camera import Camera
 from magicsim.dataset.frames import open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.sources.source import read_source, source_kind
+from magicsim.detectors.source import read_source, source_kind
 from magicsim.errors import ConfigError, FrameError, unknown_choice
 
 MOST_FRAMES = 60

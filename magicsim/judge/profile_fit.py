@@ -10,21 +10,19 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.config.models import apply_overrides
+from magicsim.detectors.calibrate import Candidates, fit_profile
 from magicsim.detectors.combined import detect_all
+from magicsim.detectors.features import Episode, scored_classes
 from magicsim.detectors.fusion import fuse
-from magicsim.detectors.profiles.calibrate import Candidates, fit_profile
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.profiles.profile_file import load_profile, save_profile
-from magicsim.detectors.profiles.roc import RocCurve, rates_at, roc_curve
-from magicsim.detectors.profiles.validation import cross_validate, score_profile
-from magicsim.detectors.profiles.widths import fit_widths
-from magicsim.detectors.scoring.episode import Episode, scored_classes
-from magicsim.detectors.scoring.score import DetectionScore
+from magicsim.detectors.profile import DetectorProfile, load_profile, save_profile
+from magicsim.detectors.thresholds import fit_widths
 from magicsim.detectors.verdict import Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError, OutputError, unknown_choice
 from magicsim.folder import check_file
 from magicsim.frame_class import FrameClass
+from magicsim.judge.curves import RocCurve, rates_at, roc_curve
 from magicsim.judge.recorded import read_episode
+from magicsim.judge.score import DetectionScore, score_verdicts
 from magicsim.waiting import Told, on_stderr, waiting
 
 
@@ -93,7 +91,7 @@ def calibrate(
         out: TOML file to write.
         base: Profile that gives everything that is not fitted.
         settings: `key=value`: one value or a list for an option that is searched, one value for another of the base.
-        read: Episodes of a folder; `magicsim.evaluation.takes.existing.labelled_episodes` reads datasets too.
+        read: Episodes of a folder; `magicsim.evaluation.existing.labelled_episodes` reads datasets too.
         told: Hears what takes longer than two seconds.
 
     Raises:
@@ -209,3 +207,36 @@ def _search(base: DetectorProfile, settings: Sequence[str]) -> tuple[DetectorPro
             raise ConfigError(msg)
     others = {key: value for key, value in given.items() if key not in searched}
     return dataclasses.replace(base, **others), dataclasses.replace(Candidates(), **lists)
+
+
+def score_profile(profile: DetectorProfile, episodes: Sequence[Episode]) -> DetectionScore:
+    """Score of one profile on all episodes together, each with its own references."""
+    return _score([_judged(profile, episode) for episode in episodes], episodes)
+
+
+def cross_validate(
+    base: DetectorProfile, episodes: Sequence[Episode], candidates: Candidates | None = None
+) -> DetectionScore | None:
+    """Score of all episodes together, each judged by the profile that `fit_profile` finds without it.
+
+    Returns:
+        The score; None where leaving an episode out leaves a class without frames.
+    """
+    rests = [[each for each in episodes if each is not held] for held in episodes]
+    if any(set(scored_classes(rest)) != set(FrameClass) for rest in rests):
+        return None
+    verdicts = [
+        _judged(fit_profile(base, rest, candidates).best.profile, held)
+        for held, rest in zip(episodes, rests, strict=True)
+    ]
+    return _score(verdicts, episodes)
+
+
+def _judged(profile: DetectorProfile, episode: Episode) -> list[Verdict]:
+    return detect_all(episode.frames, fuse(episode.references, profile), profile)
+
+
+def _score(verdicts: Sequence[Sequence[Verdict]], episodes: Sequence[Episode]) -> DetectionScore:
+    return score_verdicts(
+        [each for found in verdicts for each in found], [each for episode in episodes for each in episode.classes]
+    )

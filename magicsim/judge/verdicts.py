@@ -1,14 +1,16 @@
-"""Runs the detectors over an episode and scores them against its ground truth."""
+"""Runs the detectors with the standard profiles: over an episode, scored against its truth, and on single frames."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Self
 
-from magicsim.detectors.at_rest import FeatureAtRest, features_at_rest, marked
-from magicsim.detectors.combined import behind_coat, detect_all
-from magicsim.detectors.fusion import fuse
-from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.detectors.scoring.score import DetectionScore, score_verdicts
-from magicsim.detectors.verdict import Verdict
+from magicsim.arrays import Frame
+from magicsim.detectors.combined import behind_coat, detect, detect_all
+from magicsim.detectors.fusion import References, fuse
+from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.verdict import FeatureAtRest, Verdict, features_at_rest, marked
+from magicsim.errors import MagicsimError
+from magicsim.judge.score import DetectionScore, score_verdicts
 from magicsim.simulation.episode import Episode
 from magicsim.waiting import Told, on_stderr, waiting
 
@@ -65,3 +67,30 @@ def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Jud
         score=score,
         at_rest=rest,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FusedProfiles:
+    """The standard profiles with their references of one sensor under one light, for single frames."""
+
+    fused: dict[str, tuple[DetectorProfile, References] | str]
+    """Each profile with its references, or why it refuses the sensor."""
+
+    @classmethod
+    def of(cls, untouched: Sequence[Frame]) -> Self:
+        """The profiles fused from frames of the untouched sensor, RGB of shape (rows, columns, 3), in order of time."""
+        fused: dict[str, tuple[DetectorProfile, References] | str] = {}
+        for name in PROFILES:
+            profile = load_profile(name)
+            try:
+                fused[name] = (profile, fuse(untouched, profile))
+            except MagicsimError as error:
+                fused[name] = str(error)
+        return cls(fused=fused)
+
+    def verdicts(self, frame: Frame) -> dict[str, Verdict | str]:
+        """What each profile says about a frame, or why it says nothing."""
+        return {
+            name: each if isinstance(each, str) else detect(frame, each[1], each[0])
+            for name, each in self.fused.items()
+        }

@@ -11,7 +11,7 @@ import numpy as np
 from magicsim.arrays import Frame
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.manifest import MANIFEST
-from magicsim.detectors.sources.source import read_source, source_kind
+from magicsim.detectors.source import read_source, source_kind
 from magicsim.errors import ConfigError
 from magicsim.learn.frame_reader import FrameReader
 from magicsim.learn.samples import Images

@@ -9,7 +9,7 @@ import numpy as np
 from magicsim.config.models import validate
 from magicsim.errors import MagicsimError
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.live.judging import Judges
+from magicsim.judge.verdicts import FusedProfiles
 from magicsim.live.sight import Shape, Sight
 from magicsim.live.wish import DESIGN_FIELDS, Wish, design_values
 from magicsim.robot.live import LiveSensor
@@ -40,7 +40,7 @@ class Session:
         self.scene, self.quality, self.workspace = scene, quality, workspace
         self._told = told
         self._live: LiveSensor | None = None
-        self._judges: Judges | None = None
+        self._profiles: FusedProfiles | None = None
         self.references: tuple[SimulatedFrame, ...] = ()
         """Frames of the untouched sensor that the verdicts refer to."""
         self.now = Wish.of(
@@ -94,7 +94,7 @@ class Session:
             frame = self.live.frame()
         except MagicsimError as error:
             return replace(sight, refusal=str(error), light_s=time.perf_counter() - start)
-        verdicts = self._judges.verdicts(frame.image) if self._judges is not None else {}
+        verdicts = self._profiles.verdicts(frame.image) if self._profiles is not None else {}
         return replace(sight, frame=frame, verdicts=verdicts, light_s=time.perf_counter() - start)
 
     def _build(self, wish: Wish) -> None:
@@ -126,7 +126,7 @@ class Session:
         frames = [live.develop(moment) for moment in moments]
         self.references = tuple(replace(each, truth=replace(each.truth, is_reference=True)) for each in frames)
         self._told("learning the untouched sensor")
-        self._judges = Judges.learned([frame.image for frame in frames])
+        self._profiles = FusedProfiles.of([frame.image for frame in frames])
 
     def _light(self, wish: Wish) -> None:
         live = self.live

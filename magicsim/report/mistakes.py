@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from magicsim.detectors.scoring.score import PROXIMITY_TRUTH
 from magicsim.detectors.verdict import Contact, Verdict
 from magicsim.frame_class import FrameClass
+from magicsim.judge.score import PROXIMITY_TRUTH
 from magicsim.report.runs import runs
 from magicsim.simulation.episode import SimulatedFrame
 

@@ -13,10 +13,9 @@ from magicsim.config.models import Config, validate
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.fusion import fuse
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.detectors.profiles.roc import roc_curve
+from magicsim.detectors.profile import DetectorProfile, load_profile
 from magicsim.errors import ConfigError
+from magicsim.judge.curves import roc_curve
 from magicsim.scenes.scene import SceneConfig
 from magicsim.study.plots import Series, plot_series
 from magicsim.study.protocol import Stage

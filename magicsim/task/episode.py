@@ -7,7 +7,7 @@ from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
-from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import MagicsimError
 from magicsim.task.policy import RELEASE_FRAMES, command

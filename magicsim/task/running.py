@@ -9,7 +9,7 @@ import numpy as np
 
 from magicsim.arrays import Frame
 from magicsim.config.models import validate
-from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.profile import load_profile
 from magicsim.errors import ConfigError
 from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper

@@ -6,7 +6,7 @@ from typing import Any
 
 from magicsim.detectors.grasp import GraspStage
 from magicsim.detectors.verdict import Proximity
-from magicsim.evaluation.statistics.intervals import exact_share
+from magicsim.judge.measures import exact_share
 from magicsim.task.outcome import Outcome
 
 

@@ -8,8 +8,7 @@ from magicsim import load_design, load_scene, simulate
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.detectors import Contact
-from magicsim.evaluation.detector import Detector
-from magicsim.evaluation.plugin import find_detector
+from magicsim.evaluation.detector import Detector, find_detector
 from magicsim.geometry.shapes.solids import Sphere
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.sensor import Sensor

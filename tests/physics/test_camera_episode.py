@@ -7,9 +7,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from magicsim.detectors.sources.source import read_image
-from magicsim.evaluation.takes.footage import ExposedTake
-from magicsim.evaluation.takes.simulated import film_take
+from magicsim.detectors.source import read_image
+from magicsim.evaluation.footage import ExposedTake
+from magicsim.evaluation.take import film_take
 from magicsim.report.main_job import run_scene
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.workspace import Workspace

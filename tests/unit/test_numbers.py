@@ -10,7 +10,7 @@ from pydantic import BaseModel, TypeAdapter
 
 import magicsim
 from magicsim.config.models import Config
-from magicsim.detectors.profiles.profile_schema import profile_schema
+from magicsim.detectors.profile import profile_schema
 
 LOWEST, HIGHEST = {"minimum", "exclusiveMinimum"}, {"maximum", "exclusiveMaximum"}
 OWN_FILES = {"Manifest", "ShardEntry", "FailedEpisode", "RunIndex", "SweepIndex", "StudyIndex", "TaskIndex"}

@@ -12,8 +12,7 @@ from laboratory.ablation.membrane import shade_membrane
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import MagicsimError, RenderError, unknown_choice
-from magicsim.evaluation.takes.simulated import assembled
-from magicsim.evaluation.takes.take import Take, read_take, take_key, write_take
+from magicsim.evaluation.take import Take, assembled, read_take, take_key, write_take
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.plan import plan_scene

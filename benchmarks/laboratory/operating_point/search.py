@@ -15,7 +15,7 @@ from magicsim.camera.camera import Camera
 from magicsim.camera.settings import Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg
 from magicsim.conventions import IMAGE_COLUMNS
 from magicsim.detectors import DetectorProfile
-from magicsim.detectors.profiles.profile import Polarity, Similarity
+from magicsim.detectors.profile import Polarity, Similarity
 from magicsim.errors import FrameError, RenderError
 from magicsim.fit.constants import CONSTANTS, Constant, with_values
 from magicsim.scenes.scene import SceneConfig

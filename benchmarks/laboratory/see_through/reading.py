@@ -8,13 +8,14 @@ import numpy.typing as npt
 
 from laboratory.see_through.sensors import DrawnSensor, Lights
 from magicsim.detectors.combined import detect_all
+from magicsim.detectors.features import Episode
 from magicsim.detectors.fusion import fuse
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.scoring.episode import Episode
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
-from magicsim.evaluation.takes.footage import ExposedTake, Labels
-from magicsim.evaluation.takes.take import Take
+from magicsim.evaluation.footage import ExposedTake
+from magicsim.evaluation.take import Take
 from magicsim.frame_class import FrameClass
+from magicsim.judge.judged import Labels
 
 Array = npt.NDArray[np.float64]
 STATES = {"untouched": FrameClass.CLEAR, "near": FrameClass.NEAR, "touched": FrameClass.CONTACT}

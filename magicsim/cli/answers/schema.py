@@ -6,7 +6,7 @@ from pydantic import TypeAdapter
 
 from magicsim.dataset.real.description import Description
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.detectors.profiles.profile_schema import profile_schema
+from magicsim.detectors.profile import profile_schema
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig

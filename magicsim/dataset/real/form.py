@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from magicsim.dataset.real.description import FrameForm
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.sources.image_header import check_pixels
+from magicsim.detectors.image_header import check_pixels
 from magicsim.errors import ConfigError, FrameError
 
 Pixels = npt.NDArray[Any]

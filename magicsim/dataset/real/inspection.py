@@ -16,7 +16,7 @@ from magicsim.dataset.real.form import TURNS, Turn, after, turned
 from magicsim.dataset.real.labels import truth_of
 from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.sources.source import read_image
+from magicsim.detectors.source import read_image
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
 from magicsim.judge.table import TABLE, read_table

@@ -14,8 +14,8 @@ from magicsim.dataset.real.description import Description, RealSource, Recording
 from magicsim.dataset.real.form import brightened, formed, timed_frames
 from magicsim.dataset.real.labels import Labels, Row, at_time, check_times, force_size, nothing, read_labels
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.sources.source import IMAGE_SUFFIXES, read_image, read_source
-from magicsim.detectors.sources.video import VIDEO_SUFFIXES
+from magicsim.detectors.source import IMAGE_SUFFIXES, read_image, read_source
+from magicsim.detectors.video import VIDEO_SUFFIXES
 from magicsim.errors import ConfigError, FrameError
 
 MOST_REFERENCES = 30

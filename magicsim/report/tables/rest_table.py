@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magicsim.detectors.at_rest import FEATURES, FeatureAtRest
+from magicsim.detectors.verdict import FEATURES, FeatureAtRest
 from magicsim.judge.verdicts import Judgement
 from magicsim.report.story import tell_phases
 from magicsim.report.text import number

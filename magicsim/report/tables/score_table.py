@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from magicsim.detectors.scoring.score import PROXIMITY_TRUTH, DetectionScore, TaskScore
 from magicsim.detectors.verdict import Contact
 from magicsim.frame_class import FrameClass
+from magicsim.judge.score import PROXIMITY_TRUTH, DetectionScore, TaskScore
 from magicsim.report.text import percent
 
 _UNTOUCHED = (FrameClass.CLEAR, FrameClass.NEAR, FrameClass.LIGHT)

@@ -11,8 +11,7 @@ import numpy as np
 from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import References, fuse
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.profile import DetectorProfile, load_profile
 from magicsim.errors import ConfigError
 from magicsim.robot.assembly.stages import Stage
 from magicsim.robot.assembly.trial import Moment

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 
 from magicsim.arrays import Array, Index, Mask
-from magicsim.detectors.profiles.roc import roc_curve
 from magicsim.detectors.verdict import Contact
+from magicsim.judge.curves import roc_curve
 from magicsim.sweep.judging.detector import TEST, FittedDetector
 from magicsim.sweep.judging.filmed_design import REFERENCES, SPAN, Film, Shown
 from magicsim.sweep.judging.measures import Measured

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.detectors.calibrate import Candidates, fit_profile
 from magicsim.detectors.combined import detect_all
+from magicsim.detectors.features import Episode
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.fusion import References, fuse
-from magicsim.detectors.profiles.calibrate import Candidates, fit_profile
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.profiles.profile_file import load_profile
-from magicsim.detectors.scoring.episode import Episode
+from magicsim.detectors.profile import DetectorProfile, load_profile
 from magicsim.detectors.verdict import Verdict
 from magicsim.frame_class import NEAR_MAX_MM, FrameClass
 from magicsim.sweep.judging.filmed_design import Film, Shown

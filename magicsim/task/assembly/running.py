@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.config.ranges import check_number
-from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.profile import load_profile
 from magicsim.errors import MagicsimError
 from magicsim.light.variant import activate_variant
 from magicsim.robot.assembly.cues import PROFILE, Reader, check_references, structural_similarity

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from see_through import PROFILE, TEST, TRAINING, WISHES, tables
 
-from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.profile import load_profile
 
 ROOT = Path(__file__).parents[3]
 

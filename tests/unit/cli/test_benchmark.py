@@ -7,7 +7,7 @@ from dataset.fakes import FAKE, small_recipe
 from evaluation.synthetic import PROFILE, make_suite
 
 from magicsim.dataset.generate import generate_dataset
-from magicsim.detectors.profiles.profile_file import save_profile
+from magicsim.detectors.profile import save_profile
 from magicsim.workers.options import WorkerOptions
 
 from .conftest import Shell

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.evaluation.statistics.measures import OF_PROXIMITY
 from magicsim.evaluation.suite import load_suite
+from magicsim.judge.measures import OF_PROXIMITY
 from magicsim.judge.verdicts import COATED
 from magicsim.task.item import load_item
 from magicsim.task.running import task_scene

@@ -12,7 +12,7 @@ from PIL import Image
 from sweep.fakes import small_sweep
 
 from magicsim.config.named_files import config_digest, file_hashes, named_files
-from magicsim.evaluation.takes.take import take_key
+from magicsim.evaluation.take import take_key
 from magicsim.folder.listing import sha256_of
 from magicsim.scenes.scene import load_scene
 from magicsim.study.study_file import load_study

@@ -6,7 +6,7 @@ from magicsim.config import presets
 from magicsim.config.models import load_preset
 from magicsim.config.presets import FOLDERS, find_preset, preset_names, preset_root
 from magicsim.dataset.recipes.recipe import load_recipe
-from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.profile import load_profile
 from magicsim.errors import PresetError
 from magicsim.evaluation.suite import load_suite
 from magicsim.geometry.design import ElastomerDesign

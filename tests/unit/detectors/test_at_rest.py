@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from magicsim.detectors import DetectorProfile, detect_sources
-from magicsim.detectors.at_rest import REPEATABILITY_SD, features_at_rest, marked
 from magicsim.detectors.combined import behind_coat, judge
+from magicsim.detectors.verdict import REPEATABILITY_SD, features_at_rest, marked
 
 from .conftest import grid_frame
 

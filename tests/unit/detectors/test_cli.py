@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from magicsim.detectors.cli import main
+from magicsim.detectors.__main__ import main
 
 from .conftest import grid_frame, light_frame, near_frame
 
@@ -177,7 +177,7 @@ def test_camera_is_judged_line_by_line_until_it_is_interrupted(folders, capsys, 
         yield near_frame()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("magicsim.detectors.sources.source.read_camera", endless)
+    monkeypatch.setattr("magicsim.detectors.source.read_camera", endless)
     assert main(["0", "--reference", str(folders / "rest")]) == 130
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[:2] for line in lines] == [["source", "entropy"], ["camera", "0#0"], ["camera", "0#1"]]

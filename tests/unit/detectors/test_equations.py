@@ -9,7 +9,7 @@ from laboratory import plain_detectors as plain
 
 from magicsim.detectors import DetectorProfile, detect, fuse
 from magicsim.detectors.combined import judge
-from magicsim.detectors.grid import blur
+from magicsim.detectors.fusion import blur
 
 from .conftest import grid_frame
 

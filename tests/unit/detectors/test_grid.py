@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from magicsim.detectors.grid import blur, grid_mask, levelled
+from magicsim.detectors.fusion import blur, grid_mask, levelled
 
 LEVELS = np.array([0, 35, 36, 255], dtype=np.uint8).reshape(1, 4, 1).repeat(3, axis=2)
 

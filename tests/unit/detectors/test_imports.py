@@ -45,7 +45,7 @@ class Refuser:
             raise ImportError(f"{name} is not installed")
 
 sys.meta_path.insert(0, Refuser())
-from magicsim.detectors.cli import main
+from magicsim.detectors.__main__ import main
 sys.exit(main(sys.argv[1:]))
 """
 

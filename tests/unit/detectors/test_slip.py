@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from magicsim.detectors import DetectorProfile, Proximity
 from magicsim.detectors.combined import judge
-from magicsim.detectors.slip import SlipState, is_touch_lost, step_slip
+from magicsim.detectors.grasp import SlipState, is_touch_lost, step_slip
 
 PROFILE = DetectorProfile(tau_g=0.8, slip_share=0.25, slip_window=2, touch_hysteresis=0.5)  # lost from S = 0.9
 

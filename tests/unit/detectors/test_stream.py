@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from magicsim.detectors import DetectorProfile, detect_all, fuse
-from magicsim.detectors.stream import detect_from_start, start_stream, step_stream
+from magicsim.detectors.combined import detect_from_start, start_stream, step_stream
 from magicsim.errors import ConfigError, FrameError
 
 from .conftest import grid_frame, light_frame, near_frame

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.evaluation.answers import judge_footage
 from magicsim.evaluation.baseline import Baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
 from magicsim.evaluation.evaluate import Evaluation, evaluate_suite, film_suite
-from magicsim.evaluation.judged import JudgedEpisode, judge_footage
 from magicsim.evaluation.suite import SuiteConfig
+from magicsim.judge.judged import JudgedEpisode
 
 from .synthetic import PROFILE, make_suite
 

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from magicsim.detectors.profiles.profile import DetectorProfile
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.cases import Case, list_cases
-from magicsim.evaluation.judged import JudgedEpisode
 from magicsim.evaluation.suite import SuiteConfig, load_suite
-from magicsim.evaluation.takes.footage import EpisodeTag, Labels
-from magicsim.evaluation.takes.take import Take, take_key, write_take
+from magicsim.evaluation.take import Take, take_key, write_take
+from magicsim.judge.judged import EpisodeTag, JudgedEpisode, Labels
 from magicsim.scenes.timeline import FrameState, timeline
 
 ROWS, COLUMNS = 48, 36

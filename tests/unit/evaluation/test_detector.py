@@ -6,11 +6,10 @@ import pytest
 
 from magicsim.errors import ConfigError
 from magicsim.evaluation.answers import answered, check_detection, fitted
-from magicsim.evaluation.detector import Detection, built_in
+from magicsim.evaluation.detector import Detection, built_in, find_detector
 from magicsim.evaluation.evaluate import Evaluation
-from magicsim.evaluation.plugin import find_detector
-from magicsim.evaluation.statistics.measures import measure
-from magicsim.evaluation.statistics.tally import tally
+from magicsim.judge.measures import measure
+from magicsim.judge.tally import tally
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "detectors" / "example_detector.py"
 GOOD = Detection(proximity="Normal", contact="Untouched", approach=0.0, touch=0.0)
@@ -22,7 +21,7 @@ def test_plug_in_is_found_in_a_module_a_file_and_an_entry_point(monkeypatch: pyt
     stand_in = f"{__name__}:Blind"
     assert isinstance(find_detector(stand_in)(), Blind)
     point = EntryPoint(name="blind", value=stand_in, group="magicsim.detectors")
-    monkeypatch.setattr("magicsim.evaluation.plugin.entry_points", lambda group: [point] * (group == point.group))
+    monkeypatch.setattr("magicsim.evaluation.detector.entry_points", lambda group: [point] * (group == point.group))
     assert isinstance(find_detector("blind")(), Blind)
     with pytest.raises(ConfigError, match=r"unknown detector 'blond' \(did you mean 'blind'\?\)"):
         find_detector("blond")

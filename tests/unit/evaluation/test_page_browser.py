@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.evaluation.evaluate import Evaluation
-from magicsim.evaluation.pages.report import render_page
+from magicsim.evaluation.page import render_page
 
 pytestmark = pytest.mark.browser
 

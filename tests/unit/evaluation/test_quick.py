@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.evaluation import quick
+from magicsim.evaluation import footage
 from magicsim.evaluation.cases import list_cases
-from magicsim.evaluation.quick import foretold_s, quick_films, quick_suite
+from magicsim.evaluation.footage import foretold_s, quick_films, quick_suite
 from magicsim.evaluation.suite import load_suite
 
 
@@ -24,8 +24,8 @@ def test_standard_condition_is_kept_and_the_rest_is_named():
 
 def test_takes_stop_where_another_would_be_too_long(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     clock = iter(range(0, 10_000, 25))  # every look at the clock is 25 s later
-    monkeypatch.setattr(quick.time, "perf_counter", lambda: float(next(clock)))
-    monkeypatch.setattr(quick, "film_case", lambda case, suite, cache: [case])
+    monkeypatch.setattr(footage.time, "perf_counter", lambda: float(next(clock)))
+    monkeypatch.setattr(footage, "film_case", lambda case, suite, cache: [case])
     small, left_out = quick_suite(load_suite("small"))
     before = len(left_out)
     taken = [case for [case] in quick_films(small, tmp_path, left_out, begun=0.0)]
@@ -35,7 +35,7 @@ def test_takes_stop_where_another_would_be_too_long(monkeypatch: pytest.MonkeyPa
 
 
 def test_first_take_is_made_however_slow_the_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    monkeypatch.setattr(quick, "film_case", lambda case, suite, cache: [case])
+    monkeypatch.setattr(footage, "film_case", lambda case, suite, cache: [case])
     small, left_out = quick_suite(load_suite("small"))
     assert next(quick_films(small, tmp_path, left_out, begun=time.perf_counter() - 1000.0))
 

@@ -6,8 +6,7 @@ import pytest
 
 from magicsim.errors import ConfigError, FrameError, OutputError
 from magicsim.frame_class import FrameClass
-from magicsim.judge.recorded import read_episode
-from magicsim.judge.recording import read_recording
+from magicsim.judge.recorded import read_episode, read_recording
 from magicsim.judge.table import TABLE, frame_file, write_table
 from magicsim.report.main_job import write_frames
 from magicsim.scenes.scene import load_scene

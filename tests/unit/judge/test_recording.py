@@ -12,9 +12,9 @@ from evaluation.synthetic import make_suite
 from magicsim.errors import ConfigError
 from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.evaluate import evaluate_suite
+from magicsim.evaluation.footage import film_case
 from magicsim.evaluation.suite import load_suite
-from magicsim.evaluation.takes.footage import film_case
-from magicsim.judge.recording import COLUMNS, TABLE, read_recording
+from magicsim.judge.recorded import COLUMNS, TRUTH, read_recording
 
 SUITE = """
 schema_version = 1
@@ -44,7 +44,7 @@ def record(folder: Path, tmp_path: Path) -> Path:
             film.labels.gap_mm.tolist(), film.labels.force_n.tolist(), film.labels.flashlight, strict=True
         )
     ]
-    with (folder / TABLE).open("w", encoding="utf-8", newline="") as file:
+    with (folder / TRUTH).open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         for number, (name, label) in enumerate(zip(names, [*blank, *labels], strict=True)):
@@ -80,9 +80,9 @@ def test_recorded_frames_give_the_verdicts_of_the_rendered_ones(tmp_path: Path):
 )
 def test_bad_table_is_one_line_that_names_it(tmp_path: Path, old: str, new: str, words: str):
     folder = record(tmp_path / "bench-1", tmp_path)
-    text = (folder / TABLE).read_text()
+    text = (folder / TRUTH).read_text()
     assert old in text
-    (folder / TABLE).write_text(text.replace(old, new, 1))
+    (folder / TRUTH).write_text(text.replace(old, new, 1))
     with pytest.raises(ConfigError) as caught:
         read_recording(folder)
     assert words in str(caught.value)

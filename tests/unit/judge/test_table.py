@@ -10,10 +10,10 @@ import pytest
 
 from magicsim.deform.lattice.structure import box_lattice
 from magicsim.detectors.combined import judge
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.scoring.score import score_verdicts
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.frame_class import FrameClass
+from magicsim.judge.score import score_verdicts
 from magicsim.judge.table import frame_file, write_lattice, write_table
 from magicsim.judge.verdicts import Judgement
 from magicsim.light.frame.way import Way

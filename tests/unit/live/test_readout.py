@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from magicsim.detectors.combined import judge
-from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.profile import load_profile
 from magicsim.live.readout import frame_picture, state_line, verdict_table
 
 

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from magicsim.detectors.combined import judge
-from magicsim.detectors.profiles.profile import DetectorProfile
-from magicsim.detectors.scoring.score import score_verdicts
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Verdict
 from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.judge.score import score_verdicts
 from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.detectors.profiles.profile_file import load_profile
+from magicsim.detectors.profile import load_profile
 from magicsim.errors import ConfigError
 from magicsim.study.fusion import FusionTask, episode_scene, judged
 from magicsim.study.study_file import load_study

@@ -7,7 +7,7 @@ import pytest
 import tomli_w
 from PIL import Image
 
-from magicsim.detectors.profiles.profile_file import load_profile, save_profile
+from magicsim.detectors.profile import load_profile, save_profile
 from magicsim.task.resolved import digest_of
 from magicsim.task.running import Stage
 from magicsim.task.settings import GraspConfig

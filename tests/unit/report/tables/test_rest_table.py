@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magicsim.detectors.at_rest import FeatureAtRest
+from magicsim.detectors.verdict import FeatureAtRest
 from magicsim.report.page import render_report
 from magicsim.report.tables.rest_table import rest_rows
 from report.synthetic import make_episode, make_judgement

@@ -1,1 +1,0 @@
-"""Detector profiles: thresholds and options, their files, and how they are fitted to labelled frames."""

@@ -1,0 +1,176 @@
+"""Frames from a source outside: an image file, a folder of images, a video file or a camera."""
+
+from collections.abc import Callable, Generator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import cv2
+import numpy as np
+
+from magicsim.config.presets import expanded, is_file, is_folder
+from magicsim.detectors.frame import Frame, check_frame
+from magicsim.detectors.image_header import HEAD_BYTES, MAX_PIXELS, check_pixels, image_size, is_damaged_png
+from magicsim.detectors.video import VIDEO_SUFFIXES, open_video, read_camera
+from magicsim.errors import NAME_LENGTH, ConfigError, FrameError, shortened
+
+IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".webp")
+"""File name endings that are read as images, in any case."""
+
+MAX_BYTES = 8 * MAX_PIXELS
+"""Largest image file: so many pixels of four channels of 16 bit."""
+
+SourceKind = Literal["image", "folder", "video", "camera"]
+"""What a source can be."""
+
+_COLOUR_CONVERSIONS = {3: cv2.COLOR_BGR2RGB, 4: cv2.COLOR_BGRA2RGB}
+"""To RGB from what OpenCV reads, by number of channels; opacity is dropped."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SourceFrame:
+    """One frame and where it came from."""
+
+    name: str
+    """File name; that of a video, or `camera` and its index, with `#` and the frame's number from 0."""
+    image: Frame
+    """RGB image, shape (rows, columns, 3)."""
+
+
+Frames = Generator[SourceFrame, None, None]
+"""Frames one at a time; closing it releases what it reads from."""
+
+
+def source_kind(source: str | Path) -> SourceKind:
+    """What the source is. A whole number is a camera's index, unless a file or folder has that name.
+
+    Raises:
+        ConfigError: It does not exist, or is a file of an unknown kind.
+    """
+    path = expanded(source)
+    if is_folder(path):
+        return "folder"
+    if not is_file(path) and _is_index(source):
+        return "camera"
+    expected = f"an image ({', '.join(IMAGE_SUFFIXES)}), a folder of images"
+    expected += f", a video ({', '.join(VIDEO_SUFFIXES)}) or a camera's index"
+    if not is_file(path):
+        msg = f"source '{shortened(str(source), 2 * NAME_LENGTH)}' does not exist; give {expected}"
+        raise ConfigError(msg)
+    suffix = path.suffix.lower()
+    if suffix in IMAGE_SUFFIXES:
+        return "image"
+    if suffix in VIDEO_SUFFIXES:
+        return "video"
+    msg = f"source '{source}' is neither an image nor a video; give {expected}"
+    raise ConfigError(msg)
+
+
+def read_source(source: str | Path) -> Frames:
+    """Frames of a source, one at a time; those of a folder in the order of their names, a camera's without end.
+
+    A camera is opened with its first frame and released when the iterator is closed, so that one camera can give the
+    references first and the frames to judge afterwards.
+
+    Raises:
+        ConfigError: The source does not exist, is of no known kind or holds no image.
+        FrameError: An image, a video or a camera cannot be read; raised when its turn comes, for a video at once.
+    """
+    return _READERS[source_kind(source)](expanded(source))
+
+
+def _is_index(source: str | Path) -> bool:
+    return str(source).isascii() and str(source).isdecimal()
+
+
+def read_image(path: str | Path) -> Frame:
+    """Read an image file as RGB, shape (rows, columns, 3), without rotating it by its metadata.
+
+    Raises:
+        FrameError: The file is missing, cannot be decoded, or does not hold 8-bit colour.
+    """
+    try:
+        content = _content(Path(path))
+        usable = content is not None and not is_damaged_png(content)
+        decoded = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED) if usable else None  # type: ignore[arg-type]
+    except (OSError, ValueError) as error:
+        if isinstance(error, FrameError):
+            raise
+        msg = f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise FrameError(msg) from error
+    except cv2.error:
+        decoded = None
+    if decoded is None:
+        msg = f"image '{path}' cannot be decoded; must be a whole image file ({', '.join(IMAGE_SUFFIXES)})"
+        raise FrameError(msg)
+    channels = decoded.shape[2] if decoded.ndim > len(("rows", "columns")) else 1
+    if channels not in _COLOUR_CONVERSIONS:
+        msg = f"image '{path}' has {channels} channel(s); must be colour with 3 (RGB)"
+        raise FrameError(msg)
+    try:
+        return check_frame(_to_rgb(decoded))
+    except FrameError as error:
+        msg = f"image '{path}': {error}"
+        raise FrameError(msg) from error
+
+
+def _content(path: Path) -> bytes | None:
+    """Bytes of a file; None where its head shows that it is no image.
+
+    Raises:
+        FrameError: It announces more pixels than `MAX_PIXELS`, or is larger than so many can be.
+    """
+    with path.open("rb") as file:
+        length = path.stat().st_size
+        if length > MAX_BYTES:
+            msg = f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed"
+            raise FrameError(msg)
+        head = file.read(HEAD_BYTES)
+        if head.startswith((b"II", b"MM")):  # TIFF files may say their size at the end
+            head += file.read()
+        size = image_size(head)
+        if size is None:
+            return None
+        check_pixels(f"image '{path}'", *size)
+        return head + file.read()
+
+
+def _to_rgb(decoded: np.ndarray) -> np.ndarray:
+    """Reverse OpenCV's BGR or BGRA, for any number type."""
+    return decoded[:, :, 2::-1]
+
+
+def _read_image_file(path: Path) -> Frames:
+    return (SourceFrame(name=each.name, image=read_image(each)) for each in [path])
+
+
+def _read_folder(path: Path) -> Frames:
+    files = sorted(each for each in path.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES and each.is_file())
+    if not files:
+        msg = f"source folder '{path}' holds no image ({', '.join(IMAGE_SUFFIXES)})"
+        raise ConfigError(msg)
+    return (SourceFrame(name=each.name, image=read_image(each)) for each in files)
+
+
+def _read_video_file(path: Path) -> Frames:
+    return _numbered(path.name, open_video(path))
+
+
+def _read_camera(path: Path) -> Frames:
+    return _numbered(f"camera {path}", read_camera(int(str(path))))
+
+
+def _numbered(name: str, images: Generator[Frame, None, None]) -> Frames:
+    with closing(images):
+        for number, image in enumerate(images):
+            yield SourceFrame(name=f"{name}#{number}", image=image)
+
+
+_READERS: dict[SourceKind, Callable[[Path], Frames]] = {
+    "image": _read_image_file,
+    "folder": _read_folder,
+    "video": _read_video_file,
+    "camera": _read_camera,
+}
+"""The reader of each kind; a new kind of source is one entry here and one line in `source_kind`."""

@@ -1,0 +1,272 @@
+"""Frames that exist: a run of `simulate`, a dataset, or a recording, as footage and with verdicts."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import chain, islice
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from magicsim.arrays import Frame
+from magicsim.config.models import validate
+from magicsim.config.named_files import read_with_paths
+from magicsim.dataset.export.source import open_dataset
+from magicsim.dataset.frames import FrameTable, open_frames
+from magicsim.dataset.manifest import MANIFEST
+from magicsim.detectors.combined import behind_coat, detect, detect_all
+from magicsim.detectors.features import Episode
+from magicsim.detectors.fusion import fuse
+from magicsim.detectors.offline import json_text, rows, table_lines
+from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.source import read_image
+from magicsim.detectors.verdict import Verdict, features_at_rest, marked
+from magicsim.errors import ConfigError
+from magicsim.evaluation.footage import RECORDED, Footage, recorded_footage
+from magicsim.evaluation.suite import SuiteConfig, SuitePlace, SuiteRecording
+from magicsim.folder import MARKER
+from magicsim.frame_class import FrameClass
+from magicsim.judge.judged import FIRST_PLACE, EpisodeTag, Labels
+from magicsim.judge.recorded import TRUTH, read_episode, read_recording
+from magicsim.judge.table import TABLE as RUN
+from magicsim.judge.table import read_table
+from magicsim.judge.verdicts import COATED
+from magicsim.scenes.scene import SceneConfig
+
+AS_MADE = "as-made"
+"""Light, noise and place of frames that exist: those that they were made with."""
+COLUMNS = (
+    "image", "is_reference", "frame_class", "gap_mm", "force_n", "flashlight", "path_kind", "object_kind", "episode",
+    "time_s",
+)  # fmt: skip
+RECORDING = "recording"
+"""Name of a recording that stands in no suite."""
+SHOWN = "none"
+"""Object of an episode without one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunImages:
+    """PNG files of a run."""
+
+    folder: Path
+    reference_files: tuple[str, ...]
+    frame_files: tuple[str, ...]
+
+    def references(self) -> Iterator[Frame]:
+        """See `Images`."""
+        return (read_image(self.folder / name) for name in self.reference_files)
+
+    def frames(self) -> Iterator[Frame]:
+        """See `Images`."""
+        return (read_image(self.folder / name) for name in self.frame_files)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RowImages:
+    """Rows of a dataset."""
+
+    reference_rows: FrameTable
+    frame_rows: FrameTable
+
+    def references(self) -> Iterator[Frame]:
+        """See `Images`."""
+        return (row["image"] for row in self.reference_rows)
+
+    def frames(self) -> Iterator[Frame]:
+        """See `Images`."""
+        return (row["image"] for row in self.frame_rows)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Existing:
+    """Labelled episodes of a folder."""
+
+    films: list[Footage]
+    sensor: Mapping[str, Any]
+    """Fields of a suite that stands for their sensor; empty where nothing describes it."""
+
+    @property
+    def is_coated(self) -> bool:
+        """Whether an opaque coat hides from the sensor what is outside, as far as is known."""
+        return "design" in self.sensor and self.sensor["design"].is_opaque
+
+
+def is_existing(folder: Path) -> bool:
+    """Whether a folder holds labelled frames that bring their own references."""
+    return any((folder / name).is_file() for name in (RUN, MANIFEST, TRUTH))
+
+
+def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
+    """The labelled episodes of a folder, whose images are read when they are asked for.
+
+    Args:
+        folder: A run of `simulate`, a dataset, or a recording with `truth.csv`.
+        frames_per_second: Rate of recorded frames whose own is not known [1/s].
+
+    Raises:
+        ConfigError: None of these, or frames without references to learn from.
+        OutputError: A dataset that is not finished.
+    """
+    if (folder / RUN).is_file():
+        scene = validate(SceneConfig, read_with_paths(folder / MARKER), source=MARKER)
+        sensor = {"design": scene.design, "rig": scene.rig, "frames_per_second": scene.frames_per_second}
+        return Existing(films=[_run(folder, scene)], sensor=sensor)
+    if (folder / MANIFEST).is_file():
+        source = open_dataset(folder)
+        rate = source.frames_per_second or frames_per_second
+        films = _dataset(folder, rate, is_recorded=source.recorded is not None)
+        if source.recorded is not None:
+            return Existing(films=films, sensor={"frames_per_second": rate})
+        recipe = source.recipe
+        return Existing(films=films, sensor={"design": recipe.design, "rig": recipe.rig, "frames_per_second": rate})
+    if (folder / TRUTH).is_file():
+        tag = _tag(RECORDING, folder.resolve().name, RECORDED)
+        film = recorded_footage(read_recording(folder), tag, frames_per_second=frames_per_second)
+        return Existing(films=[film], sensor={})
+    msg = f"'{folder}' holds no labelled frames; give a folder with {RUN} (a run), {MANIFEST} (a dataset) or {TRUTH}"
+    raise ConfigError(msg)
+
+
+def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, list[Footage]]:
+    """The labelled episodes in a folder, and the suite that stands for them: its options, on their sensor.
+
+    Args:
+        folder: A run of `simulate`, a dataset, or a recording with `truth.csv`.
+        suite: Whose options of measuring hold: resamples, seed, false-alarm rate.
+
+    Raises:
+        ConfigError: None of these, or frames without references to learn from.
+        OutputError: A dataset that is not finished.
+    """
+    found = read_existing(folder, frames_per_second=suite.frames_per_second)
+    emptied: dict[str, Any] = {
+        "objects": (),
+        "paths": (),
+        "lights": (),
+        "episodes": (),
+        "recordings": (),
+        "places": (SuitePlace(name=FIRST_PLACE),),
+        "rest_s": 0.0,
+    }
+    kept = (SuiteRecording(name=RECORDING, folder=str(folder)),) if not found.sensor else ()
+    return suite.model_copy(update=emptied | {"recordings": kept, **found.sensor}), found.films
+
+
+def labelled_episodes(folder: Path) -> list[Episode]:
+    """All labelled episodes of a folder in memory, as `magicsim.judge.profile_fit.calibrate` takes them.
+
+    Args:
+        folder: As `read_existing`, or images with a `labels.csv`.
+
+    Raises:
+        MagicsimError: None of these, or an image that cannot be used.
+    """
+    if not (folder / MANIFEST).is_file():
+        return [read_episode(folder)]
+    films = read_existing(folder, frames_per_second=1.0).films
+    return [
+        Episode(
+            references=list(film.images.references()),
+            frames=list(film.images.frames()),
+            classes=list(film.labels.classes),
+        )
+        for film in films
+    ]
+
+
+def _run(folder: Path, scene: SceneConfig) -> Footage:
+    rows = read_table(folder, ("file", "is_reference", "gap_mm", "force_n", "flashlight"))
+    scored = [row for row in rows if not row["is_reference"]]
+    references = tuple(row["file"] for row in rows if row["is_reference"])
+    _check_references(folder, len(references))
+    return Footage(
+        tag=_tag(folder.resolve().name, scene.object.kind if scene.object is not None else SHOWN, "scene"),
+        labels=Labels.of(
+            np.array([row["gap_mm"] for row in scored], float),
+            np.linalg.norm(np.array([row["force_n"] for row in scored], float).reshape(-1, 3), axis=1),
+            np.array([row["flashlight"] for row in scored], bool),
+        ),
+        images=RunImages(folder=folder, reference_files=references, frame_files=tuple(row["file"] for row in scored)),
+        frames_per_second=scene.frames_per_second,
+    )
+
+
+def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool) -> list[Footage]:
+    frames = open_frames(folder, COLUMNS)
+    episodes, is_reference = frames.column("episode"), frames.column("is_reference")
+    found = []
+    for number in np.unique(episodes).tolist():
+        mine = episodes == number
+        _check_references(folder, int((mine & is_reference).sum()))
+        scored = frames.where(mine & ~is_reference)
+        if not len(scored):
+            continue
+        gap_mm, flashlight = scored.column("gap_mm").astype(float), scored.column("flashlight")
+        force_n = np.linalg.norm(np.nan_to_num(scored.column("force_n").astype(float)), axis=1)
+        labels = Labels.of(gap_mm, force_n, flashlight)
+        if is_recorded:  # its classes may rest on more than gap and force
+            given = [FrameClass(each) if each else None for each in scored.column("frame_class").tolist()]
+            labels = replace(labels, classes=tuple(given))
+        images = RowImages(reference_rows=frames.where(mine & is_reference), frame_rows=scored)
+        tag = _tag(
+            f"episode-{number}", str(scored.column("object_kind")[0]) or SHOWN, str(scored.column("path_kind")[0])
+        )
+        found.append(Footage(tag=tag, labels=labels, images=images, frames_per_second=frames_per_second))
+    return found
+
+
+def _tag(take: str, thing: str, path: str) -> EpisodeTag:
+    return EpisodeTag(take=take, object=thing, role="held_out", path=path, light=AS_MADE, noise=AS_MADE)
+
+
+def _check_references(folder: Path, count: int) -> None:
+    if count == 0:
+        msg = f"'{folder}' has no reference frames, which detectors learn from: make it with references above 0"
+        raise ConfigError(msg)
+
+
+def write_existing_verdicts(
+    out: TextIO, folder: Path, profile: str | Path, *, frames: int | None = None, grasp: bool = False,
+    as_json: bool = False,
+) -> None:  # fmt: skip
+    """Judges every frame after the references and writes one row a frame, as `magicsim.detectors.offline` does.
+
+    Behind an opaque coat proximity is left empty, and the last line, or `not_judged` in the JSON, says so.
+
+    Args:
+        out: Where the rows go.
+        folder: A run of `simulate`, a dataset, or a recording with `truth.csv`.
+        profile: Name or path.
+        frames: Most frames to judge of all episodes together.
+        grasp: Whether to run the grasp state machine over the frames of each episode too.
+        as_json: One JSON object with the list `frames` instead of a table.
+
+    Raises:
+        MagicsimError: The folder, its frames or the profile cannot be used.
+    """
+    if frames is not None and frames < 1:
+        msg = f"frames = {frames} is not allowed; must be a whole number of at least 1"
+        raise ConfigError(msg)
+    chosen = load_profile(profile)
+    existing = read_existing(folder, frames_per_second=1.0)
+    coated = existing.is_coated
+    told = chain.from_iterable(
+        rows(_verdicts(film, chosen, coated=coated), chosen, grasp=grasp) for film in existing.films
+    )
+    found = list(islice(told, frames))
+    if coated:
+        found = [{**row, "proximity": None} for row in found]
+    not_judged = COATED if coated else None
+    out.write(json_text(found, not_judged) if as_json else "".join(table_lines(found, grasp=grasp)))
+    if coated and not as_json:
+        out.write(f"not judged: {COATED}\n")
+
+
+def _verdicts(film: Footage, profile: DetectorProfile, *, coated: bool) -> Iterator[Verdict]:
+    untouched = list(islice(film.images.references(), profile.reference_count))
+    references = fuse(untouched, profile)
+    rest = features_at_rest(detect_all(untouched, references, profile))
+    for number, frame in enumerate(film.images.frames()):
+        verdict = detect(frame, references, profile, source=f"{film.tag.take}#{number}")
+        yield marked(behind_coat(verdict) if coated else verdict, rest)

@@ -1,0 +1,237 @@
+"""Labelled frames of one episode, rendered or recorded: the one form in which detectors and measures see them.
+
+A quick evaluation sees the part of a suite that fits into three minutes.
+"""
+
+import time
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from magicsim.arrays import Frame, Mask
+from magicsim.camera.camera import Camera
+from magicsim.camera.exposure import Lit
+from magicsim.camera.stream import CameraStream, Instant
+from magicsim.dataset.recipes.estimate import estimate_scene
+from magicsim.evaluation.cases import Case, list_cases
+from magicsim.evaluation.suite import SuiteConfig, SuiteNoise
+from magicsim.evaluation.take import Take, cached_take, take_key
+from magicsim.judge.judged import EpisodeTag, Labels
+from magicsim.judge.recorded import Recording, read_recording
+
+REST_STREAM = 0x3C5A96
+"""Turns the seed of an episode into that of a stream at rest."""
+RECORDED = "recorded"
+"""Path, light and noise of a recording."""
+
+
+class Images(Protocol):
+    """Where an episode's images come from."""
+
+    def references(self) -> Iterator[Frame]:
+        """Frames of the untouched sensor, RGB, shape (rows, columns, 3)."""
+
+    def frames(self) -> Iterator[Frame]:
+        """The frames after them, in order."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Footage:
+    """One labelled episode; its images are made or read when they are asked for."""
+
+    tag: EpisodeTag
+    labels: Labels
+    images: Images
+    frames_per_second: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExposedTake:
+    """Images of a take through a camera."""
+
+    take: Take
+    camera: Camera
+    seed: int
+    frames_per_second: float
+    """Frame rate [1/s]."""
+    lit: Lit = (True, True, True)
+    """Whether any light of the sensor shines in red, green and blue."""
+
+    def references(self) -> Iterator[Frame]:
+        """See `Images`."""
+        return self._exposed(self.take.is_reference)
+
+    def frames(self) -> Iterator[Frame]:
+        """See `Images`."""
+        return self._exposed(~self.take.is_reference)
+
+    def at_rest(self, count: int) -> Iterator[Frame]:
+        """So many frames of the untouched sensor, right after the references, with noise of their own.
+
+        Args:
+            count: How many.
+        """
+        take, rate = self.take, self.frames_per_second
+        room = take.room if take.room.size else None
+        stream = CameraStream.of(self.camera, take.radiance[0], self.lit, room=room)
+        memory, first = stream.begin(rate), int(take.is_reference.sum())
+        for index in range(first, first + count):
+            at = Instant(seed=self.seed ^ REST_STREAM, index=index, time_s=index / rate, frames_per_second=rate)
+            image, memory = stream.take(take.radiance[0], memory, at)
+            yield image
+
+    def _exposed(self, is_wanted: Mask) -> Iterator[Frame]:
+        """The wanted frames; where frames depend on those before, the others are exposed on the way."""
+        take, rate = self.take, self.frames_per_second
+        room = take.room if take.room.size else None
+        stream = CameraStream.of(self.camera, take.radiance[0], self.lit, room=room)
+        memory = stream.begin(rate)
+        for index in np.flatnonzero(is_wanted | bool(self.camera.history)).tolist():
+            at = Instant(seed=self.seed, index=index, time_s=index / rate, frames_per_second=rate)
+            image, memory = stream.take(take.radiance[take.state[index]], memory, at)
+            if is_wanted[index]:
+                yield image
+
+
+def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
+    """One footage for each sensor noise of a suite, from one take."""
+    take = cached_take(case.scene, cache)
+    scored = ~take.is_reference
+    labels = Labels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored])
+    return [
+        Footage(
+            tag=EpisodeTag(
+                take=case.name,
+                object=case.object,
+                role=case.role,
+                path=case.path,
+                light=case.light,
+                noise=noise.name,
+                place=case.place,
+            ),
+            labels=labels,
+            images=ExposedTake(
+                take=take,
+                camera=_camera(case.scene.rig.camera, noise),
+                frames_per_second=suite.frames_per_second,
+                lit=case.scene.rig.lit,
+                seed=zlib.crc32(f"{suite.seed} {case.name} {noise.name}".encode()) & 0x7FFFFFFF,
+            ),
+            frames_per_second=suite.frames_per_second,
+        )
+        for noise in suite.noises
+    ]
+
+
+def read_recordings(suite: SuiteConfig) -> list[Footage]:
+    """The recorded episodes of a suite.
+
+    Raises:
+        ConfigError: A folder or its table is not as `magicsim.judge.recorded` says.
+    """
+    return [
+        recorded_footage(
+            read_recording(Path(each.folder)),
+            EpisodeTag(
+                take=each.name, object=each.object or each.name, role=each.role, path=RECORDED, light=RECORDED,
+                noise=RECORDED,
+            ),
+            frames_per_second=suite.frames_per_second,
+        )
+        for each in suite.recordings
+    ]  # fmt: skip
+
+
+def recorded_footage(recording: Recording, tag: EpisodeTag, *, frames_per_second: float) -> Footage:
+    """A recording as footage."""
+    scored = recording.scored
+    labels = Labels.of(recording.gap_mm[scored], recording.force_n[scored], recording.flashlight[scored])
+    return Footage(tag=tag, labels=labels, images=recording, frames_per_second=frames_per_second)
+
+
+def count_takes(suite: SuiteConfig) -> int:
+    """Number of independent episodes of a suite."""
+    return len(list_cases(suite)) + len(suite.recordings)
+
+
+def _camera(camera: Camera, noise: SuiteNoise) -> Camera:
+    changes = {key: value for key, value in noise.model_dump(exclude={"name"}).items() if value is not None}
+    return camera.model_copy(update=changes)
+
+
+MOST_S = 180.0
+"""Longest quick evaluation [s]."""
+MARGIN = 1.3
+"""How much longer than the longest so far another take may be."""
+REST_S = 10.0
+"""Longest stream at rest of a quick evaluation [s]."""
+
+
+def quick_suite(suite: SuiteConfig) -> tuple[SuiteConfig, list[str]]:
+    """A suite's standard condition alone, and what that leaves out.
+
+    Args:
+        suite: The whole of it.
+    """
+    blocks = [
+        block.model_copy(update={"lights": block.lights[:1], "seeds": block.seeds[:1], "places": ()})
+        for block in suite.episodes
+        if block.lights[0] == suite.episodes[0].lights[0]
+    ]
+    rest = min(suite.rest_s, REST_S)
+    quick = suite.model_copy(
+        update={"episodes": tuple(blocks), "noises": suite.noises[:1], "rest_s": rest, "recordings": suite.recordings}
+    )
+    kept = {case.name for case in list_cases(quick)}
+    gone = [case.name for case in list_cases(suite) if case.name not in kept]
+    left_out = [f"take {name}" for name in gone]
+    left_out += [f"noise {noise.name}" for noise in suite.noises[1:]]
+    if rest < suite.rest_s:
+        left_out.append(f"{suite.rest_s - rest:g} of {suite.rest_s:g} s at rest")
+    return quick, left_out
+
+
+def quick_films(suite: SuiteConfig, cache: Path, left_out: list[str], *, begun: float) -> Iterator[list[Footage]]:
+    """Footage of one take after another, held-out objects and others in turn, as long as there is time.
+
+    Args:
+        suite: Of `quick_suite`.
+        cache: Folder of takes.
+        left_out: To which the takes are added that were not reached.
+        begun: When the evaluation began, by `time.perf_counter`.
+    """
+    longest = 0.0
+    for case in _in_turn(list_cases(suite)):
+        now = time.perf_counter()
+        if longest and now - begun + MARGIN * longest > MOST_S:
+            left_out.append(f"take {case.name}")
+            continue
+        yield film_case(case, suite, cache)
+        longest = max(longest, time.perf_counter() - now)
+    for each in read_recordings(suite):
+        yield [each]
+
+
+def foretold_s(suite: SuiteConfig, cache: Path, cores: int) -> tuple[int, int, float]:
+    """Takes to render, takes that are kept, and the time that the first need [s]; rough, within a factor of two or so.
+
+    Args:
+        suite: The episodes.
+        cache: Folder of takes.
+        cores: Cores to render on.
+    """
+    cases = list_cases(suite)
+    wanted = [case for case in cases if not (cache / f"{take_key(case.scene)}.npz").is_file()]
+    seconds = sum(estimate_scene(case.scene).seconds(cores) for case in wanted)
+    return len(wanted), len(cases) - len(wanted), seconds
+
+
+def _in_turn(cases: list[Case]) -> list[Case]:
+    roles = {role: [case for case in cases if case.role == role] for role in ("held_out", "training")}
+    pairs = zip_longest(roles["held_out"], roles["training"])
+    return [case for pair in pairs for case in pair if case is not None]

@@ -1,0 +1,223 @@
+"""The results of an evaluation as files and as lines for people."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import tomli_w
+from markupsafe import Markup
+
+from magicsim import frame_class as truth
+from magicsim.detectors.verdict import FEATURES, REPEATABILITY_SD
+from magicsim.evaluation.evaluate import Evaluation
+from magicsim.evaluation.pictures import changed_sheet, plot_detection, plot_roc, sheet
+from magicsim.evaluation.rest import Rest
+from magicsim.evaluation.suite import SuiteConfig
+from magicsim.folder import MARKER, SIGNATURE, result_folder
+from magicsim.judge.changed_frames import FrameRun
+from magicsim.judge.measures import MEASURES, Estimate
+from magicsim.judge.regression import Change
+from magicsim.report.templates import page_template
+from magicsim.report.text import MINUS, MISSING, number, percent, span
+
+RESULTS = "evaluation.json"
+REPORT = "report.html"
+SHARES = {name for name, kind in MEASURES.items() if not kind.unit and not name.endswith(("_auc", "_score"))}
+COLUMNS = {
+    "proximity_balanced_accuracy": "proximity",
+    "contact_balanced_accuracy": "contact",
+    "approach_auc": "approach AUC",
+    "touch_auc": "touch AUC",
+    "light_false_alarms": "light alarms",
+    "lead_mm": "lead [mm]",
+    "onset_mm": "onset [mm]",
+}
+"""Measures of the table of groups."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChangeRow:
+    """A compared measure as the page shows it."""
+
+    title: str
+    condition: str
+    baseline: str
+    current: str
+    p: str
+    is_tested: bool
+    verdict: str
+    frames: list[FrameRun]
+
+
+def write_results(found: Evaluation, suite: SuiteConfig, out: Path) -> Path:
+    """Writes the folder of results and returns its report.
+
+    Raises:
+        OutputError: The folder cannot be written.
+    """
+    with result_folder(out) as folder:
+        (folder / RESULTS).write_text(json.dumps(found.as_dict(), allow_nan=False, indent=1) + "\n", encoding="utf-8")
+        (folder / REPORT).write_text(render_page(found), encoding="utf-8")
+        resolved = tomli_w.dumps(suite.model_dump(mode="json", exclude_none=True))
+        (folder / MARKER).write_text(f"{SIGNATURE}\n{resolved}", encoding="utf-8")
+    return out / REPORT
+
+
+def render_page(found: Evaluation) -> str:
+    """The report as one HTML page that needs nothing else."""
+    facts = found.as_dict()
+    worse = [run for each in found.regressions for run in each.frames]
+    return page_template("evaluation.html.jinja", "magicsim.evaluation", "magicsim.report").render(
+        title=f"Detector “{found.detector}” on the suite “{found.suite}”",
+        facts={
+            "Episodes": f"{facts['episodes']} ({len({each.tag.take for each in found.episodes})} takes)",
+            "Frames": str(facts["frames"]),
+            "Standard condition": f"{found.standard} (light while the object is there / sensor noise)",
+            "Baseline": found.baseline or "none",
+            "Time of one step": f"{facts['milliseconds_per_frame']:.1f} ms, on the machine that ran this",
+        } | ({"Not judged": found.not_judged} if found.not_judged else {}),
+        columns=COLUMNS,
+        groups={
+            group: [value_text(name, row[name]) for name in COLUMNS] for group, row in found.metrics.items()
+        },
+        details=[(kind.title, kind.unit, value_text(name, found.metrics[found.standard][name]))
+                 for name, kind in MEASURES.items()],
+        faultless=share_of_episodes(found.metrics[found.standard]["faultless_episodes"]),
+        confusion=found.confusion,
+        right={"Clear": {"Normal", "Untouched", "Unknown"}, "Near": {"Approaching", "Untouched", "Unknown"},
+               "Light": {"Noise", "Untouched", "Unknown"}, "Contact": {"Touched"}},
+        roc=Markup(plot_roc(found.roc, name="roc")),
+        distance=_drawn(found, "distance"),
+        depth=_drawn(found, "depth"),
+        compared=[change_row(each) for each in found.changes],
+        pictures=sheet(found.footage, found.episodes, found.standard),
+        changed=changed_sheet(found.footage, found.episodes, worse),
+        rest=rest_rows(found.rest),
+        features=feature_rows(found.rest),
+        repeatability=f"{REPEATABILITY_SD:g}",
+        truth=truth,
+        span=span,
+    )  # fmt: skip
+
+
+def describe(found: Evaluation) -> list[str]:
+    """Results as lines for people."""
+    lines = [f"{found.detector} on {found.suite}: {len(found.episodes)} episodes, standard condition {found.standard}"]
+    for group, row in found.metrics.items():
+        parts = [f"{COLUMNS[name]} {value_text(name, row[name])}" for name in list(COLUMNS)[:2]]
+        lines.append(f"  {group}: {', '.join(parts)}")
+    lines += [f"  {line}" for line in rest_lines(found.rest)]
+    lines += [f"not judged: {found.not_judged}"] if found.not_judged else []
+    for each in (*found.regressions, *found.improvements):
+        told = change_row(each)
+        chance = f", p = {told.p}" if told.is_tested else ""
+        lines.append(f"{told.verdict}: {told.title} ({told.condition}) {told.baseline} -> {told.current}{chance}")
+        lines += [
+            f"  {run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
+            for run in each.frames
+        ]
+    if found.baseline is not None and not found.regressions:
+        lines.append(f"no regression against {found.baseline}")
+    return lines
+
+
+def rest_lines(found: Sequence[Rest]) -> list[str]:
+    """Streams at rest as lines for people."""
+    lines = []
+    for each in found:
+        margins = [
+            f"{name} {score.margin_sd:.1f} sd from rest, {score.weak_verdicts} of {score.verdicts} right ones on less "
+            f"than {REPEATABILITY_SD:g} sd"
+            for name, score in (("Touched", each.touch), ("Approaching", each.approach))
+            if score is not None
+        ]
+        alarms = f"{each.alarms} false alarms in {each.frames} untouched frames"
+        hourly = f"{number(each.low, 1)} to {number(each.high, 1)} an hour"
+        lines.append(f"at rest, {each.place}/{each.noise}: {'; '.join([f'{alarms} ({hourly})', *margins])}")
+        told = [f"{row[1]} {row[2]} (touch {row[3]}, near {row[4]} sd)" for row in feature_rows([each])]
+        lines += [f"at rest, {each.place}/{each.noise}: {', '.join(told)}"] if told else []
+    return lines
+
+
+def rest_rows(found: Sequence[Rest]) -> list[list[str]]:
+    """Streams at rest as the rows of a table, see the page's head."""
+    rows = []
+    for each in found:
+        expected = MISSING if each.expected_per_hour is None else f"{each.expected_per_hour:.2g}"
+        row = [f"{each.place}, {each.noise}", str(each.frames), str(each.alarms)]
+        row += [f"{number(each.low, 1)} to {number(each.high, 1)}", expected]
+        for score in (each.touch, each.approach):
+            row += (
+                [MISSING, MISSING]
+                if score is None
+                else [number(score.margin_sd, 1), f"{score.weak_verdicts} of {score.verdicts}"]
+            )
+        rows.append(row)
+    return rows
+
+
+def feature_rows(found: Sequence[Rest]) -> list[list[str]]:
+    """E, C and S at rest and their distances of touch and approach as the rows of a table, see the page's head."""
+    return [
+        [
+            f"{each.place}, {each.noise}", FEATURES[name], f"{number(rest.mean, 3)} ± {rest.sd:.2g}",
+            *(MISSING if d is None else f"{d:+.1f}".replace("-", MINUS) for d in (rest.touch_d, rest.approach_d)),
+        ]
+        for each in found
+        for name, rest in each.features.items()
+    ]  # fmt: skip
+
+
+def value_text(name: str, each: Estimate) -> str:
+    """A measure with its interval."""
+    if each.value is None:
+        return MISSING
+    if name in SHARES:
+        value, ends = percent(each.value), [number(100 * end, 1) for end in (each.low, each.high) if end is not None]
+    else:
+        value, ends = number(each.value, 3), [number(end, 3) for end in (each.low, each.high) if end is not None]
+    return f"{value} ({ends[0]} to {ends[1]})" if ends else value
+
+
+def share_of_episodes(each: Estimate) -> str:
+    """How many episodes are free of mistakes, with the exact interval."""
+    if each.value is None or each.low is None or each.high is None:
+        return MISSING
+    right = round(each.value * each.episodes)
+    return f"{right} of {each.episodes} episodes (95 % interval {percent(each.low, 0)} to {percent(each.high, 0)})"
+
+
+def change_row(each: Change) -> ChangeRow:
+    """A compared measure as text."""
+    regressed, improved = each.is_regression, each.is_improvement
+    kind = MEASURES[each.measure]
+    p = each.p_fall_corrected if each.fall > 0 else each.p_rise_corrected
+    show = percent if each.measure in SHARES else (lambda value: number(value, 3))
+    return ChangeRow(
+        title=kind.title,
+        condition=each.condition,
+        baseline=show(each.baseline),
+        current=show(each.current),
+        p=MISSING if p is None else f"{p:.3g}",
+        is_tested=p is not None,
+        verdict="regression" if regressed else ("improvement" if improved else "no change"),
+        frames=each.frames,
+    )
+
+
+def _drawn(found: Evaluation, which: str) -> Markup | None:
+    points = found.distance if which == "distance" else found.depth
+    if not points:
+        return None
+    scored = (
+        (truth.NEAR_MIN_MM, truth.NEAR_MAX_MM)
+        if which == "distance"
+        else (truth.CONTACT_MIN_DEPTH_MM, points[-1].to_mm)
+    )
+    return Markup(
+        plot_detection(
+            points, axis=f"{'gap' if which == 'distance' else 'depth'} [mm]", name=which, scored_mm=scored,
+            label=f"Detection rate against {which}",
+        )
+    )  # fmt: skip

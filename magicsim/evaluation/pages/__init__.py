@@ -1,1 +1,0 @@
-"""The results of an evaluation as files, plots and one page."""

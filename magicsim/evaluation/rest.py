@@ -1,0 +1,177 @@
+"""The untouched sensor in a long stream: how far its frames are from a false alarm, and how often they give one.
+
+Scores between 0 and 1 are read as probabilities whose verdict turns at 1/2; their logarithms of odds are nearly normal
+at rest, so that their distance from 0 in standard deviations tells the margin of a threshold, and the distance of a
+touched frame from them its d' (Green and Swets 1966).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gammaincinv, ndtr
+
+from magicsim.arrays import Array, Mask
+from magicsim.detectors.verdict import REPEATABILITY_SD, Contact, FeatureAtRest, Proximity
+from magicsim.evaluation.answers import answered, features_of, fitted
+from magicsim.evaluation.detector import MakeDetector
+from magicsim.evaluation.footage import ExposedTake, Footage
+from magicsim.frame_class import FrameClass
+from magicsim.judge.judged import JudgedEpisode
+
+TAIL = 0.025
+"""On either side of a 95 % interval."""
+HOUR_S = 3600.0
+MOST_SD = 1e6
+"""Where nothing varies at rest, every other frame is as far as this from it [standard deviations]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScoreAtRest:
+    """Logarithms of a score's odds over the frames of a stream at rest."""
+
+    mean: float
+    sd: float
+    margin_sd: float
+    """How far the mean is from where the verdict turns, in standard deviations; negative where rest gives an alarm."""
+    weak_verdicts: int
+    """Right verdicts on frames whose d' is below `REPEATABILITY_SD`."""
+    verdicts: int
+    """All right verdicts of the kind."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureAtRest:
+    """E, C or S over the frames of a stream at rest, and how far from it other frames are."""
+
+    mean: float
+    sd: float
+    touch_d: float | None
+    """Median d' of frames in contact: (value - mean) / sd, signed; None without any."""
+    approach_d: float | None
+    """Median d' of near frames, likewise."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """One sensor in one place, through one camera."""
+
+    place: str
+    noise: str
+    frames: int
+    alarms: int
+    """Frames called Approaching or Touched."""
+    alarms_per_hour: float
+    low: float
+    high: float
+    """Ends of the exact 95 % interval of a Poisson count."""
+    expected_per_hour: float | None
+    """What the tails of normal scores promise; None where scores are no probabilities."""
+    touch: ScoreAtRest | None
+    approach: ScoreAtRest | None
+    features: dict[str, MeasureAtRest]
+    """`entropy`, `correlation` and `similarity`, as far as the detector tells them."""
+
+
+def rest_streams(
+    footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], make: MakeDetector, *, seconds: float, who: str
+) -> list[Rest]:
+    """One stream for every place and noise of some footage, by the first take of each; recordings have none.
+
+    Args:
+        footage: Of a suite.
+        episodes: What the detector said of it.
+        make: Makes the detector, anew for every stream.
+        seconds: Length of each stream [s]; none are filmed with 0.
+        who: Name of the detector.
+
+    Raises:
+        MagicsimError: A frame cannot be used, or the detector does not answer as it must.
+    """
+    first: dict[tuple[str, str], Footage] = {}
+    for film in footage:
+        if isinstance(film.images, ExposedTake):
+            first.setdefault((film.tag.place, film.tag.noise), film)
+    return [
+        _rest(film, [one for one in episodes if (one.tag.place, one.tag.noise) == key], make, seconds=seconds, who=who)
+        for key, film in first.items()
+        if round(seconds * film.frames_per_second) > 1
+    ]
+
+
+def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, *, seconds: float, who: str) -> Rest:
+    assert isinstance(film.images, ExposedTake)
+    detector = fitted(make, film.images.references(), who=who)
+    count = round(seconds * film.frames_per_second)
+    said = [answered(detector, frame, who=who) for frame in film.images.at_rest(count)]
+    alarms = sum(each.proximity == Proximity.APPROACHING or each.contact == Contact.TOUCHED for each in said)
+    hours = count / film.frames_per_second / HOUR_S
+    touch = _score(np.array([each.touch for each in said]), episodes, "touch", FrameClass.CONTACT, Contact.TOUCHED)
+    approach = _score(
+        np.array([each.approach for each in said]), episodes, "approach", FrameClass.NEAR, Proximity.APPROACHING
+    )
+    tails = [ndtr(-each.margin_sd) for each in (touch, approach) if each is not None]
+    return Rest(
+        place=film.tag.place,
+        noise=film.tag.noise,
+        frames=count,
+        alarms=alarms,
+        alarms_per_hour=alarms / hours,
+        low=float(gammaincinv(alarms, TAIL)) / hours if alarms else 0.0,
+        high=float(gammaincinv(alarms + 1, 1 - TAIL)) / hours,
+        expected_per_hour=float(sum(tails)) * film.frames_per_second * HOUR_S if tails else None,
+        touch=touch,
+        approach=approach,
+        features={name: _measure(values, episodes, name) for name, values in features_of(said).items()},
+    )
+
+
+def _measure(values: Array, episodes: Sequence[JudgedEpisode], name: str) -> MeasureAtRest:
+    rest = FeatureAtRest(mean=float(values.mean()), sd=float(values.std(ddof=1)))
+    found = {
+        truth: [
+            rest.distance(value)
+            for each in episodes
+            for one, value in zip(each.labels.classes, each.features.get(name, ()), strict=False)
+            if one is truth
+        ]
+        for truth in (FrameClass.CONTACT, FrameClass.NEAR)
+    }
+    touch, approach = (float(np.clip(np.median(each), -MOST_SD, MOST_SD)) if each else None for each in found.values())
+    return MeasureAtRest(mean=rest.mean, sd=rest.sd, touch_d=touch, approach_d=approach)
+
+
+def _score(
+    at_rest: Array, episodes: Sequence[JudgedEpisode], name: str, truth: FrameClass, verdict: str
+) -> ScoreAtRest | None:
+    """A score at rest, and the right verdicts that lie near it; None where a score is no probability."""
+    scores = [np.asarray(getattr(each, name), np.float64) for each in episodes]
+    if any(((each < 0) | (each > 1)).any() for each in [at_rest, *scores]):
+        return None
+    odds = log_odds(at_rest)
+    mean, spread = float(odds.mean()), float(odds.std(ddof=1))
+    right = np.concatenate(
+        [
+            (log_odds(score) - mean)[_is_right(each, truth, verdict)]
+            for each, score in zip(episodes, scores, strict=True)
+        ]
+        or [np.zeros(0)]
+    )
+    return ScoreAtRest(
+        mean=mean,
+        sd=spread,
+        margin_sd=-mean / spread if spread > 0 else float(np.copysign(MOST_SD, -mean)),
+        weak_verdicts=int((right < REPEATABILITY_SD * spread).sum()),
+        verdicts=len(right),
+    )
+
+
+def _is_right(episode: JudgedEpisode, truth: FrameClass, verdict: str) -> Mask:
+    said = episode.contact if truth is FrameClass.CONTACT else episode.proximity
+    return np.array([one is truth and word == verdict for one, word in zip(episode.labels.classes, said, strict=True)])
+
+
+def log_odds(probability: Array) -> Array:
+    """Logarithm of p / (1 - p), finite at 0 and 1."""
+    inside = np.clip(probability, 1e-300, 1 - 1e-16)
+    return np.asarray(np.log(inside) - np.log1p(-inside))

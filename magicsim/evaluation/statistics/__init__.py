@@ -1,1 +1,0 @@
-"""Measures of a detector, their intervals, and tests of what changed."""

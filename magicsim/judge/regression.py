@@ -1,0 +1,237 @@
+"""Is a detector worse than the baseline on the same frames? A paired permutation test over takes.
+
+If nothing had changed, it would not matter which of the two runs of a take is called the baseline's. So both runs of
+each take, with all its noises, are exchanged (all 2^n ways where that is feasible), and the observed fall of a measure
+is compared with the falls that this gives, corrected for all measures together (Westfall and Young 1993, step-down
+minima of p-values): both runs of a unit are exchanged together in every measure, so the correction knows how the
+measures hang together, and measures that fall together count as one, where Bonferroni or Holm would ask each to pay for
+the others. A fall counts as a regression where it is significant and large enough to matter. With n takes that all fall
+p is 2^-n: fewer than five can never raise an alarm.
+
+Areas under the curve take scores as ranks within their run, because two detectors need not share a scale. A detector
+that is compared with its own former self does, and then the mean scores of each class are compared as well: where
+margins are wide, a threshold that moved changes no verdict and no rank, but it takes from the margin on one of its
+sides. The frames are the same and a mean over them has no sampling error but camera noise, which is far below what
+matters; so no take has to agree with the others, and no p-value is asked for.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+from scipy.stats import rankdata
+
+from magicsim.arrays import Array, Mask
+from magicsim.judge.changed_frames import FrameRun, changed_runs, score_runs
+from magicsim.judge.judged import JudgedEpisode
+from magicsim.judge.measures import MEASURES, SCORE_MEANS, measure
+from magicsim.judge.tally import Tally, score_pairs, tally
+
+EXCHANGES = 8192
+"""Exchanges that are tried: all of them up to 13 units, as many random ones beyond."""
+DECIMALS = 10
+"""To which statistics are compared: sums in another order must compare as equal."""
+
+
+def exchanges(units: int, *, seed: int) -> Mask:
+    """Which units are exchanged, shape (exchanges, units); the first row, what was observed, exchanges none."""
+    if 2**units <= EXCHANGES:
+        return np.array(list(product([False, True], repeat=units)), bool).reshape(-1, units)
+    drawn = np.random.default_rng(seed).random((EXCHANGES, units)) < 0.5  # noqa: PLR2004
+    drawn[0] = False
+    return drawn
+
+
+def p_values(statistics: Array) -> Array:
+    """Share of exchanges with a statistic at least as large, for every exchange and measure.
+
+    Args:
+        statistics: One row an exchange, one column a measure; large is against the hypothesis.
+
+    Returns:
+        Shape (exchanges, measures), in 0..1.
+    """
+    rounded = np.round(statistics, DECIMALS)
+    columns = [1 - np.searchsorted(np.sort(column), column, side="left") / len(column) for column in rounded.T]
+    return np.stack(columns, axis=1) if columns else np.empty(statistics.shape)
+
+
+def corrected(p: Array) -> Array:
+    """p-values of the observed row, corrected for all measures together, shape (measures,).
+
+    The smallest one is compared with the smallest of all measures in every exchange, the next with the smallest of all
+    but the first, and so on; none becomes smaller than the one before (Ge, Dudoit and Speed 2003).
+    """
+    order = np.argsort(p[0], kind="stable")
+    result, highest = np.ones(p.shape[1]), 0.0
+    for rank, place in enumerate(order):
+        least = p[:, order[rank:]].min(axis=1)
+        highest = max(highest, float((least <= p[0, place] + 10.0**-DECIMALS).mean()))
+        result[place] = highest
+    return result
+
+
+SIGNIFICANCE = 0.05
+"""Level of all measures together, after correction."""
+STANDARD = {
+    "proximity_balanced_accuracy": 0.01,
+    "contact_balanced_accuracy": 0.01,
+    "approach_auc": 0.005,
+    "touch_auc": 0.005,
+    "light_false_alarms": 0.01,
+    "lead_mm": 0.5,
+    "onset_mm": 0.02,
+}
+"""Measures that are compared in the standard condition, and the smallest fall that matters."""
+SCALES = {"approach": ("near_score", "clear_score"), "touch": ("contact_score", "untouched_score")}
+"""The two mean scores whose distance is the scale of each score."""
+SCORE_SHARE = 0.01
+"""Smallest fall of a mean score that matters, in units of the baseline's distance: ten reruns of the built-in
+detectors under other camera noise stay below it (`benchmarks/injected_regressions.py`)."""
+OTHERS = {"proximity_balanced_accuracy": 0.02, "contact_balanced_accuracy": 0.02}
+"""Smallest fall of a balanced accuracy that matters in every other condition of light and noise."""
+Pair = tuple[JudgedEpisode, JudgedEpisode]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Change:
+    """How one measure differs from the baseline's on the same frames."""
+
+    condition: str
+    measure: str
+    baseline: float
+    current: float
+    fall: float
+    """How much worse, positive where it is worse, in the measure's unit."""
+    matters: float
+    """Smallest fall that matters."""
+    episodes: int
+    p_fall: float | None = None
+    """Probability of such a fall if nothing had changed; None for mean scores, which are compared as they are."""
+    p_rise: float | None = None
+    p_fall_corrected: float | None = None
+    p_rise_corrected: float | None = None
+    frames: list[FrameRun] = field(default_factory=list)
+    """Frames that tell the two apart, for a change that is reported."""
+
+    @property
+    def is_regression(self) -> bool:
+        """Whether it is significantly and noticeably worse."""
+        return self.fall >= self.matters and (self.p_fall_corrected is None or self.p_fall_corrected < SIGNIFICANCE)
+
+    @property
+    def is_improvement(self) -> bool:
+        """Whether it is significantly and noticeably better."""
+        return -self.fall >= self.matters and (self.p_rise_corrected is None or self.p_rise_corrected < SIGNIFICANCE)
+
+
+def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int, same_scale: bool = False) -> list[Change]:
+    """All compared measures of all conditions, with corrected p-values.
+
+    Args:
+        pairs: The same episodes judged before and now.
+        conditions: Condition of each pair; that of the first pair is the standard one.
+        seed: Of random exchanges.
+        same_scale: Whether scores before and now mean the same, as those of one detector do.
+    """
+    changes = _tested(pairs, conditions, seed=seed)
+    if same_scale:
+        changes += _scores(
+            [pair for pair, one in zip(pairs, conditions, strict=True) if one == conditions[0]], conditions[0]
+        )
+    return [
+        replace(each, frames=_frames(each, pairs, conditions)) if each.is_regression or each.is_improvement else each
+        for each in changes
+    ]
+
+
+def _tested(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> list[Change]:
+    """Measures whose change is tested over takes."""
+    takes = list(dict.fromkeys(now.tag.take for _, now in pairs))
+    tried = exchanges(len(takes), seed=seed)
+    changes: list[Change] = []
+    falls: list[Array] = []
+    for condition in dict.fromkeys(conditions):
+        chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == condition]
+        table = _both(chosen)
+        mixed = tried[:, [takes.index(now.tag.take) for _, now in chosen]]
+        for name, matters in (STANDARD if condition == conditions[0] else OTHERS).items():
+            old, new = _values(table, name, mixed), _values(table, name, ~mixed)
+            if np.isnan(old).any() or np.isnan(new).any():
+                continue
+            falls.append((old - new) * _sign(name))
+            changes.append(
+                Change(
+                    condition=condition, measure=name, baseline=float(old[0]), current=float(new[0]),
+                    fall=float(falls[-1][0]), matters=matters, episodes=len(chosen),
+                )
+            )  # fmt: skip
+    if not changes:
+        return []
+    statistics = np.stack(falls, axis=1)
+    fell, rose = p_values(statistics), p_values(-statistics)
+    return [
+        replace(each, p_fall=float(a), p_rise=float(b), p_fall_corrected=float(c), p_rise_corrected=float(d))
+        for each, a, b, c, d in zip(changes, fell[0], rose[0], corrected(fell), corrected(rose), strict=True)
+    ]
+
+
+def _scores(pairs: Sequence[Pair], condition: str) -> list[Change]:
+    """Mean scores by class; none where the baseline's do not tell the classes apart."""
+    before, now = tally([one for one, _ in pairs]), tally([one for _, one in pairs])
+    changes = []
+    for name, each in SCORE_MEANS.items():
+        high, low = SCALES[each.score]
+        old, new, top, bottom = measure(name, before), measure(name, now), measure(high, before), measure(low, before)
+        if old is None or new is None or top is None or bottom is None or top <= bottom:
+            continue
+        changes.append(
+            Change(
+                condition=condition, measure=name, baseline=old, current=new, fall=(old - new) * _sign(name),
+                matters=SCORE_SHARE * (top - bottom), episodes=len(pairs),
+            )
+        )  # fmt: skip
+    return changes
+
+
+def _sign(name: str) -> float:
+    """1 for measures that are good when high, else -1."""
+    return 1.0 if MEASURES[name].better == "higher" else -1.0
+
+
+def _both(pairs: Sequence[Pair]) -> Tally:
+    """Tally of all episodes before, then of all episodes now; pairs of scores as ranks within each run."""
+    before, now = [one for one, _ in pairs], [one for _, one in pairs]
+    return replace(tally([*before, *now]), pairs=score_pairs([*_ranked(before), *_ranked(now)]))
+
+
+def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
+    ends = np.cumsum([len(each.approach) for each in episodes])[:-1]
+    ranks = {
+        name: np.split(rankdata(np.concatenate([getattr(each, name) for each in episodes])), ends)
+        for name in ("approach", "touch")
+    }
+    return [
+        replace(each, approach=ranks["approach"][place], touch=ranks["touch"][place])
+        for place, each in enumerate(episodes)
+    ]
+
+
+def _values(table: Tally, name: str, from_now: Mask) -> Array:
+    """A measure of episodes taken from before or from now, shape (exchanges,).
+
+    Args:
+        table: All episodes before, then all episodes now.
+        name: A key of `MEASURES`.
+        from_now: Which episodes are taken from now, shape (exchanges, episodes).
+    """
+    return MEASURES[name].compute(table, np.concatenate([~from_now, from_now], axis=1).astype(np.float64))
+
+
+def _frames(change: Change, pairs: Sequence[Pair], conditions: Sequence[str]) -> list[FrameRun]:
+    chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == change.condition]
+    if change.measure in SCORE_MEANS:
+        least = change.matters
+        return [run for pair in chosen for run in score_runs(*pair, change.measure, worse=change.fall > 0, least=least)]
+    return [run for pair in chosen for run in changed_runs(*pair, change.measure, worse=change.fall > 0)]

@@ -1,0 +1,150 @@
+"""Episodes as numbers that add up, so that a measure of any resample is a weighted sum.
+
+The episode is the independent unit: its frames share object, pose, placement, random numbers of the rendering and the
+sensor's fixed pattern, and neighbours in time look nearly alike. Counting frames as independent would make every
+interval several times too narrow, so resampling and permutation move whole episodes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from magicsim.arrays import Array, Mask
+from magicsim.detectors.verdict import Contact, Proximity
+from magicsim.frame_class import FrameClass
+from magicsim.judge.judged import JudgedEpisode
+from magicsim.judge.score import PROXIMITY_TRUTH
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lead:
+    """How early an approach was noticed for good."""
+
+    frames: int
+    """Frames called Approaching without a break right before contact."""
+    seconds: float
+    gap_mm: float
+    """Gap at the first of them [mm], 0 where there is none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Onset:
+    """How late a touch was noticed."""
+
+    frames: int
+    """Frames of class Contact before the first `Touched`; all of them where there is none."""
+    depth_mm: float
+    """Depth at the first `Touched` since the surfaces met [mm]; the deepest one where there is none."""
+
+
+def approach_lead(episode: JudgedEpisode) -> Lead | None:
+    """Lead before the first contact; None where no object comes from a distance to contact."""
+    gap = episode.labels.gap_mm
+    met = np.flatnonzero(gap <= 0)
+    if not len(met) or met[0] == 0 or not gap[met[0] - 1] > 0:
+        return None
+    first = place = int(met[0])
+    while place > 0 and gap[place - 1] > 0 and episode.proximity[place - 1] == Proximity.APPROACHING:
+        place -= 1
+    frames = first - place
+    return Lead(frames=frames, seconds=frames / episode.frames_per_second, gap_mm=float(gap[place]) if frames else 0.0)
+
+
+def touch_onset(episode: JudgedEpisode) -> Onset | None:
+    """Onset of the first contact; None without a frame of class Contact, and where nobody knows how deep it is."""
+    gap, classes = episode.labels.gap_mm, episode.labels.classes
+    if FrameClass.CONTACT not in classes or not (gap <= 0).any():
+        return None
+    met = int(np.flatnonzero(gap <= 0)[0])
+    left = np.flatnonzero(~(gap[met:] <= 0))
+    end = met + (int(left[0]) if len(left) else len(gap) - met)
+    said = [place for place in range(met, end) if episode.contact[place] == Contact.TOUCHED]
+    deepest = float(-np.nanmin(gap[met:end]))
+    noticed = said[0] if said else end
+    missed = sum(classes[place] is FrameClass.CONTACT for place in range(met, noticed))
+    return Onset(frames=missed, depth_mm=float(-gap[noticed]) if said else deepest)
+
+
+SCORES = ("approach", "touch")
+"""The two scores of a judged frame."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tally:
+    """Counts and pairings of episodes."""
+
+    count: dict[str, Array]
+    """Frames of a kind, shape (episodes,): `Near`, `Near said Approaching`, `Near said Touched`, ...; and the sums of
+    their scores, `Near approach` and `Near touch`."""
+    value: dict[str, Array]
+    """One number an episode, NaN where it has none, shape (episodes,): lead, onset."""
+    pairs: dict[str, Array]
+    """Positive and negative frames whose scores stand in the right order, ties as a half, shape (episodes, episodes):
+    `approach` (Near against Clear and Light) and `touch` (Contact against the rest)."""
+
+    @property
+    def episodes(self) -> int:
+        """Number of episodes."""
+        return len(next(iter(self.count.values())))
+
+
+def tally(episodes: Sequence[JudgedEpisode]) -> Tally:
+    """Counts, values and pairings of judged episodes."""
+    count: dict[str, Array] = {}
+    for each in FrameClass:
+        held = [np.array([one is each for one in episode.labels.classes]) for episode in episodes]
+        count[each] = np.array([mask.sum() for mask in held], np.float64)
+        for verdict in Proximity:
+            said = [np.array(episode.proximity) == verdict for episode in episodes]
+            count[f"{each} said {verdict}"] = _both(held, said)
+        touched = [np.array(episode.contact) == Contact.TOUCHED for episode in episodes]
+        count[f"{each} said {Contact.TOUCHED}"] = _both(held, touched)
+        if each in PROXIMITY_TRUTH:
+            near = [np.array(episode.proximity) == Proximity.APPROACHING for episode in episodes]
+            either = [one | other for one, other in zip(near, touched, strict=True)]
+            count[f"{each} alarmed"] = _both(held, either)
+        for score in SCORES:
+            count[f"{each} {score}"] = np.array([class_scores(one, score, {each}).sum() for one in episodes])
+    leads, onsets = [approach_lead(each) for each in episodes], [touch_onset(each) for each in episodes]
+    value = {
+        "lead_mm": np.array([np.nan if each is None else each.gap_mm for each in leads]),
+        "lead_frames": np.array([np.nan if each is None else each.frames for each in leads]),
+        "lead_s": np.array([np.nan if each is None else each.seconds for each in leads]),
+        "onset_mm": np.array([np.nan if each is None else each.depth_mm for each in onsets]),
+        "latency_frames": np.array([np.nan if each is None else each.frames for each in onsets]),
+    }
+    return Tally(count=count, value=value, pairs=score_pairs(episodes))
+
+
+def score_pairs(episodes: Sequence[JudgedEpisode]) -> dict[str, Array]:
+    """`Tally.pairs` of judged episodes."""
+    return {
+        "approach": _pairs(episodes, "approach", {FrameClass.NEAR}, {FrameClass.CLEAR, FrameClass.LIGHT}),
+        "touch": _pairs(episodes, "touch", {FrameClass.CONTACT}, set(FrameClass) - {FrameClass.CONTACT}),
+    }
+
+
+def class_scores(episode: JudgedEpisode, score: str, classes: set[FrameClass]) -> Array:
+    """Scores of the frames of some classes, shape (frames of these,)."""
+    chosen = np.array([one in classes for one in episode.labels.classes], bool)
+    values: Array = getattr(episode, score)[chosen]
+    return values
+
+
+def _both(held: Sequence[Mask], said: Sequence[Mask]) -> Array:
+    return np.array([(one & other).sum() for one, other in zip(held, said, strict=True)], np.float64)
+
+
+def _pairs(
+    episodes: Sequence[JudgedEpisode], score: str, positives: set[FrameClass], negatives: set[FrameClass]
+) -> Array:
+    above = [class_scores(each, score, positives) for each in episodes]
+    below = [np.sort(class_scores(each, score, negatives)) for each in episodes]
+    result = np.zeros((len(episodes), len(episodes)))
+    for row, high in enumerate(above):
+        for column, low in enumerate(below):
+            wins = np.searchsorted(low, high, side="left").sum()
+            ties = np.searchsorted(low, high, side="right").sum() - wins
+            result[row, column] = wins + ties / 2
+    return result

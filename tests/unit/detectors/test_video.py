@@ -1,0 +1,137 @@
+import contextlib
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from detectors.conftest import grid_frame, light_frame, near_frame
+from magicsim.detectors import DetectorProfile, detect_all, detect_sources, fuse, stream_sources
+from magicsim.detectors import video as module
+from magicsim.detectors.video import open_video, read_camera
+from magicsim.errors import ConfigError, FrameError
+
+SCENE = [grid_frame(), near_frame(), light_frame()]
+
+
+def test_lossless_video_gives_the_frames_that_were_written(tmp_path, write_video):
+    found = list(open_video(write_video(tmp_path / "a.avi", SCENE)))
+    assert len(found) == 3
+    assert all(np.array_equal(one, other) for one, other in zip(found, SCENE, strict=True))
+    assert all(frame.flags["C_CONTIGUOUS"] for frame in found)
+
+
+def test_motion_jpeg_keeps_red_and_blue_apart(tmp_path, write_video):
+    flat = np.full((48, 64, 3), (180, 90, 30), dtype=np.uint8)
+    (found,) = open_video(write_video(tmp_path / "a.avi", [flat], codec="MJPG"))
+    assert np.abs(found.astype(int) - flat).max() < 12
+
+
+def test_verdicts_of_a_video_equal_those_of_its_frames(tmp_path, write_video):
+    rest = write_video(tmp_path / "rest.avi", [grid_frame()] * 30)
+    scene = write_video(tmp_path / "scene.mkv", SCENE)
+    profile = DetectorProfile()
+    expected = detect_all(SCENE, fuse([grid_frame()] * 30, profile), profile)
+    found = detect_sources(scene, rest, profile)
+    assert [each.source for each in found] == ["scene.mkv#0", "scene.mkv#1", "scene.mkv#2"]
+    assert [replace(each, source=None) for each in found] == expected, "but for `weak`, which frames at rest tell"
+    assert detect_sources(scene, rest, profile, frames=2) == found[:2]
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"RIFF\x00\x00\x00\x00AVI LIST"])
+def test_file_that_is_no_video_is_one_line_and_prints_nothing(tmp_path, capfd, content):
+    path = tmp_path / "a.avi"
+    path.write_bytes(content)
+    with pytest.raises(FrameError, match=r"a\.avi' cannot be decoded"):
+        open_video(path)
+    assert capfd.readouterr().err == ""
+
+
+def test_video_that_breaks_off_gives_what_is_whole_and_warns(tmp_path, write_video, caplog):
+    noise = [np.random.default_rng(k).integers(0, 255, (64, 64, 3), dtype=np.uint8) for k in range(6)]
+    path = write_video(tmp_path / "a.avi", noise, codec="HFYU")
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    found = list(open_video(path))
+    assert 0 < len(found) < 6
+    assert all(np.array_equal(one, other) for one, other in zip(found, noise, strict=False))
+    assert f"gave {len(found)} of 6 frames" in caplog.text
+
+
+class Camera:
+    """Stands in for `cv2.VideoCapture` of a device."""
+
+    opened: tuple[object, ...] = ()
+    active = 0
+
+    def __init__(self, source: object, frames: int = 1000):
+        assert Camera.active == 0, "a camera is opened by one reader at a time"
+        Camera.opened = (*Camera.opened, source)
+        Camera.active += 1
+        self.left = frames
+
+    def isOpened(self) -> bool:
+        return True
+
+    def read(self) -> tuple[bool, np.ndarray | None]:
+        self.left -= 1
+        return (True, grid_frame()[..., ::-1]) if self.left >= 0 else (False, None)
+
+    def release(self) -> None:
+        Camera.active -= 1
+
+
+@pytest.fixture
+def camera(monkeypatch):
+    monkeypatch.setattr(Camera, "opened", ())
+    monkeypatch.setattr(Camera, "active", 0)
+    monkeypatch.setattr(module.cv2, "VideoCapture", Camera)
+    return Camera
+
+
+def test_one_camera_gives_the_references_and_then_the_frames(camera):
+    found = detect_sources("3", "3", frames=4)
+    assert [each.source for each in found] == [f"camera 3#{number}" for number in range(4)]
+    assert {each.similarity for each in found} == {1.0}
+    assert camera.opened == (3, 3)
+    assert camera.active == 0
+
+
+def test_camera_is_released_when_the_reader_stops(camera):
+    with contextlib.closing(stream_sources("0", "1")) as verdicts:
+        assert next(verdicts).source == "camera 0#0"
+        assert camera.active == 1
+    assert camera.active == 0
+
+
+def test_camera_that_stops_is_an_error(camera, monkeypatch):
+    monkeypatch.setattr(module.cv2, "VideoCapture", lambda source: Camera(source, frames=2))
+    frames = read_camera(0)
+    assert len([next(frames), next(frames)]) == 2
+    with pytest.raises(FrameError, match="camera 0 gave no more frames after 2"):
+        next(frames)
+    assert camera.active == 0
+
+
+def test_camera_that_is_not_there_is_one_line_and_prints_nothing(capfd):
+    with pytest.raises(FrameError, match="camera 9876 cannot be opened"):
+        next(read_camera(9876))
+    assert capfd.readouterr().err == ""
+
+
+def test_a_camera_needs_a_number_of_frames_for_a_list():
+    with pytest.raises(ConfigError, match="frames is missing: camera 0"):
+        detect_sources("0", "1")
+
+
+@pytest.mark.parametrize("frames", [0, -1])
+def test_number_of_frames_must_be_positive(tmp_path, frames):
+    with pytest.raises(ConfigError, match=f"frames = {frames} is not allowed"):
+        detect_sources(tmp_path, tmp_path, frames=frames)
+
+
+def test_log_level_of_opencv_is_left_as_it_was():
+    before = cv2.utils.logging.getLogLevel()
+    with module.quiet_opencv():
+        assert cv2.utils.logging.getLogLevel() == cv2.utils.logging.LOG_LEVEL_SILENT
+    assert cv2.utils.logging.getLogLevel() == before

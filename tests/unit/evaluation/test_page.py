@@ -1,0 +1,106 @@
+"""The report and the result's JSON."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+
+from magicsim.evaluation.baseline import load_baseline, save_baseline
+from magicsim.evaluation.evaluate import Evaluation
+from magicsim.evaluation.page import describe, feature_rows, render_page
+
+
+class Page(HTMLParser):
+    """Tags that are open, and addresses that a page loads."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.addresses: list[str] = []
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.addresses += [value or "" for name, value in attributes if name in {"src", "href"}]
+        if tag not in {"meta", "img", "br", "link"}:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def worse(evaluate: Callable[..., Evaluation], found: Evaluation, tmp_path_factory: pytest.TempPathFactory):
+    path = tmp_path_factory.mktemp("page") / "baseline.json"
+    save_baseline(path, found.episodes, suite="tiny", detector="built-in")
+    return evaluate(tau_g=0.6, baseline=load_baseline(path))
+
+
+def test_page_needs_nothing_else_and_closes_every_tag(worse: Evaluation):
+    page = Page()
+    page.feed(render_page(worse))
+    assert page.open == []
+    assert page.addresses
+    assert all(address.startswith(("data:", "#")) for address in page.addresses)
+
+
+def test_page_shows_every_group_and_names_the_fallen_frames(worse: Evaluation):
+    text = render_page(worse)
+    for group in worse.metrics:
+        assert f">{group}<" in text
+    assert worse.regressions
+    run = worse.regressions[0].frames[0]
+    assert run.episode in text
+    assert "fell</span> against the baseline" in text
+
+
+def test_page_without_baseline_says_so(found: Evaluation):
+    text = render_page(found)
+    assert "no baseline" in text
+    assert "Compared with the baseline" not in text
+
+
+def test_json_holds_intervals_curves_and_regressions_with_frames(worse: Evaluation):
+    content = json.loads(json.dumps(worse.as_dict(), allow_nan=False))
+    headline = content["metrics"][content["standard"]]["contact_balanced_accuracy"]
+    assert headline["low"] <= headline["value"] <= headline["high"]
+    assert headline["episodes"] == 8
+    assert content["regressions"][0]["frames"][0].keys() == {
+        "episode", "first", "last", "truth", "baseline", "current",
+    }  # fmt: skip
+    assert sum(content["confusion"]["contact"]["Near"].values()) == 8 * 4
+    assert content["detection_by_distance"]
+    assert content["frames"] == 16 * 25
+
+
+def test_lines_for_people_name_what_fell(worse: Evaluation, found: Evaluation):
+    text = "\n".join(describe(worse))
+    assert "regression: Contact, balanced accuracy (dark/rig)" in text
+    assert "Contact, Touched -> Untouched" in text
+    assert not any("regression" in line for line in describe(found))
+
+
+@pytest.mark.parametrize(
+    "name", ["<script>alert(1)</script>", "</dd><img src=x onerror=alert(1)>", "{{ 7 * 6 }}", "a\u202eb\x1b"]
+)
+def test_hostile_names_stay_text(found: Evaluation, name: str):
+    text = render_page(replace(found, detector=name, suite=name, baseline=name))
+    page, plain = Page(), Page()
+    page.feed(text)
+    plain.feed(render_page(found))
+    assert page.open == []
+    assert page.addresses == plain.addresses
+    assert "<script" not in text
+    assert not {"\u202e", "\x1b"} & set(text)
+    assert "{{" not in name or "{{ 7 * 6 }}" in text
+
+
+def test_page_lines_and_json_tell_what_e_c_and_s_do_at_rest(found: Evaluation):
+    assert [list(each["features"]) for each in found.as_dict()["rest"]] == [
+        ["entropy", "correlation", "similarity"] for _ in found.rest
+    ]
+    text, lines = render_page(found), "\n".join(describe(found))
+    for place, measure, at_rest, touch, near in feature_rows(found.rest):
+        assert f"<td>{measure}</td><td>{at_rest}</td><td>{touch}</td><td>{near}</td>" in text
+        assert f"{measure} {at_rest} (touch {touch}, near {near} sd)" in lines
+        assert place.split(",")[0] in lines
