@@ -25,7 +25,7 @@ from laboratory.stress.grid import VALID, OutOfProcessorTimeError, processor_lim
 
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.solve import condensed, descent, ladder, load_step, path
-from magicsim.deform.solve.ladder import WHY_PLAIN, Rung
+from magicsim.deform.solve.ladder import WHY_PLAIN, Care, Rung
 from magicsim.deform.solve.problem import NewtonOptions, Problem
 
 LEFT_OUT = frozenset(Rung) - (WHY_PLAIN - {Rung.PATIENT})
@@ -66,13 +66,18 @@ def ablated(rung: Rung) -> list[Any]:
     def once(solver: Any, *given: Any, longer: float = 1) -> Any:  # noqa: ANN401
         return follow(solver, *given) if longer == 1 else None
 
+    with_care = Problem.with_care
+
+    def careless(problem: Problem, care: Care) -> Problem:
+        return problem if care is Care.CAREFUL else with_care(problem, care)
+
     unshifted = replace(NewtonOptions(), last_shift=1e-12)
     taken: dict[Rung, Callable[[], list[Any]]] = {
         Rung.SHIFTED: lambda: [patch.object(path, "NewtonOptions", lambda **given: replace(unshifted, **given))],
         Rung.PLAIN: lambda: [patch.object(load_step, "newton_step", stuck)],
         Rung.STRETCHED: lambda: [patch.object(each, "search", unstretched) for each in (condensed, load_step)],
         Rung.HALVED: lambda: [patch.object(ladder, "SHORTEST", 0.9)],
-        Rung.CAREFUL: lambda: [patch.object(Problem, "careful", lambda self: self)],
+        Rung.CAREFUL: lambda: [patch.object(Problem, "with_care", careless)],
         Rung.PATIENT: lambda: [patch.object(ladder, "NEARLY_FOLDED", 2.0)],
         Rung.LEAP: lambda: [patch.object(ladder, "FOLDED", 2.0)],
         Rung.FEWER: lambda: [patch.object(path.ContactSolver, "_follow_path", once)],

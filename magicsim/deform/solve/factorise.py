@@ -5,7 +5,7 @@ What is asked of either is the same, so the algorithm does not depend on which t
 
 from collections.abc import Callable
 from functools import lru_cache, wraps
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,19 +20,19 @@ class SuperluSolver:
     """SciPy's SuperLU without pivoting, so that the signs of the pivots tell definiteness."""
 
     def __init__(self, indptr: Indices, indices: Indices) -> None:
-        """Takes the pattern; see `linear.symmetric_solver`."""
+        """Takes the pattern, see `PardisoSolver`."""
         self._pattern = (indices, indptr)
         self._size = len(indptr) - 1
         self._factor: Any = None
 
     def factorise(self, values: Array) -> bool:
-        """See `linear.SymmetricSolver.factorise`."""
+        """See `PardisoSolver.factorise`."""
         upper = sp.csr_matrix((values, *self._pattern), shape=(self._size,) * 2)
         self._factor = _definite_factor((upper + sp.triu(upper, 1).T).tocsc())
         return self._factor is not None
 
     def solve(self, right: Array) -> Array:
-        """See `linear.SymmetricSolver.solve`."""
+        """See `PardisoSolver.solve`."""
         return np.asarray(self._factor.solve(right), dtype=np.float64)
 
 
@@ -44,7 +44,7 @@ class SuperluCondenser:
     """
 
     def __init__(self, indptr: Indices, indices: Indices, kept: Index) -> None:
-        """Takes the pattern, see `linear.symmetric_solver`, and the unknowns that are kept, ascending."""
+        """Takes the pattern, see `PardisoSolver`, and the unknowns that are kept, ascending."""
         self.kept = kept
         self._pattern = (indices, indptr)
         self._size = len(indptr) - 1
@@ -54,7 +54,7 @@ class SuperluCondenser:
         self._followed = np.empty((0, 0))
 
     def factorise(self, values: Array) -> Array | None:
-        """See `linear.SymmetricCondenser.factorise`."""
+        """See `PardisoCondenser.factorise`."""
         upper = sp.csr_matrix((values, *self._pattern), shape=(self._size,) * 2)
         full = (upper + sp.triu(upper, 1).T).tocsr()
         rows = full[self._interior]
@@ -67,24 +67,24 @@ class SuperluCondenser:
         return np.asarray((schur + schur.T) / 2)
 
     def reduce(self, forces: Array) -> Array:
-        """See `linear.SymmetricCondenser.reduce`."""
+        """See `PardisoCondenser.reduce`."""
         found = np.concatenate([forces, forces])
         found[self._interior] = self._factor.solve(forces[self._interior])
         found[self.kept] -= self._coupling.T @ found[self._interior]
         return found
 
     def lifted(self, forces: Array) -> Array:
-        """See `linear.SymmetricCondenser.lifted`."""
+        """See `PardisoCondenser.lifted`."""
         found = np.zeros(2 * self._size)
         found[self.kept] = found[self._size + self.kept] = forces
         return found
 
     def inner(self, first: Array, second: Array) -> Array:
-        """See `linear.SymmetricCondenser.inner`."""
+        """See `PardisoCondenser.inner`."""
         return np.asarray(first[self._size + self._interior].T @ second[self._interior])
 
     def expand(self, reduced: Array, motion: Array) -> Array:
-        """See `linear.SymmetricCondenser.expand`."""
+        """See `PardisoCondenser.expand`."""
         found = reduced[: self._size].copy()
         found[self.kept] = motion
         found[self._interior] -= self._followed @ motion
@@ -113,11 +113,11 @@ def on_one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
     """
 
     @wraps(function)
-    def calm(*arguments: P.args, **named: P.kwargs) -> T:
+    def on_one_thread(*arguments: P.args, **keywords: P.kwargs) -> T:
         with _controller().select(internal_api="openblas").limit(limits=1):
-            return function(*arguments, **named)
+            return function(*arguments, **keywords)
 
-    return calm
+    return on_one_thread
 
 
 @lru_cache(maxsize=1)
@@ -125,39 +125,10 @@ def _controller() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-class SymmetricSolver(Protocol):
-    """Refactorises matrices of one sparsity pattern."""
-
-    def factorise(self, values: Array) -> bool:
-        """Takes the upper triangle's entries; False when the matrix is not positive definite."""
-
-    def solve(self, right: Array) -> Array:
-        """Solution for one right-hand side, shape (size,), with the last factor."""
-
-
-class SymmetricCondenser(Protocol):
-    """Eliminates all unknowns but some, which are kept, from matrices of one sparsity pattern.
-
-    Forces on all unknowns are handed around in a reduced form of its own, a vector that is linear in them.
-    """
-
-    kept: Index
-    """Unknowns that are kept, ascending, shape (kept,)."""
-
-    def factorise(self, values: Array) -> Array | None:
-        """Schur complement of the kept unknowns, shape (kept, kept); None where the others' block is not definite."""
-
-    def reduce(self, forces: Array) -> Array:
-        """Reduced form of forces, shape (size,); `[kept]` of it are the condensed forces on the kept unknowns."""
-
-    def lifted(self, forces: Array) -> Array:
-        """Reduced form of forces on the kept unknowns alone, shape (kept,)."""
-
-    def inner(self, first: Array, second: Array) -> Array:
-        """f^T A^-1 g of the eliminated parts f, g of reduced forces, A their block."""
-
-    def expand(self, reduced: Array, motion: Array) -> Array:
-        """Motion of all unknowns under reduced forces where the kept ones move as given, shape (size,)."""
+SymmetricSolver = PardisoSolver | SuperluSolver
+"""Refactorises matrices of one sparsity pattern."""
+SymmetricCondenser = PardisoCondenser | SuperluCondenser
+"""Eliminates all unknowns but some from matrices of one sparsity pattern."""
 
 
 def symmetric_condenser(indptr: Indices, indices: Indices, kept: Index, *, is_single: bool) -> SymmetricCondenser:

@@ -13,10 +13,10 @@
 A result names the rungs on which it stands (`Deformation.rungs`), and for plain steps why they were taken, so that
 `python benchmarks/stress.py` counts what each one of them is good for.
 
-A step that fails is halved and iterated with more care (`Problem.careful`), then with patience (`Problem.patient`),
-down to the shortest one. Where the face snaps from one shape to another no step is short enough: where the equilibrium
-does not depend on the path, longer ones, which leap over the snap, are tried before the shortest. A state that is
-nearly folded is spared the costlier of these: shorter steps bring it to its fold, and nothing leads beyond.
+A step that fails is halved and iterated with more care, then with patience (`Care`), down to the shortest one. Where
+the face snaps from one shape to another no step is short enough: where the equilibrium does not depend on the path,
+longer ones, which leap over the snap, are tried before the shortest. A state that is nearly folded is spared the
+costlier of these: shorter steps bring it to its fold, and nothing leads beyond.
 """
 
 from dataclasses import dataclass
@@ -77,7 +77,11 @@ class Care(Enum):
 
     ORDINARY = 0
     CAREFUL = 1
+    """After a failure: friction limits wait for balance, factors are never kept, iterations are more."""
     PATIENT = 2
+    """After a second one: plain Newton iterations, and many. Where the face snaps from one shape to another the body
+    has to go a long way for little: steps that solve the contact in full go back and forth, plain ones follow the
+    energy down."""
 
 
 @dataclass(slots=True)

@@ -62,7 +62,7 @@ class PardisoSolver:
     def __init__(
         self, indptr: Indices, indices: Indices, *, kept: Index | None = None, is_single: bool = False
     ) -> None:
-        """Takes the pattern, see `linear.symmetric_solver`.
+        """Takes the pattern.
 
         Args:
             indptr: Row starts of the upper triangle, shape (size + 1,).
@@ -93,11 +93,11 @@ class PardisoSolver:
         self._release.atexit = False
 
     def factorise(self, values: Array) -> bool:
-        """See `linear.SymmetricSolver.factorise`."""
+        """Takes the upper triangle's entries; False when the matrix is not positive definite."""
         return self.call(FACTORISE, np.zeros(self.size), values) is not None
 
     def solve(self, right: Array) -> Array:
-        """See `linear.SymmetricSolver.solve`."""
+        """Solution for one right-hand side, shape (size,), with the last factor."""
         found = self.call(SOLVE, right)
         if found is None:
             raise RuntimeError("PARDISO has no factor to solve with")
@@ -175,7 +175,7 @@ class PardisoCondenser:
         self._plain = PardisoSolver(indptr, indices, kept=kept, is_single=is_single)
 
     def factorise(self, values: Array) -> Array | None:
-        """See `linear.SymmetricCondenser.factorise`."""
+        """Schur complement of the kept unknowns, shape (kept, kept); None where the others' block is not definite."""
         count, held = len(self.kept), values.copy()
         stiffness = HOLDING * float(np.abs(values[self._diagonal]).max())
         held[self._diagonal] += stiffness
@@ -187,7 +187,7 @@ class PardisoCondenser:
         return schur
 
     def reduce(self, forces: Array) -> Array:
-        """See `linear.SymmetricCondenser.reduce`.
+        """Reduced form of forces, shape (size,), linear in them; `[kept]` of it are the condensed ones.
 
         The kept unknowns' own forces are added in double precision: near equilibrium they alone are large.
         """
@@ -198,19 +198,19 @@ class PardisoCondenser:
         return found
 
     def lifted(self, forces: Array) -> Array:
-        """See `linear.SymmetricCondenser.lifted`."""
+        """Reduced form of forces on the kept unknowns alone, shape (kept,)."""
         found = np.zeros(self._plain.size)
         found[self.kept] = forces
         return found
 
     def inner(self, first: Array, second: Array) -> Array:
-        """See `linear.SymmetricCondenser.inner`."""
+        """f^T A^-1 g of the eliminated parts of reduced forces f, or some of them as columns, and g, A their block."""
         interior = second.copy()
         interior[self.kept] = 0.0
         return np.asarray(first.T @ interior)
 
     def expand(self, reduced: Array, motion: Array) -> Array:
-        """See `linear.SymmetricCondenser.expand`."""
+        """Motion of all unknowns under reduced forces where the kept ones move as given, shape (size,)."""
         right = reduced.copy()
         right[self.kept] = motion
         found = self._half(BACKWARD, right)

@@ -13,11 +13,9 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import dragged_anchors
-from magicsim.deform.contact.face import POINT_SPACING_MM, contact_face
+from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.contact.touching import border_gaps_mm, touching_points
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice.energy import Elasticity
-from magicsim.deform.lattice.pattern import block_pattern
 from magicsim.deform.lattice.relaxation import Branches, Relaxation
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import has_settled
@@ -33,7 +31,7 @@ from magicsim.deform.solve.effort import (
     report,
     report_passage,
 )
-from magicsim.deform.solve.factorise import on_one_blas_thread, symmetric_solver
+from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.ladder import Care, Rung, Strides, named
 from magicsim.deform.solve.load_step import (
@@ -104,23 +102,16 @@ class ContactSolver:
         self.recovers = recovers and branches is not None
         self.lattice = lattice
         self.max_step_mm = max_step_mm
-        face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
-        pattern = block_pattern(lattice, face.patches)
-        elasticity = Elasticity.of(lattice)
-        self._relaxation = Relaxation.of(elasticity, branches) if branches is not None else None
-        added = branches.shear_modulus_mpa.sum(0) if branches is not None else 0.0
         self._problem = Problem.of(
-            elasticity,
-            face,
-            pattern,
-            block_pattern(lattice),
-            symmetric_solver(pattern.indptr, pattern.indices),
+            lattice,
             options or NewtonOptions(tolerance_mm=tolerance_mm),
             friction=friction,
-            shear_modulus_mpa=lattice.shear_modulus_mpa + added,
+            point_spacing_mm=point_spacing_mm,
+            branches=branches,
         )
+        self._relaxation = Relaxation.of(self._problem.elasticity, branches) if branches is not None else None
         self._condenser = Condenser()
-        rest = Deformation.rest(lattice, face)
+        rest = Deformation.rest(lattice, self._problem.face)
         self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
 
     @on_one_blas_thread
@@ -240,7 +231,6 @@ class ContactSolver:
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose = start, first
         strides = Strides(usual=1.0 / count, may_leap=self._forgets_its_path)
-        problems = {Care.ORDINARY: problem, Care.CAREFUL: problem.careful(), Care.PATIENT: problem.patient()}
         before_cutbacks = effort.cutbacks
         while strides.done < 1 and not strides.gave_up:
             target, effort.share = strides.target, strides.done
@@ -248,7 +238,7 @@ class ContactSolver:
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
             stuck = effort.last
             iterate = iterate_pose(
-                problems[strides.care],
+                problem.with_care(strides.care),
                 self._condenser,
                 moved,
                 before,

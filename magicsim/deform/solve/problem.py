@@ -6,18 +6,20 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.deform.contact.face import ContactFace
+from magicsim.deform.contact.face import ContactFace, contact_face
 from magicsim.deform.contact.friction import ContactLaw
 from magicsim.deform.lattice.energy import Elasticity
-from magicsim.deform.lattice.pattern import BlockPattern
+from magicsim.deform.lattice.pattern import BlockPattern, block_pattern
+from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
-from magicsim.deform.solve.factorise import SymmetricSolver
+from magicsim.deform.solve.factorise import SymmetricSolver, symmetric_solver
+from magicsim.deform.solve.ladder import Care
 
 ROUNDING = 4 * float(np.finfo(np.float64).eps)
 """Relative error of a cell's forces before they cancel."""
-CAREFUL_ITERATIONS, PATIENT_ITERATIONS = 2, 3
-"""Iterations of a step that has failed once, and more than once, in units of `NewtonOptions.max_iterations`."""
+MORE_ITERATIONS = {Care.ORDINARY: 1, Care.CAREFUL: 2, Care.PATIENT: 3}
+"""Iterations of a load step in units of `NewtonOptions.max_iterations`: assumed."""
 MOST_CONTRAST = 3e3
 """Largest over smallest modulus up to which factors are of single precision."""
 FORCE_FLOOR = 1e-2
@@ -90,62 +92,52 @@ class Problem:
     @classmethod
     def of(
         cls,
-        elasticity: Elasticity,
-        face: ContactFace,
-        pattern: BlockPattern,
-        body_pattern: BlockPattern,
-        solver: SymmetricSolver,
+        lattice: Lattice,
         options: NewtonOptions,
         *,
         friction: float,
-        shear_modulus_mpa: Array,
+        point_spacing_mm: float,
+        branches: Branches | None,
     ) -> Self:
-        """A problem with the penalties that fit its lattice.
+        """A problem with the penalties that fit its lattice; its elasticity is that of the long term.
 
         Args:
-            elasticity: Energy of the lattice.
-            face: Where contact is tested.
-            pattern: Of the matrix with contact.
-            body_pattern: Of the matrix without it.
-            solver: For the former.
+            lattice: The block.
             options: Tolerances and limits.
             friction: Coulomb's coefficient.
-            shear_modulus_mpa: Instantaneous shear modulus of each cell, shape (cells,) [MPa].
+            point_spacing_mm: Largest distance between contact points at rest [mm].
+            branches: Relaxation of a timed path, which makes the body stiffer at first.
         """
-        lattice = elasticity.lattice
-        stiffness = 3 * float(shear_modulus_mpa[: len(face.patches)].max()) / _smallest_edge_mm(lattice)
-        floor = FORCE_FLOOR * float(lattice.shear_modulus_mpa.max()) * _smallest_edge_mm(lattice) ** 2
+        face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
+        pattern = block_pattern(lattice, face.patches)
+        edge_mm = _smallest_edge_mm(lattice)
+        shear_mpa = lattice.shear_modulus_mpa + (0.0 if branches is None else branches.shear_modulus_mpa.sum(0))
+        stiffness = 3 * float(shear_mpa[: len(face.patches)].max()) / edge_mm
+        floor = FORCE_FLOOR * float(lattice.shear_modulus_mpa.max()) * edge_mm**2
         return cls(
-            elasticity=elasticity,
+            elasticity=Elasticity.of(lattice),
             face=face,
             pattern=pattern,
-            body_pattern=body_pattern,
-            solver=solver,
+            body_pattern=block_pattern(lattice),
+            solver=symmetric_solver(pattern.indptr, pattern.indices),
             options=options,
             law=ContactLaw(
                 slip_penalty=options.slip_penalty_ratio * stiffness,
-                elastic_slip_mm=options.elastic_slip_ratio * _smallest_edge_mm(lattice),
+                elastic_slip_mm=options.elastic_slip_ratio * edge_mm,
                 friction=friction,
             ),
             stiffness=stiffness,
-            least_force_n=max(floor, _rounding_n(lattice, shear_modulus_mpa) / options.residual),
+            least_force_n=max(floor, _rounding_n(lattice, shear_mpa) / options.residual),
         )
 
-    def careful(self) -> Self:
-        """This problem for a step that has failed before: friction limits wait for balance, factors are never kept."""
-        iterations = CAREFUL_ITERATIONS * self.options.max_iterations
-        options = replace(self.options, patience=0, max_iterations=iterations, keeps_factors=False)
-        return replace(self, options=options)
-
-    def patient(self) -> Self:
-        """This problem for a step that has failed twice: plain Newton iterations, and many of them.
-
-        Where the face snaps from one shape to another the body has to go a long way for little: steps that solve the
-        contact in full go back and forth there, and plain ones follow the energy down.
-        """
-        iterations = PATIENT_ITERATIONS * self.options.max_iterations
-        options = replace(self.options, patience=0, max_iterations=iterations, is_condensed=False)
-        return replace(self, options=options)
+    def with_care(self, care: Care) -> Self:
+        """This problem for a load step that is solved with more or less care."""
+        options = replace(self.options, patience=0, max_iterations=MORE_ITERATIONS[care] * self.options.max_iterations)
+        if care is Care.ORDINARY:
+            return self
+        if care is Care.CAREFUL:
+            return replace(self, options=replace(options, keeps_factors=False))
+        return replace(self, options=replace(options, is_condensed=False))
 
     def on_table(self, memory: TableMemory | None) -> Self:
         """This problem with the base as an earlier load step has left it; itself where the base is bonded."""
