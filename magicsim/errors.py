@@ -67,12 +67,7 @@ class GeometryError(MagicsimError):
 
 
 class ConvergenceError(MagicsimError):
-    """A deformation is not valid: not converged, folded, penetrating or out of balance; figures inside."""
-
-    def __init__(self, message: str, history: tuple[object, ...] = ()) -> None:
-        """Takes the message and, where there were any, the figures of every iteration."""
-        super().__init__(message)
-        self.history = history
+    """A deformation is not valid: not converged, folded, penetrating or out of balance; the message has the figures."""
 
 
 class RenderError(MagicsimError):

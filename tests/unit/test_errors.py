@@ -43,11 +43,11 @@ def test_line_is_never_longer_than_allowed(length: int, letter: str):
 
 
 def test_every_error_is_one_printable_line_and_survives_another_process():
-    error = ConvergenceError("no\x1b answer\n" * 1000, history=(1, 2))
+    error = ConvergenceError("no\x1b answer\n" * 1000)
     assert str(error).isprintable()
     assert len(str(error)) <= LINE_LENGTH
     back = pickle.loads(pickle.dumps(error))
-    assert (str(back), back.history) == (str(error), (1, 2))
+    assert (type(back), str(back)) == (ConvergenceError, str(error))
 
 
 def test_nested_errors_stay_bounded_and_say_what_is_allowed():

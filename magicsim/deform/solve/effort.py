@@ -1,11 +1,12 @@
 """What the search for one equilibrium has cost, and what is said where it found none."""
 
+import logging
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from magicsim.deform.solve.iterate import Iterate, IterationFigures
+from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.problem import Problem
 
@@ -14,6 +15,7 @@ MAX_BALANCE = 1e-6
 LEAST_LIFT = 0.01
 """What pressures push back, in units of their sum over all points of the face, below which the object has pierced it:
 what is left squeezes its flanks."""
+LOGGER = logging.getLogger(__name__)
 PARTS = 1000
 """In which progress is told."""
 Progress = Callable[[int, int, str], None]
@@ -24,7 +26,9 @@ Progress = Callable[[int, int, str], None]
 class Effort:
     """What a solve has cost so far."""
 
-    iterations: list[IterationFigures] = field(default_factory=list)
+    iterations: int = 0
+    shifted: int = 0
+    """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""
     cutbacks: int = 0
     """Load steps that were halved."""
     restarts: int = 0
@@ -38,11 +42,16 @@ class Effort:
     progress: Progress | None = None
     """Told after every iteration."""
 
-    def tell(self) -> None:
-        """Tells how far the solve is, if anybody asked."""
+    def note(self, iterate: Iterate) -> None:
+        """Counts an iteration, and tells how far the solve is, if anybody asked."""
+        self.iterations, self.shifted, self.last = self.iterations + 1, self.shifted + (iterate.shift > 0), iterate
+        LOGGER.debug(
+            "iteration %d: residual %.3g, min J %.3g, penetration %.3g mm, shift %.3g", iterate.iteration,
+            iterate.residual, iterate.elastic.min_jacobian, iterate.contact.max_penetration_mm, iterate.shift,
+        )  # fmt: skip
         if self.progress is not None:
-            note = f"{len(self.iterations)} iterations, {self.cutbacks} halved steps, {self.restarts} restarts"
-            self.progress(1 + int((PARTS - 1) * self.share), PARTS, note)
+            cost = f"{self.iterations} iterations, {self.cutbacks} halved steps, {self.restarts} restarts"
+            self.progress(1 + int((PARTS - 1) * self.share), PARTS, cost)
 
 
 def part_of(progress: Progress, number: int, count: int) -> Progress:
@@ -77,7 +86,7 @@ def report(problem: Problem, effort: Effort) -> str:
     if iterate is None:
         return "the deformation did not start"
     return (
-        f"the deformation did not reach a valid equilibrium after {len(effort.iterations)} iterations, "
+        f"the deformation did not reach a valid equilibrium after {effort.iterations} iterations, "
         f"{effort.cutbacks} halved steps and {effort.restarts} restarts: residual {iterate.residual:.2g} (at most "
         f"{options.residual:g}), min J {iterate.elastic.min_jacobian:.3g} (above 0), penetration "
         f"{iterate.contact.max_penetration_mm:.3g} mm (at most {options.tolerance_mm:g} mm), force balance "
@@ -91,7 +100,7 @@ def report_passage(problem: Problem, effort: Effort) -> str:
     share = 0.0 if effort.last is None else lift(problem, effort.last)
     return (
         f"the object passed through the contact face: {share:.2g} of the pressures on the face push back (above "
-        f"{LEAST_LIFT:g}) after {len(effort.iterations)} iterations, {effort.cutbacks} halved steps and "
+        f"{LEAST_LIFT:g}) after {effort.iterations} iterations, {effort.cutbacks} halved steps and "
         f"{effort.restarts} restarts; it is pressed deeper than it is high, or a soft face would close above it, or "
         "lattice.spacing_mm is too coarse for it"
     )

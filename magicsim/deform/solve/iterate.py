@@ -14,22 +14,6 @@ from magicsim.deform.solve.problem import Problem
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class IterationFigures:
-    """What one iteration ended with."""
-
-    residual: float
-    """Relative norm of the out-of-balance forces."""
-    max_penetration_mm: float
-    """Deepest contact point inside the object [mm]."""
-    min_jacobian: float
-    """Smallest Jacobian at any Gauss point."""
-    shortened: bool
-    """Whether the step was shorter than Newton's."""
-    shift: float
-    """Multiple of the spring Laplacian that made the matrix positive definite."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Iterate:
     """State of the Newton iteration, with everything that depends on it already evaluated."""
 
@@ -60,16 +44,6 @@ class Iterate:
     def shortened(self) -> bool:
         """Whether the last step was shorter than Newton's."""
         return self.taken < 1
-
-    def figures(self) -> IterationFigures:
-        """The numbers to keep of it."""
-        return IterationFigures(
-            residual=self.residual,
-            max_penetration_mm=self.contact.max_penetration_mm,
-            min_jacobian=self.elastic.min_jacobian,
-            shift=self.shift,
-            shortened=self.shortened,
-        )
 
 
 def evaluated(problem: Problem, surface: Surface, positions: Array, pressure: Array, memory: ContactMemory) -> Iterate:

@@ -4,10 +4,8 @@ What is tried where a step fails is in `ladder`; when all of that fails the path
 steps.
 """
 
-import logging
 import math
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -48,7 +46,6 @@ from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
-LOGGER = logging.getLogger(__name__)
 TOUCHING_SHARE = 0.01
 """Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
 RECOVERED_MM = 5e-4
@@ -137,10 +134,10 @@ class ContactSolver:
 
         Raises:
             ConvergenceError: No valid equilibrium was found, or the object lies inside the block between the points
-                (see `overlap`); the message has the figures, `history` every iteration.
+                (see `overlap`); the message has the figures.
         """
         if not self.can_touch(indenter):
-            self._refuse_overlap(self._rest, indenter, Effort())
+            self._refuse_overlap(self._rest, indenter)
             if not self.recovers or previous is None or previous.pose is None:
                 return self._rest
             return self._recovered(waiting(indenter), previous, dt_s, Effort(progress=progress))
@@ -155,8 +152,8 @@ class ContactSolver:
             state = self._follow_path(problem, indenter, self._rest, effort, longer=LONGER)
         if state is None:
             complain = report_passage if self._has_passed_through(effort.last) else report
-            raise ConvergenceError(complain(problem, effort), history=tuple(effort.iterations))
-        self._refuse_overlap(state, indenter, effort)
+            raise ConvergenceError(complain(problem, effort))
+        self._refuse_overlap(state, indenter)
         return self._relaxed(state, start, dt_s)
 
     def _relaxed(self, state: Deformation, start: Deformation, dt_s: float) -> Deformation:
@@ -171,16 +168,16 @@ class ContactSolver:
         problem = self._timed(start, dt_s)
         state = self._follow_path(problem, indenter, start, effort)
         if state is None:
-            raise ConvergenceError(report(problem, effort), history=tuple(effort.iterations))
+            raise ConvergenceError(report(problem, effort))
         if np.abs(state.displacements_mm).max() < RECOVERED_MM:
             return self._rest
         return self._relaxed(state, start, dt_s)
 
-    def _refuse_overlap(self, state: Deformation, indenter: Indenter, effort: Effort) -> None:
+    def _refuse_overlap(self, state: Deformation, indenter: Indenter) -> None:
         """Raises ConvergenceError where the object lies inside the block between its contact points."""
         fault = overlap_fault(self.lattice, self._problem.face, state, indenter)
         if fault is not None:
-            raise ConvergenceError(fault, history=tuple(effort.iterations))
+            raise ConvergenceError(fault)
 
     @property
     def _forgets_its_path(self) -> bool:
@@ -244,7 +241,7 @@ class ContactSolver:
                 before,
                 state,
                 may_use_path=strides.care is Care.ORDINARY,
-                note=partial(self._note, effort),
+                note=effort.note,
             )
             if self._is_valid(problem, iterate, moved):
                 effort.rungs |= iterate.rungs | strides.rungs
@@ -258,9 +255,9 @@ class ContactSolver:
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
         balance = max(MAX_BALANCE, BALANCE_SHARE * problem.options.residual)
-        converges = has_converged(problem, iterate) and force_balance(problem, iterate) <= balance
         return (
-            converges
+            has_converged(problem, iterate)
+            and force_balance(problem, iterate) <= balance
             and has_settled(iterate.elastic.table)
             and not (self._has_passed_through(iterate) and self.can_touch(indenter))
         )
@@ -271,13 +268,6 @@ class ContactSolver:
         On a timed path it is one: a dent that still recovers.
         """
         return self._relaxation is None and iterate is not None and lift(self._problem, iterate) <= LEAST_LIFT
-
-    def _note(self, effort: Effort, iterate: Iterate) -> None:
-        figures = iterate.figures()
-        effort.iterations.append(figures)
-        effort.last = iterate
-        effort.tell()
-        LOGGER.debug("iteration %d: %s", iterate.iteration, figures)
 
     def _result(self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort) -> Deformation:
         contact, face = iterate.contact, problem.face
@@ -311,11 +301,11 @@ class ContactSolver:
             max_penetration_mm=contact.max_penetration_mm,
             min_jacobian=iterate.elastic.min_jacobian,
             force_balance=force_balance(problem, iterate),
-            iterations=len(effort.iterations),
+            iterations=effort.iterations,
             cutbacks=effort.cutbacks,
             restarts=effort.restarts,
             rungs=named(effort.rungs),
-            shifted=sum(figures.shift > 0 for figures in effort.iterations),
+            shifted=effort.shifted,
             unknowns=problem.pattern.size,
             converged=True,
             table=iterate.elastic.table.memory if iterate.elastic.table is not None else None,
