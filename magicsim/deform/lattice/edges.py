@@ -12,7 +12,6 @@ asks nothing of the planes across that axis: what counts is the spacing along th
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Self
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -107,15 +106,14 @@ def pressed_edges(
     touching = [indenter for indenter in indenters if indenter.top_mm() > 0]
     if not touching:
         return None
-    ridge = _Ridges.of(touching[0].shape.mesh(), SHARP_SHARE * pitch_mm)
-    poses = [ridge.placed(indenter) for indenter in touching]
+    own, normals, radius = _sharp_edges(touching[0].shape.mesh(), SHARP_SHARE * pitch_mm)
+    poses = [(indenter.pose.to_sensor(own), normals @ indenter.pose.rotation.T) for indenter in touching]
     reaches = np.any([_reaches(places, outward, half_face_mm) for places, outward in poses], axis=0)
     reaches &= np.any([_has_room(places, outward, reaches, ROOM_SHARE * pitch_mm) for places, outward in poses], axis=0)
     if not reaches.any():
         return None
     depth = max(indenter.top_mm() for indenter in touching)
     least = max(FINEST_EDGE_MM, FINE_SHARE * half_width_mm, DEEP_SHARE * depth)
-    radius = np.maximum(ridge.radius_mm[reaches], least)
     ways = list(pairwise(poses)) or [(poses[0], poses[0])]
     low = [np.minimum(first[0], last[0])[reaches, :2] for first, last in ways]
     high = [np.maximum(first[0], last[0])[reaches, :2] for first, last in ways]
@@ -124,56 +122,45 @@ def pressed_edges(
         low_mm=np.concatenate(low),
         high_mm=np.concatenate(high),
         across=np.concatenate(across),
-        radius_mm=np.tile(radius, len(ways)),
+        radius_mm=np.tile(np.maximum(radius[reaches], least), len(ways)),
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Ridges:
-    """Convex sides of triangles across which a surface turns sharply, sampled along them."""
+def _sharp_edges(mesh: SurfaceMesh, largest_radius_mm: float) -> tuple[Array, Array, Array]:
+    """Convex sides of triangles across which a surface turns sharply, sampled along them.
 
-    places_mm: Array
-    """In the object's frame, shape (samples, 3) [mm]."""
-    outward: Array
-    """Mean of the two normals, shape (samples, 3)."""
-    radius_mm: Array
-    """Shape (samples,) [mm]."""
+    Args:
+        mesh: Closed, outward.
+        largest_radius_mm: Radius from which a surface is smooth [mm].
 
-    @classmethod
-    def of(cls, mesh: SurfaceMesh, largest_radius_mm: float) -> Self:
-        """Edges of a closed surface, which is smooth where its radius is above the largest one [mm]."""
-        corners = mesh.vertices[mesh.faces]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        twice_area = np.linalg.norm(normal, axis=1)
-        normal /= np.maximum(twice_area, 1e-30)[:, None]
-        sides = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]).astype(np.int64)
-        owner = np.tile(np.arange(len(mesh.faces)), 3)
-        order = np.lexsort((sides[:, 0], np.sort(sides, 1)[:, 1], np.sort(sides, 1)[:, 0]))
-        first, second = order[::2], order[1::2]
-        start, end = mesh.vertices[sides[first, 0]], mesh.vertices[sides[first, 1]]
-        length = np.maximum(np.linalg.norm(end - start, axis=1), 1e-30)
-        one, other = owner[first], owner[second]
-        turn = np.arccos(np.clip(np.einsum("ei,ei->e", normal[one], normal[other]), -1, 1))
-        between = (twice_area[one] + twice_area[other]) / (3 * length)
-        is_convex = np.einsum("ei,ei->e", np.cross(normal[one], normal[other]), end - start) > 0
-        is_sharp = (turn > CREASE_RAD) | (turn * largest_radius_mm > between)
-        chosen = np.flatnonzero(is_convex & is_sharp & (turn > FLAT_RAD))
-        radius = np.where(turn > CREASE_RAD, 0.0, between / np.maximum(turn, 1e-9))[chosen]
-        parts = np.maximum(1, np.ceil(length[chosen] / SAMPLE_MM).astype(int))
-        which = np.repeat(np.arange(len(chosen)), parts)
-        number = np.arange(len(which)) - np.repeat(np.cumsum(parts) - parts, parts)
-        share = ((number + 0.5) / parts[which])[:, None]
-        middle = normal[one] + normal[other]
-        middle /= np.maximum(np.linalg.norm(middle, axis=1), 1e-30)[:, None]
-        return cls(
-            places_mm=start[chosen][which] * (1 - share) + end[chosen][which] * share,
-            outward=middle[chosen][which],
-            radius_mm=radius[which],
-        )
-
-    def placed(self, indenter: Indenter) -> tuple[Array, Array]:
-        """Places and outward directions in the sensor's frame, shapes (samples, 3)."""
-        return indenter.pose.to_sensor(self.places_mm), self.outward @ indenter.pose.rotation.T
+    Returns:
+        Places [mm] and means of the two normals, shapes (samples, 3), in the object's frame; radii, shape (samples,) [mm].
+    """
+    corners = mesh.vertices[mesh.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice_area = np.linalg.norm(normal, axis=1)
+    normal /= np.maximum(twice_area, 1e-30)[:, None]
+    sides = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]).astype(np.int64)
+    owner = np.tile(np.arange(len(mesh.faces)), 3)
+    order = np.lexsort((sides[:, 0], np.sort(sides, 1)[:, 1], np.sort(sides, 1)[:, 0]))
+    first, second = order[::2], order[1::2]
+    start, end = mesh.vertices[sides[first, 0]], mesh.vertices[sides[first, 1]]
+    length = np.maximum(np.linalg.norm(end - start, axis=1), 1e-30)
+    one, other = owner[first], owner[second]
+    turn = np.arccos(np.clip(np.einsum("ei,ei->e", normal[one], normal[other]), -1, 1))
+    between = (twice_area[one] + twice_area[other]) / (3 * length)
+    is_convex = np.einsum("ei,ei->e", np.cross(normal[one], normal[other]), end - start) > 0
+    is_sharp = (turn > CREASE_RAD) | (turn * largest_radius_mm > between)
+    chosen = np.flatnonzero(is_convex & is_sharp & (turn > FLAT_RAD))
+    radius = np.where(turn > CREASE_RAD, 0.0, between / np.maximum(turn, 1e-9))[chosen]
+    parts = np.maximum(1, np.ceil(length[chosen] / SAMPLE_MM).astype(int))
+    which = np.repeat(np.arange(len(chosen)), parts)
+    number = np.arange(len(which)) - np.repeat(np.cumsum(parts) - parts, parts)
+    share = ((number + 0.5) / parts[which])[:, None]
+    middle = normal[one] + normal[other]
+    middle /= np.maximum(np.linalg.norm(middle, axis=1), 1e-30)[:, None]
+    places = start[chosen][which] * (1 - share) + end[chosen][which] * share
+    return places, middle[chosen][which], radius[which]
 
 
 def _reaches(places: Array, outward: Array, half_face_mm: tuple[float, float]) -> Mask:

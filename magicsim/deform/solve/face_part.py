@@ -25,6 +25,11 @@ LARGE = 900
 """Unknowns from which the contact of a linearised body costs as much as the body's own factor: below, its matrix is
 small change."""
 
+FEW = 2
+"""Solutions for which nothing is eliminated where the face is not large: most contacts settle in as few."""
+WORTH = 0.8
+"""Touched nodes, in units of those that are left, below which the others are eliminated anew."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FacePart:
@@ -101,12 +106,6 @@ def is_large(face: ContactFace, facets: Index) -> bool:
     return 3 * len(np.unique(face.patches[facets])) > LARGE
 
 
-FEW = 2
-"""Solutions for which nothing is eliminated where the face is not large: most contacts settle in as few."""
-WORTH = 0.8
-"""Touched nodes, in units of those that are left, below which the others are eliminated anew."""
-
-
 class TouchedMatrix:
     """Solves with S + B; it remembers which nodes it has eliminated last."""
 
@@ -142,7 +141,8 @@ class TouchedMatrix:
         """
         self._solved += 1
         if self._solved <= FEW and len(self._stiffness) <= LARGE:
-            return self._whole(face, acting, local, right)
+            factor = _held_factor(self._stiffness, self._held, face, acting, local)
+            return None if factor is None else np.asarray(cho_solve(factor, right, check_finite=False))
         touched = np.zeros_like(self._is_left)
         touched[face.patches[np.unique(face.facet[acting])]] = True
         if (touched & ~self._is_left).any() or touched.sum() < WORTH * self._is_left.sum():
@@ -150,32 +150,16 @@ class TouchedMatrix:
         if not self._is_definite:
             return None
         place = np.cumsum(self._is_left) - 1
-        matrix, held = self._reduced.copy(), self._held[self._left]
-        add_dense_stiffness(matrix, replace(face, patches=place[face.patches]), acting, local)
-        matrix[held], matrix[:, held] = 0.0, 0.0
-        matrix[held, held] = 1.0
-        try:
-            factor = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
-        except LinAlgError:
+        own = replace(face, patches=place[face.patches])
+        factor = _held_factor(self._reduced, self._held[self._left], own, acting, local)
+        if factor is None:
             return None
         half = self._half(right[self._others])
         moved = np.asarray(cho_solve(factor, right[self._left] - half @ self._coupling, check_finite=False))
-        found = np.zeros_like(right)
-        found[self._left] = moved
-        found[self._others] = self._half(half - self._coupling @ moved, is_back=True)
-        return found
-
-    def _whole(self, face: ContactFace, acting: Index, local: Array, right: Array) -> Array | None:
-        """The solution with nothing eliminated."""
-        matrix = self._stiffness.copy()
-        add_dense_stiffness(matrix, face, acting, local)
-        matrix[self._held], matrix[:, self._held] = 0.0, 0.0
-        matrix[self._held, self._held] = 1.0
-        try:
-            factor = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
-        except LinAlgError:
-            return None
-        return np.asarray(cho_solve(factor, right, check_finite=False))
+        solution = np.zeros_like(right)
+        solution[self._left] = moved
+        solution[self._others] = self._half(half - self._coupling @ moved, is_back=True)
+        return solution
 
     def _eliminate(self, touched: Mask) -> None:
         """Eliminates all nodes but some."""
@@ -195,3 +179,18 @@ class TouchedMatrix:
         return np.asarray(
             solve_triangular(self._factor, right, lower=True, trans="T" if is_back else "N", check_finite=False)
         )
+
+
+def _held_factor(
+    stiffness: Array, held: Mask, face: ContactFace, acting: Index, local: Array
+) -> tuple[Array, bool] | None:
+    """Factor of a stiffness with that of contact points, held unknowns apart; None where it is not definite."""
+    matrix = stiffness.copy()
+    add_dense_stiffness(matrix, face, acting, local)
+    matrix[held], matrix[:, held] = 0.0, 0.0
+    matrix[held, held] = 1.0
+    try:
+        factor, is_lower = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
+    except LinAlgError:
+        return None
+    return factor, is_lower
