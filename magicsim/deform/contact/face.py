@@ -299,6 +299,6 @@ def scatter(shape, facet, patches, touching, vectors, total):  # type: ignore[no
     for t in range(len(touching)):
         q = touching[t]
         for a in range(patches.shape[1]):
-            node = patches[facet[q], a]
+            node = patches[facet[q], a]  # the transpose of `gather`: force and torque of points and nodes agree
             for i in range(3):
                 total[node, i] += shape[q, a] * vectors[t, i]

@@ -38,7 +38,15 @@ from magicsim.deform.lattice.hexahedron import (
 from magicsim.kernels import kernel
 
 FOLLOWED, RELAXED = 0.7, 0.2
-"""Parts of rho = mu / 2 beta down to which -f' is followed, and by which it may still grow."""
+"""Parts of rho = mu / 2 beta down to which -f' is followed, and by which it may still grow. Assumed: any two whose sum
+is below 1 leave a stable cell."""
+LOG_LIMIT = 0.01
+"""Jacobian below which -ln J is continued as a parabola. Assumed: only trial states are squeezed so far."""
+PAIRS = np.array([[p, r] for p in range(8) for r in range(p + 1, 8)])
+"""Pairs of corners, shape (28, 2)."""
+CROSSED = np.cross(GAUSS_GRADIENTS[:, PAIRS[:, 0]], GAUSS_GRADIENTS[:, PAIRS[:, 1]]).transpose(0, 2, 1).reshape(24, -1)
+"""Cross products of the gradients of pairs of corners on the unit cube, shape (8 points x 3, 28)."""
+GRADIENTS = np.ascontiguousarray(GAUSS_GRADIENTS)
 
 
 @kernel(error_model="numpy")
@@ -46,8 +54,10 @@ def wall_energy(square: float, rho: float) -> tuple[float, float, float]:
     """The law f of the squared stretch, bounded by rho = mu / 2 beta: value, first and second derivative."""
     a, r = FOLLOWED * rho, RELAXED * rho
     start = 1 / (1 + 2 * a)
+    # the neo-Hookean fibre, f = (I - 1 - ln I) / 2, down to where -f' = a
     if square >= start:
         return (square - 1 - np.log(square)) / 2, (1 - 1 / square) / 2, 0.5 / (square * square)
+    # -f' goes from a to a + r exponentially, at the rate that continues the fibre's own curvature
     curvature = 0.5 / (start * start)
     length = r / curvature
     d = start - square
@@ -72,6 +82,7 @@ def add_walls(x, nodes, edges, lengths, stiffness, rho, own):  # type: ignore[no
             square += d * d * unit
         value, first, _ = wall_energy(square, rho)
         total += stiffness * value
+        # the squared stretch I = |d|^2 / L^2 has the gradient 2 d / L^2 at one end, and its opposite at the other
         for i in range(3):
             force = 2 * stiffness * first * unit * (x[nodes[r], i] - x[nodes[p], i])
             own[r, i] += force
@@ -91,6 +102,7 @@ def add_wall_stiffness(x, nodes, edges, lengths, stiffness, rho, own):  # type: 
             d[i] = x[nodes[r], i] - x[nodes[p], i]
             square += d[i] * d[i] * unit
         _, first, second = wall_energy(square, rho)
+        # f' times the second derivative of I, alike in all directions, and f'' times its gradient 2 d / L^2 squared
         across, along = 2 * stiffness * first * unit, 4 * stiffness * second * unit * unit
         for i in range(3):
             for k in range(3):
@@ -101,22 +113,15 @@ def add_wall_stiffness(x, nodes, edges, lengths, stiffness, rho, own):  # type: 
                 own[3 * r + i, 3 * p + k] -= entry
 
 
-LOG_LIMIT = 0.01
-"""Jacobian below which -ln J is continued as a parabola."""
-PAIRS = np.array([[p, r] for p in range(8) for r in range(p + 1, 8)])
-"""Pairs of corners, shape (28, 2)."""
-CROSSED = np.cross(GAUSS_GRADIENTS[:, PAIRS[:, 0]], GAUSS_GRADIENTS[:, PAIRS[:, 1]]).transpose(0, 2, 1).reshape(24, -1)
-"""Cross products of the gradients of pairs of corners on the unit cube, shape (8 points x 3, 28)."""
-GRADIENTS = np.ascontiguousarray(GAUSS_GRADIENTS)
-
-
 @kernel(error_model="numpy")
 def negative_log(jacobian: float) -> tuple[float, float, float]:
     """-ln J, twice continuously differentiable down to any J: value, first and second derivative."""
     if jacobian > LOG_LIMIT:
         return -np.log(jacobian), -1 / jacobian, 1 / (jacobian * jacobian)
+    # the parabola's curvature would be finite
     if np.isnan(jacobian):
         return np.nan, np.nan, np.nan
+    # value, slope and curvature of the logarithm go on: a Newton step that folds a cell still has a way back
     d = jacobian - LOG_LIMIT
     slope, curvature = 1 / LOG_LIMIT, 1 / LOG_LIMIT**2
     return -np.log(LOG_LIMIT) - slope * d + curvature / 2 * d * d, -slope + curvature * d, curvature
@@ -133,6 +138,7 @@ def _columns(x, nodes, place, edge, columns):  # type: ignore[no-untyped-def]
             first = CORNERS_ALONG[d, m]
             for i in range(3):
                 edge[m, i] = place[first + NEXT_CORNER[d], i] - place[first, i]
+        # the map is trilinear: its derivative along an edge is a mean of the four parallel edges, by how near they are
         for s in range(4):
             for i in range(3):
                 total = 0.0
@@ -144,6 +150,8 @@ def _columns(x, nodes, place, edge, columns):  # type: ignore[no-untyped-def]
 @kernel(error_model="numpy")
 def _cofactor(a, b, c, cof):  # type: ignore[no-untyped-def]
     """Columns of cof(M) / 8 from those of M, in place; returns det M / 8."""
+    # each column is the cross product of the two others, the derivative of det M by the column itself; the eighth is
+    # that of the unit cube's volume for which a Gauss point stands
     for i in range(3):
         k, n = (i + 1) % 3, (i + 2) % 3
         cof[0, i] = (b[k] * c[n] - b[n] * c[k]) / 8
@@ -168,6 +176,7 @@ def evaluate_cells(  # type: ignore[no-untyped-def]
         nodes = cells[c]
         _columns(x, nodes, place, edge, columns)
         mean, total, volume = 0.0, 0.0, 0.0
+        # springs without rest length: forces are the Laplacian times the places, the energy half of their product
         for p in range(8):
             fx, fy, fz = 0.0, 0.0, 0.0
             for r in range(8):
@@ -177,17 +186,20 @@ def evaluate_cells(  # type: ignore[no-untyped-def]
                 fz += k * place[r, 2]
             own[p, 0], own[p, 1], own[p, 2] = fx, fy, fz
             total += 0.5 * (fx * place[p, 0] + fy * place[p, 1] + fz * place[p, 2])
+        # cof(M) / 8 of a Gauss point counts for its columns: two points that lie behind each other share one
         bulk[:], log[:] = 0.0, 0.0
         for q in range(8):
             s0, s1, s2 = GAUSS_COLUMNS[q, 0], GAUSS_COLUMNS[q, 1], GAUSS_COLUMNS[q, 2]
             weight = weights[c, q]
             deformed = _cofactor(columns[0, s0], columns[1, s1], columns[2, s2], cof)
             j = deformed / weight
+            # so written, it also takes over NaN
             if not j >= smallest:
                 smallest = j
             value, first, _ = negative_log(j)
             volume += weight
             mean += deformed
+            # the springs hold 3/2 mu for each volume at rest, where the energy is to be zero
             total += mu[c] * weight * (value - 1.5)
             stress = mu[c] * first
             for i in range(3):
@@ -197,6 +209,7 @@ def evaluate_cells(  # type: ignore[no-untyped-def]
                 log[0, s0, i] += stress * cof[0, i]
                 log[1, s1, i] += stress * cof[1, i]
                 log[2, s2, i] += stress * cof[2, i]
+        # columns are means of edges, so what is due to a column goes to both ends of its edges by the same weights
         volume_gradient[c] = 0.0
         for d in range(3):
             for m in range(4):
@@ -214,6 +227,7 @@ def evaluate_cells(  # type: ignore[no-untyped-def]
         if walls[c] > 0:
             total += add_walls(x, nodes, EDGES, lengths[c], walls[c], rho[c], own)
         energy[c], jacobian[c] = total, mean / volume
+        # the gradient of lambda/2 V (Jbar - 1)^2; its energy is left to the caller, who may take another pressure
         pressure = lame[c] * (mean / volume - 1)
         for p in range(8):
             for i in range(3):
@@ -236,6 +250,7 @@ def add_stiffness(  # type: ignore[no-untyped-def]
             a, b, d = columns[0, GAUSS_COLUMNS[q, 0]], columns[1, GAUSS_COLUMNS[q, 1]], columns[2, GAUSS_COLUMNS[q, 2]]
             deformed = _cofactor(a, b, d, cof)
             _, first, second = negative_log(deformed / weights[c, q])
+            # the Hessian of -mu w ln J: an outer product of J', cof(M) / 8w times the corners' gradients, and that of J
             outer = mu[c] * second / weights[c, q]
             for p in range(8):
                 for i in range(3):
@@ -243,13 +258,17 @@ def add_stiffness(  # type: ignore[no-untyped-def]
                     for k in range(3):
                         slope += cof[k, i] * GRADIENTS[q, p, k]
                     right[q, 3 * p + i], left[q, 3 * p + i] = slope, outer * slope
+            # the logarithm's stress and the cell's pressure multiply the second derivative of the deformed volume
             stress = (mu[c] * first + pressure[c]) / 8
             for i in range(3):
                 geometric[i, 3 * q] = stress * a[i]
                 geometric[i, 3 * q + 1] = stress * b[i]
                 geometric[i, 3 * q + 2] = stress * d[i]
+        # the bulk stiffness lambda / V of the whole cell is one more outer product
         for k in range(24):
             right[8, k], left[8, k] = volume_gradient[c, k], stiffness[c] * volume_gradient[c, k]
+        # all outer products at once, and all second derivatives of the volume: by the corners p and r that of det M is
+        # the cross product with M (g_p x g_r), a skew block, g being the corners' gradients on the unit cube
         np.dot(left.T, right, own)
         np.dot(geometric, CROSSED, turned)
         for p in range(8):
@@ -258,6 +277,7 @@ def add_stiffness(  # type: ignore[no-untyped-def]
                     own[3 * p + i, 3 * r + i] += springs[c, p, r]
         if walls[c] > 0:
             add_wall_stiffness(x, nodes, EDGES, lengths[c], walls[c], rho[c], own)
+        # a corner by itself has none: det M is linear in the place of each corner
         for k in range(28):
             p, r = 3 * PAIRS[k, 0], 3 * PAIRS[k, 1]
             own[p, r + 1] += turned[2, k]
@@ -268,10 +288,12 @@ def add_stiffness(  # type: ignore[no-untyped-def]
             own[p, r + 2] -= turned[1, k]
         for p in range(8):
             for r in range(p, 8):
+                # negative where a corner is bonded
                 block = blocks[c, p, r]
                 if block < 0:
                     continue
                 for i in range(3):
+                    # row i of a diagonal block has lost its first i entries, see `block_pattern`
                     start = indptr[3 * nodes[p] + i] + 3 * block - i
                     for k in range(i if p == r else 0, 3):
                         values[start + k] += own[3 * p + i, 3 * r + k]

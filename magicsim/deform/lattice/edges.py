@@ -134,7 +134,7 @@ def _sharp_edges(mesh: SurfaceMesh, largest_radius_mm: float) -> tuple[Array, Ar
         largest_radius_mm: Radius from which a surface is smooth [mm].
 
     Returns:
-        Places [mm] and means of the two normals, shapes (samples, 3), in the object's frame; radii, shape (samples,) [mm].
+        Places [mm] and means of both normals, shapes (samples, 3), in the object's frame; radii, shape (samples,) [mm].
     """
     corners = mesh.vertices[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
