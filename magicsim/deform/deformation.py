@@ -54,7 +54,7 @@ def figures_last(result: SolveFigures) -> dict[str, Any]:
 
 
 TOUCHING_GAP_MM = 0.01
-"""Up to this distance from the object a point of the face is labelled and rendered as touching [mm]."""
+"""Up to this distance from the object a point of the face is labelled and rendered as touching [mm]: assumed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

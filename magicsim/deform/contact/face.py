@@ -24,17 +24,17 @@ from magicsim.geometry.shapes.solids import Shape
 from magicsim.kernels import kernel
 
 POINT_SPACING_MM = 0.35
-"""Largest distance between neighbouring contact points at rest."""
+"""Largest distance between neighbouring contact points at rest: assumed."""
 MIN_POINTS = 3
 """Fewest points along a facet's edge."""
 MAX_POINTS = 5
 """Most points along a facet's edge: a facet cannot follow more, and contact that it cannot follow does not converge."""
 FINEST_SPACING_MM = 0.05
-"""Contact points are never closer."""
+"""Contact points are never closer: assumed."""
 STENCIL = 4
 """Planes that one coordinate is interpolated from."""
 IRREGULAR = 2.0
-"""Ratio of spacings from which one cubic through four planes would overshoot."""
+"""Ratio of spacings from which one cubic through four planes would overshoot: assumed."""
 ROUNDING = 1e-9
 """Slack of a whole number of spacings."""
 

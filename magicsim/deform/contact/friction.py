@@ -17,7 +17,7 @@ from magicsim.deform.contact.face import ContactFace
 
 TINY = 1e-300
 LIMIT_SHARE = (0.1, 2.0)
-"""Smallest and largest relaxation of the limits."""
+"""Smallest and largest relaxation of the limits: assumed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,9 +16,10 @@ from magicsim.deform.lattice.structure import Lattice
 WAVE_MM = 0.02
 """Gap up to which a face waves below flat objects [mm]: measured at the middle of a box on cells of 0.1 to 0.9 mm."""
 ONE_SIDED = 0.5
-"""Length of the mean direction to the points that touch around another, from which they lie to one side of it."""
+"""Length of the mean direction to the points that touch around another, from which they lie to one side of it:
+assumed."""
 LEAST_AROUND = 4
-"""Fewest points around another."""
+"""Fewest points around another: assumed."""
 BORDER = 0.75
 """Share of an arc's height over its chord up to which a border's points touch: measured on balls of 2, 4 and 8 mm
 radius, 0.05 to 1.5 mm deep, on cells of 0.3 to 0.9 mm, against cells of 0.25 mm."""

@@ -32,25 +32,25 @@ from magicsim.waiting import Told, on_stderr, unheard, waiting
 Walls = Literal["resolved", "homogenised", "none"]
 LOGGER = logging.getLogger(__name__)
 EXTENSION_MM = 2.5
-"""How far the cone sticks out at S = 0 [mm]."""
+"""How far the cone sticks out at S = 0 [mm]: ASTM D2240."""
 SPRING_N = (0.55, 0.075)
-"""Force of the spring at S = 0 and per unit of S [N]."""
+"""Force of the spring at S = 0 and per unit of S [N]: ASTM D2240."""
 SPACING_MM = 0.4
 """Node spacing under the cone by default [mm]."""
 MARGINS_MM = (0.85, 1.5)
 """How far around the cone and how deep below the skin the lattice is fine, with walls resolved, and in a block without
 walls [mm]; three times as far changes the force by 1.5 %, the hardness of a plain block by 0.2."""
 GROWTH = 2.2
-"""Ratio of neighbouring spacings away from the cone."""
+"""Ratio of neighbouring spacings away from the cone: assumed."""
 STEP_MM = 0.125
-"""Motion of the cone in one load step [mm]."""
+"""Motion of the cone in one load step [mm]: assumed."""
 FRICTION = 1.0
 """Friction of rubber on the tool; assumed, 0.3 to 2. With 0.3 here and at the base a sample of 2 mm reads 7 lower
 (`docs/validation.md`); without any the sample slides off the tip's edge in jumps."""
 FORCE_TOLERANCE_N = 1e-4
 """Accuracy of the force at equilibrium [N]."""
 FOOT_STARTS_MM = 1.0
-"""Distance from the axis that separates the points that touch the cone from those that touch the foot [mm]."""
+"""Distance from the axis that separates the points that touch the cone from those that touch the foot [mm]: assumed."""
 DEPTH_TOLERANCE_MM = 1e-4
 """Accuracy of the depth of equilibrium [mm]: 0.004 units of S."""
 HOLE_RADIUS_MM = 1.5
@@ -58,7 +58,7 @@ HOLE_RADIUS_MM = 1.5
 PENETRATION_MM = 0.002
 """Largest penetration at any contact point [mm]."""
 COARSER = 1.5
-"""Factor of the spacing where a block without walls folds on the finer one."""
+"""Factor of the spacing where a block without walls folds on the finer one: assumed."""
 Core = Literal["resolved", "homogenised", "even"]
 """Walls and infill as cells of their own, one effective solid on the same planes, or on planes of even spacing."""
 ON_A_TABLE = Mounting(base="table")

@@ -24,11 +24,11 @@ from magicsim.geometry.indenter import Indenter
 from magicsim.notebook.figures import curve, figures_table
 
 STEP_MM = 0.1
-"""Motion of the object in one time step [mm]."""
+"""Motion of the object in one time step [mm]: assumed."""
 HOLD_STEPS = 8
-"""Time steps a decade at hold."""
+"""Time steps a decade at hold: assumed."""
 FIRST_HOLD_S = 0.01
-"""Length of the first time step at hold [s]."""
+"""Length of the first time step at hold [s]: assumed."""
 DIGITS = 12
 """Decimal digits of a depth, which is the difference of two heights [mm]."""
 MIN_POINTS = 2

@@ -30,11 +30,11 @@ from magicsim.geometry.grid import CellGrid
 SUBCELLS = 8
 """Sub-cells along each half edge of the cell: the shear stiffness is then within 0.5 % of its limit."""
 WALL_SHARE = 0.3
-"""Share of the sub-cells that lies in the half wall."""
+"""Share of the sub-cells that lies in the half wall: assumed."""
 INFILL_GRADING = 2.0
-"""Exponent by which sub-cells shrink towards the interface from the middle of the infill."""
+"""Exponent by which sub-cells shrink towards the interface from the middle of the infill: assumed."""
 WALL_GRADING = 1.5
-"""Exponent by which sub-cells shrink towards the interface from the middle of the wall."""
+"""Exponent by which sub-cells shrink towards the interface from the middle of the wall: assumed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,29 +21,31 @@ from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
 
 SHARP_SHARE = 0.7
-"""Radius below which a surface turns sharply, in units of the cell's pitch."""
+"""Radius below which a surface turns sharply, in units of the cell's pitch: assumed."""
 CREASE_RAD, FLAT_RAD = 0.5, 1e-3
 """Angle between two triangles from which their common side is an edge, however large they are, and up to which it is
-none, however small."""
+none, however small: assumed."""
 ROOM_SHARE = 1.5
-"""Way from an edge to the opposite one behind it, in units of the pitch, below which both bound something narrow."""
+"""Way from an edge to the opposite one behind it, in units of the pitch, below which both bound something narrow:
+assumed."""
 OPPOSITE = -0.5
-"""Cosine between the outward directions of two edges below which they face away from each other."""
+"""Cosine between the outward directions of two edges below which they face away from each other: assumed."""
 FACING, UPRIGHT = 0.2, 0.98
-"""Least and largest cosine between an edge's normal and the way of the press: walls, and crests that have no side."""
+"""Least and largest cosine between an edge's normal and the way of the press: walls, and crests that have no side;
+assumed."""
 FINEST_EDGE_MM, FINE_SHARE = 0.1, 0.05
 """Planes are never closer than this across an edge [mm], nor than this part of the half width of what touches: the
 force of a flat face is off by about a third of the spacing at its edge over its half width."""
 DEEP_SHARE = 0.08
 """Nor than this part of the depth of the press: finer cells beside a sharp edge fold where it is pressed deep."""
 SPREAD = 0.6
-"""Increase of the spacing per distance from the edge."""
+"""Increase of the spacing per distance from the edge: assumed."""
 DEPTH_SHARE = 3.0
 """Spacing along z at the face in units of that across the sharpest edge: forces hardly depend on it."""
 SAMPLE_MM = 0.25
-"""Spacing of samples along an edge [mm]."""
+"""Spacing of samples along an edge [mm]: assumed."""
 PART_SLACK = 0.1
-"""Part of a spacing by which an interval may be longer than a whole number of them."""
+"""Part of a spacing by which an interval may be longer than a whole number of them: assumed."""
 STEPS = 64
 """Places in an interval at which the spacing is asked for."""
 

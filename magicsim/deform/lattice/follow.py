@@ -125,7 +125,7 @@ class CellCorrectors:
 
 
 SMALLEST_STRETCH = 0.05
-"""Stretch below which the logarithm is cut off."""
+"""Stretch below which the logarithm is cut off: assumed."""
 
 
 def rotation_and_strain(gradient: Array) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ from magicsim.deform.lattice.structure import Lattice
 SLOPES = shape_gradients(GAUSS_POINTS[:4] * [1, 1, 0])[:, :4, :2].transpose(0, 2, 1)
 """Derivatives of a facet's four shape functions at its Gauss points, shape (4 points, 2 directions, 4 corners)."""
 LEAST_SQUARE = 1e-4
-"""Squared ratio of areas below which its inverse goes on as a parabola."""
+"""Squared ratio of areas below which its inverse goes on as a parabola: assumed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

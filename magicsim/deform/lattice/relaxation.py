@@ -59,7 +59,8 @@ FULL = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 UNIT = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 """The unit tensor."""
 LEAST_POISSON = 0.45
-"""Least instantaneous Poisson's ratio: below, the bulk modulus is too small for the instantaneous stiffness."""
+"""Least instantaneous Poisson's ratio: below, the bulk modulus is too small for the instantaneous stiffness;
+assumed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

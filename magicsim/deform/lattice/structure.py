@@ -20,12 +20,12 @@ from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, re
 
 COARSEST_EDGE, EDGE_STEP = 30.0, 1.15
 """Factor of the spacing at edges at which it is given up to have more planes there, and of one that is tried to the
-next."""
+next: assumed."""
 BESIDE_MM = 0.3
-"""Nodes of the face that are so near to what touches it are moved with it [mm]."""
+"""Nodes of the face that are so near to what touches it are moved with it [mm]: assumed."""
 FINEST_MM, FINEST_BALL_MM = 0.1, 0.05
 """Smallest spacing that a small zone asks for; below balls of radii under twice the first one it is half of the radius,
-not less than the second [mm]."""
+not less than the second [mm]: assumed."""
 MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
 """Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""
 

@@ -21,9 +21,9 @@ PENALTY_RATIO = 300.0
 """Stiffness of table and sticking nodes in units of Young's modulus (nu = 1/2) over the height of the lowest cells: at
 half a megapascal a node sinks in by a thousandth of a millimetre."""
 ELASTIC_SLIP_RATIO = 2e-3
-"""Motion of a sticking node up to its limit, in units of the same height."""
+"""Motion of a sticking node up to its limit, in units of the same height: assumed."""
 MISMATCH = 2e-3
-"""Largest departure from the law of friction, see `TableState.mismatch`."""
+"""Largest departure from the law of friction, see `TableState.mismatch`: assumed."""
 TINY = 1e-300
 
 

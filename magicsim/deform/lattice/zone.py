@@ -22,7 +22,7 @@ from magicsim.geometry.indenter import Indenter
 SAMPLE_MM = 0.1
 """Spacing of the points at which the undeformed face is tested for contact [mm]."""
 BLUNT = 0.5
-"""Smallest feature of a blunt object in units of its zone's radius."""
+"""Smallest feature of a blunt object in units of its zone's radius: assumed."""
 TINY = 3.5
 """Sides of a zone, in spacings of its points, below which they cannot tell whether the object is blunt: a ball of a
 radius of 0.05 mm needs the finest cells to be found at all."""

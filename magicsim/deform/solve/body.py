@@ -34,6 +34,7 @@ from magicsim.deform.solve.factorise import SymmetricCondenser, symmetric_conden
 from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.problem import Problem
 
+# Numbers without a source are assumed: they decide how soon an equilibrium is found, not which one is accepted.
 MAX_UNKNOWNS = 3000
 """Largest dense problem; beyond it factorisations of the whole lattice are as cheap."""
 

@@ -28,6 +28,7 @@ from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.problem import Problem
 
+# Numbers without a source are assumed: they decide how soon an equilibrium is found, not which one is accepted.
 NEEDED_MM, NEAR_MM = 0.05, (0.25, 0.8)
 """Facets with a point nearer to the object than the first may come into contact in this step [mm], and nearer than two
 of the smallest cell edges, between the others, before long: fine facets are many."""

@@ -22,9 +22,9 @@ T = TypeVar("T")
 ARMIJO = 1e-4
 """Least decrease in units of the one that the slope promises (Nocedal and Wright 2006, 3.1)."""
 BOUND = 20.0
-"""Largest bulk stiffness that a step has to respect, in units of the shear modulus."""
+"""Largest bulk stiffness that a step has to respect, in units of the shear modulus: assumed."""
 NOISE = 1e-9
-"""Relative rounding of the energy."""
+"""Relative rounding of the energy: assumed."""
 NEAR, CONTRACTED = 0.3, 0.5
 """Residual from which a full step will do that leaves no more than the second part of it. There the energy is a poor
 judge: the volumetric stresses, its multipliers, lag behind by one step, and it refused steps that took two digits off

@@ -11,10 +11,10 @@ from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.problem import Problem
 
 MAX_BALANCE = 1e-6
-"""Largest relative difference between contact force and reaction that is accepted."""
+"""Largest relative difference between contact force and reaction that is accepted: assumed."""
 LEAST_LIFT = 0.01
 """What pressures push back, in units of their sum over all points of the face, below which the object has pierced it:
-what is left squeezes its flanks."""
+what is left squeezes its flanks; assumed."""
 LOGGER = logging.getLogger(__name__)
 PARTS = 1000
 """In which progress is told."""

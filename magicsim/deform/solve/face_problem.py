@@ -29,6 +29,7 @@ from magicsim.deform.solve.descent import decreases, shortened, stiffenings
 from magicsim.deform.solve.face_part import LARGE, TouchedMatrix
 from magicsim.deform.solve.problem import Problem
 
+# Numbers without a source are assumed: they decide how soon an equilibrium is found, not which one is accepted.
 ITERATIONS = 60
 """Most Newton steps of one problem."""
 HALVINGS = 12

@@ -61,6 +61,7 @@ def named(rungs: frozenset[Rung]) -> tuple[str, ...]:
     return tuple(rung.value for rung in Rung if rung in rungs)
 
 
+# Numbers without a source are assumed: they decide how soon an equilibrium is found, not which one is accepted.
 SHORTEST, SHORTEST_BEFORE_LEAP = 1 / 32, 1 / 8
 """Shortest load steps in units of the usual one, of all and of those before leaps."""
 LEAPS = (1.5, 2.0, 3.0, 4.0)

@@ -41,6 +41,7 @@ from magicsim.deform.solve.problem import Problem
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
+# Numbers without a source are assumed: they decide how soon an equilibrium is found, not which one is accepted.
 SHORT = 0.25
 """Way of the object, in units of its smallest feature, below which no point of the face changes its side of a tip."""
 TABLE_UPDATES, TABLE_PATIENCE = 30, 6

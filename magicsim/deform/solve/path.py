@@ -47,7 +47,8 @@ from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 
 TOUCHING_SHARE = 0.01
-"""Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps."""
+"""Gap, in units of the smallest cell edge, that still counts as contact area: a coarse face leaves such gaps;
+assumed."""
 RECOVERED_MM = 5e-4
 """A dent below this counts as recovered [mm]: half of what is rendered at all."""
 RAISED_MM = 0.05
@@ -59,7 +60,7 @@ SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
 LONGER = 4
 """How much longer the load steps of a path are that is begun again: they do not meet the snaps of a face between the
-bumps of a texture at all."""
+bumps of a texture at all; assumed."""
 
 
 def waiting(indenter: Indenter) -> Indenter:

@@ -21,14 +21,15 @@ ROUNDING = 4 * float(np.finfo(np.float64).eps)
 MORE_ITERATIONS = {Care.ORDINARY: 1, Care.CAREFUL: 2, Care.PATIENT: 3}
 """Iterations of a load step in units of `NewtonOptions.max_iterations`: assumed."""
 MOST_CONTRAST = 3e3
-"""Largest over smallest modulus up to which factors are of single precision."""
+"""Largest over smallest modulus up to which factors are of single precision: assumed."""
 FORCE_FLOOR = 1e-2
-"""Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual."""
+"""Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual:
+assumed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewtonOptions:
-    """When to stop, and how far one step may go."""
+    """When to stop, and how far one step may go; values without a source are assumed."""
 
     tolerance_mm: float = 0.002
     """Largest penetration, and largest gap under pressure, that are accepted."""

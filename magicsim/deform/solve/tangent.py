@@ -30,11 +30,11 @@ STILL_SLIDING = 1 - 1e-6
 """Limits of sliding points in units of their own, so that rounding does not turn them into sticking ones."""
 RIGID = 10.0
 """Penalty, in units of a load step's first, that stands for rigid contact: where multipliers carry the pressure, points
-do not give way under the object's motion."""
+do not give way under the object's motion; assumed."""
 CARRIED_SHARE = 0.1
-"""Part of the force that multipliers carry from which contact counts as rigid."""
+"""Part of the force that multipliers carry from which contact counts as rigid: assumed."""
 NEAR_MM = 0.05
-"""Facets with a point nearer to the object take part [mm]."""
+"""Facets with a point nearer to the object take part [mm]: assumed."""
 MOTIONS = 6
 
 
