@@ -8,11 +8,7 @@ import nox
 nox.options.default_venv_backend = "venv"
 PYTHONS = ["3.11", "3.12", "3.13", "3.14"]
 PLATFORMS = ("x86_64-manylinux_2_28", "aarch64-manylinux_2_28", "aarch64-apple-darwin", "x86_64-pc-windows-msvc")
-nox.options.sessions = ["tests", "types", "detectors_only", "wheel", "docs"]
-LEARNED_TESTS = (
-    "tests/unit/dataset/test_frames.py", "tests/unit/learn", "tests/unit/study",
-    "tests/unit/task/alignment/test_running.py",
-)  # fmt: skip
+nox.options.sessions = ["tests", "experiments", "types", "detectors_only", "wheel", "docs"]
 DETECTORS_ONLY = ("numpy", "opencv-contrib-python-headless")
 
 
@@ -21,6 +17,13 @@ def tests(session: nox.Session) -> None:
     """The default tests on every Python; `nox -s tests-3.12` for one, `-- -m slow` for the long ones."""
     session.install("-e", ".[test]")
     session.run("pytest", *session.posargs)
+
+
+@nox.session
+def experiments(session: nox.Session) -> None:
+    """The tests of the experiments, which the default ones leave out."""
+    session.install("-e", ".[test]", "-e", "./benchmarks/experiments[test]")
+    session.run("pytest", "benchmarks/experiments/tests", *session.posargs)
 
 
 @nox.session
@@ -40,7 +43,7 @@ def learner(session: nox.Session) -> None:
 @nox.session
 def types(session: nox.Session) -> None:
     """Lint, format, types and contracts of imports."""
-    session.install("-e", ".[test,dev]")
+    session.install("-e", ".[test,dev]", "-e", "./benchmarks/experiments[test]")
     session.run("ruff", "check")
     session.run("ruff", "format", "--check")
     session.run("mypy")
@@ -87,8 +90,9 @@ def learn(session: nox.Session) -> None:
 
     `pip install torch` chooses the wheels, for a CPU or a GPU.
     """
-    session.install("-e", ".[test,learn]")
-    session.run("pytest", *LEARNED_TESTS, *session.posargs)
+    session.install("-e", ".[test,torch]", "-e", "./benchmarks/experiments[test,learn]")
+    session.run("pytest", "tests/unit/dataset/test_frames.py", *session.posargs)
+    session.run("pytest", "benchmarks/experiments/tests", *session.posargs)
 
 
 @nox.session(python="3.12")
@@ -123,7 +127,7 @@ FIGURES = (
     "python docs/rooms.py",
     "python docs/room_pictures.py",
     "python docs/live_pictures.py",
-    "python docs/companions.py",
+    "python benchmarks/experiments/docs/companions.py",
     "python benchmarks/control_loop.py --out docs/benchmarks/control-loop.json",
     "python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json",
     "python benchmarks/depth_cost.py --out docs/benchmarks",

@@ -37,7 +37,7 @@ import trimesh
 
 from magicsim.config.documents import read_toml
 from magicsim.config.models import load_preset
-from magicsim.config.presets import FOLDERS, find_preset, preset_names
+from magicsim.config.presets import find_preset, preset_names
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.detectors.profile import load_profile
@@ -54,10 +54,8 @@ from magicsim.judge.recorded import read_labels, read_recording
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.plan import plan_scene
-from magicsim.study.study_file import load_study
 from magicsim.sweep.designs import count_designs, design_with
 from magicsim.sweep.sweep_file import load_sweep
-from magicsim.task.item import load_item
 
 SLOW_S, STUCK_S = 2.0, 30.0
 LONGEST = 500
@@ -174,8 +172,6 @@ LOADERS: dict[str, Read] = {
     "profile": load_profile,
     "suite": load_suite,
     "sweep": load_whole_sweep,
-    "study": load_study,
-    "item": load_item,
 }
 
 
@@ -248,7 +244,7 @@ def broken_text(text: str, random: Random) -> str:
 def fuzz_toml(count: int, seed: int, folder: Path) -> Found:
     """Mutated TOML files through the loaders of their kinds."""
     random, found = Random(seed), Found()
-    sources = [(kind, find_preset(kind, name)) for kind in FOLDERS for name in preset_names(kind)]
+    sources = [(kind, find_preset(kind, name)) for kind in LOADERS for name in preset_names(kind)]
     parsed = {path: read_toml(path) for _, path in sources}
     for number in range(count):
         kind, source = random.choice(sources)

@@ -19,13 +19,13 @@ from pathlib import Path
 from typing import Any
 
 from laboratory.prediction_tables import write_tables
+from magicsim_experiments.study.mechanics.limit_press import CellPress, LimitPress, LimitShear
+from magicsim_experiments.study.mechanics.limits import Limits, flow_rows
+from magicsim_experiments.study.running import run_study
+from magicsim_experiments.study.study_file import load_study
 from predictions import RESULT, TABLES
 
 from magicsim.folder import result_file
-from magicsim.study.mechanics.limit_press import CellPress, LimitPress, LimitShear
-from magicsim.study.mechanics.limits import Limits, flow_rows
-from magicsim.study.running import run_study
-from magicsim.study.study_file import load_study
 from magicsim.workers.options import choose_workers
 
 NO_BESIDE, NO_SHEAR = "beside.skins_mm=[]", "sheared.paths_mm=[]"

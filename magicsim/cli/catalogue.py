@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from magicsim.cli.app import Json, Seed, Settings, app, fields_of, print_object
-from magicsim.config.presets import PLURALS, entries
-from magicsim.errors import ConfigError, unknown_choice
+from magicsim.config.presets import entries, plurals
 
 
 @app.command(name="list")
@@ -16,9 +15,7 @@ def list_presets(
     *, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """List what comes with the program, a line each: designs, objects, scenes, rigs, recipes, sweeps, studies, ..."""
-    if kind is not None and kind not in PLURALS:
-        raise ConfigError(unknown_choice("kind of preset", kind, PLURALS))
-    kinds = [kind] if kind is not None else list(PLURALS)
+    kinds = [kind] if kind is not None else list(plurals())
     found = {each: entries(each) for each in kinds}
     if json:
         print_object({each: [fields_of(entry) for entry in found[each]] for each in kinds}, on_one_line=True)

@@ -18,7 +18,6 @@ from magicsim.cli import (  # noqa: F401
     dataset,
     design,
     detect,
-    estimate,
     fit,
     light,
     live,
@@ -26,13 +25,15 @@ from magicsim.cli import (  # noqa: F401
     mechanics,
     real,
     scene,
-    study,
     sweep,
-    task,
 )
 from magicsim.cli.app import app
+from magicsim.config.extensions import COMMANDS, EXPERIMENTS, extensions, missing_experiments
 from magicsim.errors import ConfigError, MagicsimError, one_line, unknown_choice
 from magicsim.light.variant import VARIANT_VARIABLE, VARIANTS
+
+for _name, _point in extensions(COMMANDS).items():
+    app.command(_point.load(), name=_name)
 
 STOPPED, UNREAD, TERMINATED = 130, 141, 143
 """Exit codes after SIGINT, SIGPIPE and SIGTERM, as a shell gives them."""
@@ -48,7 +49,9 @@ def main() -> None:
         app(_with_variant(sys.argv[1:]), exit_on_error=False, print_error=False)
         sys.stdout.flush()
     except UnknownCommandError as error:
-        _fail(unknown_choice("command", (error.unused_tokens or [""])[0], [name for name in app if name[0] != "-"]))
+        word = (error.unused_tokens or [""])[0]
+        choices = [name for name in app if name[0] != "-"]
+        _fail(missing_experiments(word) if word in EXPERIMENTS else unknown_choice("command", word, choices))
     except CycloptsError as error:
         _fail(" ".join(str(error).split()))
     except MagicsimError as error:

@@ -1,6 +1,7 @@
 """Finds the versioned input files (designs, scenes, rigs, detector profiles) by name or by path, and lists them.
 
-The wheel carries them in `magicsim/_presets/`; a checkout has them at its top level.
+The wheel carries them in `magicsim/_presets/`; a checkout has them at its top level. Other distributions add
+presets and kinds of presets.
 """
 
 import re
@@ -8,6 +9,7 @@ import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 
+from magicsim.config.extensions import EXPERIMENTS, PRESETS, extensions, missing_experiments
 from magicsim.errors import NAME_LENGTH, PresetError, shortened, unknown_choice
 
 FOLDERS = {
@@ -19,8 +21,6 @@ FOLDERS = {
     "profile": "detectors",
     "suite": "detectors/suites",
     "sweep": "geometry/sweeps",
-    "study": "scenes/studies",
-    "item": "scenes/items",
 }
 """Folder of each kind of preset, below the packaged copy or the checkout."""
 
@@ -35,16 +35,29 @@ def preset_root() -> Path:
     return packaged if packaged.is_dir() else _PACKAGE.parent
 
 
+def preset_kinds() -> list[str]:
+    """Kinds of presets: the keys of `FOLDERS`, then those that other distributions add."""
+    return list(dict.fromkeys([*FOLDERS, *extensions(PRESETS)]))
+
+
 def preset_names(kind: str) -> list[str]:
-    """Names of the shipped presets of one kind (a key of `FOLDERS`), sorted."""
-    return sorted(path.stem for path in (preset_root() / FOLDERS[kind]).glob("*.toml"))
+    """Names of the presets of one kind (one of `preset_kinds`), sorted."""
+    return sorted(_files(kind))
+
+
+def _files(kind: str) -> dict[str, Path]:
+    folders: list[Path] = [extensions(PRESETS)[kind].load()] if kind in extensions(PRESETS) else []
+    folders += [preset_root() / FOLDERS[kind]] if kind in FOLDERS else []
+    if not folders and kind in EXPERIMENTS:
+        raise PresetError(missing_experiments(kind))
+    return {path.stem: path for folder in folders for path in folder.glob("*.toml")}
 
 
 def find_preset(kind: str, name: str | Path) -> Path:
     """Path of a preset by name, or of the user's own file by path.
 
     Args:
-        kind: A key of `FOLDERS`.
+        kind: One of `preset_kinds`.
         name: A shipped name such as `mini-magictac`, or a path to a TOML file.
 
     Raises:
@@ -60,9 +73,10 @@ def find_preset(kind: str, name: str | Path) -> Path:
             )
             raise PresetError(msg)
         return path
-    if text not in preset_names(kind):
-        raise PresetError(unknown_choice(kind, text, preset_names(kind)))
-    return preset_root() / FOLDERS[kind] / f"{text}.toml"
+    files = _files(kind)
+    if text not in files:
+        raise PresetError(unknown_choice(kind, text, sorted(files)))
+    return files[text]
 
 
 def is_file(path: Path) -> bool:
@@ -89,8 +103,6 @@ def expanded(path: str | Path) -> Path:
         return Path(path)
 
 
-PLURALS = {f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s": kind for kind in FOLDERS}
-"""Kinds of presets as people name many of them."""
 _SENTENCE_END = re.compile(r"(?<=[.!?])\s+(?=[A-Z0-9])")
 LONG = 110
 """Longest account of a preset [characters]."""
@@ -101,7 +113,7 @@ class Entry:
     """One preset."""
 
     kind: str
-    """A key of `magicsim.config.presets.FOLDERS`."""
+    """One of `preset_kinds`."""
     name: str
     """What commands and files call it."""
     description: str
@@ -110,18 +122,25 @@ class Entry:
     """Where it is, to be copied and changed."""
 
 
+def plurals() -> dict[str, str]:
+    """Kinds of presets by the word for many of them."""
+    return {f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s": kind for kind in preset_kinds()}
+
+
 def entries(plural: str) -> list[Entry]:
     """The presets of one kind, sorted by name.
 
     Args:
-        plural: A key of `PLURALS`, such as `designs`.
+        plural: A key of `plurals()`, such as `designs`.
 
     Raises:
         PresetError: No such kind.
     """
-    if plural not in PLURALS:
-        raise PresetError(unknown_choice("kind of preset", plural, PLURALS))
-    kind = PLURALS[plural]
+    kinds = plurals()
+    if plural not in kinds:
+        is_added = plural in EXPERIMENTS
+        raise PresetError(missing_experiments(plural) if is_added else unknown_choice("kind of preset", plural, kinds))
+    kind = kinds[plural]
     found = {name: find_preset(kind, name) for name in preset_names(kind)}
     return [
         Entry(kind=kind, name=name, description=first_sentence(path), file=str(path)) for name, path in found.items()

@@ -11,11 +11,8 @@ from .source import ROOT, modules
 packaging = pytest.importorskip("packaging.requirements")
 EXTRAS = {"felupe", "ngsolve", "netgen", "flip_evaluator", "distributed"}
 """What some modules need and the tests do not install."""
-OPTIONAL = {
-    "magicsim.dataset.torch", "magicsim.learn.losses", "magicsim.learn.networks", "magicsim.learn.reading",
-    "magicsim.learn.training", "magicsim.learn.weights",
-}  # fmt: skip
-"""Modules that need PyTorch, which is asked for before they are loaded."""
+OPTIONAL = {"magicsim.dataset.torch"}
+"""The module that needs PyTorch."""
 NO_WINDOWS = ("fcntl", "resource", "pwd", "grp", "termios", "posix_ipc")
 LINUX = {"sys_platform": "linux", "platform_system": "Linux", "os_name": "posix"}
 MACHINES = {

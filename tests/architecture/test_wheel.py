@@ -22,8 +22,6 @@ SOURCES = {
     "profile": "detectors",
     "suite": "detectors/suites",
     "sweep": "geometry/sweeps",
-    "study": "scenes/studies",
-    "item": "scenes/items",
 }
 
 
@@ -100,7 +98,7 @@ def test_installed_copy_finds_its_own_presets(installed: Path):
     code = (
         "import magicsim, magicsim.config.presets as p; from magicsim.scenes.scene import load_scene; "
         "print(magicsim.__file__); print(p.preset_root()); print(load_scene('demo').frame_count); "
-        "print(*(len(p.preset_names(kind)) for kind in p.FOLDERS))"
+        "print(*(len(list((p.preset_root() / each).glob('*.toml'))) for each in p.FOLDERS.values()))"
     )
     module, root, frames, counts = run(installed, code).splitlines()
     assert Path(module).is_relative_to(installed)

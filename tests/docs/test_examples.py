@@ -259,23 +259,3 @@ def test_whole_api_simulates_judges_detects_and_fits(whole_api, tmp_path):
     assert contact in list(Contact)
     assert profile.endswith("mine.toml")
     assert whole_api.fit_a_sensor(tmp_path, [*TINY, "rig.camera.columns=32", "rig.camera.rows=40"]) >= 0
-
-
-def test_own_study(tmp_path, monkeypatch):
-    import json
-    import sys
-
-    from magicsim.study.stages.pieces import PiecesStage
-    from magicsim.study.study_file import load_study
-
-    script = load(EXAMPLES / "own_study.py")
-    monkeypatch.setitem(sys.modules, script.__name__, script)
-    file = tmp_path / "balls.toml"
-    file.write_text('schema_version = 1\nkind = "balls"\n')
-    changes = [f"design.{each}" for each in SMALL_BLOCK] + ["design.lattice.spacing_mm=2"]
-    study = load_study(file, changes, design="uniform-block", kinds={"balls": f"{script.__name__}:Balls"})
-    found = [json.loads(script.ball_force(task)) for task in study.presses.tasks]
-    assert 0 < found[0]["force_n"] < found[1]["force_n"]
-    assert isinstance(study.stages()[0], PiecesStage)
-    monkeypatch.setattr(script, "read_pieces", lambda *_: [json.dumps(each).encode() for each in found])
-    assert study.conclude(tmp_path).headline["most_n"] == found[1]["force_n"]

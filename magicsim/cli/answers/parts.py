@@ -27,15 +27,9 @@ OPTIONAL = (
     ("video", "av", "no H.264 camera (rig.camera.compression), no videos with time stamps (magicsim real)", "video"),
     ("robot", "gymnasium", "no Gymnasium environment; LiveSensor and DigitCamera remain", "robot"),
     ("mujoco", "mujoco", "no sensors on a MuJoCo model (magicsim.robot.mujoco)", "mujoco"),
-    ("task", "skimage", "no magicsim task assembly (SSIM)", "task"),
     ("live", "viser", "no live window (magicsim live)", "live"),
     ("search", "optuna", 'no sweeps with sampling = "search"', "search"),
-    (
-        "learn",
-        "torch",
-        "no studies that learn, no estimate, no magicsim.dataset.torch; magicsim.dataset.frames remains",
-        "learn",
-    ),
+    ("torch", "torch", "no magicsim.dataset.torch; magicsim.dataset.frames remains", "torch"),
     ("hf", "datasets", "Hugging Face's reader of datasets; any Parquet reader remains", "hf"),
     ("hdf5", "h5py", "no export to HDF5", "hdf5"),
     ("zarr", "zarr", "no export to Zarr", "zarr"),
@@ -45,8 +39,7 @@ OPTIONAL = (
 )
 """Name, module, cost of its absence, and the extra that brings it or for which machines there is one."""
 EXTRAS = frozenset(
-    {"video", "robot", "mujoco", "task", "live", "search", "learn", "hf", "hdf5", "zarr", "webdataset", "mcap"}
-    | {"cluster"}
+    {"video", "robot", "mujoco", "live", "search", "torch", "hf", "hdf5", "zarr", "webdataset", "mcap"} | {"cluster"}
 )
 
 

@@ -4,23 +4,30 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from magicsim.config.extensions import EXPERIMENTS, SCHEMAS, extensions, missing_experiments
 from magicsim.dataset.real.description import Description
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.detectors.profile import profile_schema
+from magicsim.errors import ConfigError
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
-from magicsim.study.study_schema import study_schema
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.task.item import Item
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """JSON Schema of one kind of file, as `magicsim schema` calls it: `design`, `scene`, ..., `item` or `real`."""
-    if kind == "study":
-        return study_schema()
+    """JSON Schema of one kind of file, as `magicsim schema` calls it: `design`, `scene`, ..., `item` or `real`.
+
+    Raises:
+        ConfigError: A kind of a distribution that is not installed.
+    """
+    if kind in extensions(SCHEMAS):
+        added: dict[str, Any] = extensions(SCHEMAS)[kind].load()()
+        return added
+    if kind in EXPERIMENTS:
+        raise ConfigError(missing_experiments(kind))
     if kind == "profile":
         return profile_schema()
     models: dict[str, Any] = {
@@ -31,7 +38,6 @@ def schema_of(kind: str) -> dict[str, Any]:
         "suite": SuiteConfig,
         "recipe": Recipe,
         "sweep": SweepConfig,
-        "item": Item,
         "real": Description,
     }
     schema = TypeAdapter(models[kind]).json_schema()

@@ -7,6 +7,8 @@ import pytest
 
 import magicsim
 from magicsim.cli.entry import app
+from magicsim.config.extensions import COMMANDS as ADDED_COMMANDS
+from magicsim.config.extensions import EXPERIMENTS, extensions
 from magicsim.folder import result_folder
 
 from .conftest import Shell
@@ -14,8 +16,7 @@ from .conftest import Shell
 COMMANDS = tuple(command for command in app if not command.startswith("-") and app[command].show)
 ANSWERS_ABOUT_ITSELF = ("completion", "list")
 """Commands that compute nothing, so that there is nothing to set."""
-TASKS = tuple(("task", name) for name in app["task"] if not name.startswith("-"))
-RUN = [(each,) for each in COMMANDS if each not in (*ANSWERS_ABOUT_ITSELF, "task")] + list(TASKS)
+RUN = [each for each in COMMANDS if each not in ANSWERS_ABOUT_ITSELF and each not in EXPERIMENTS]
 
 COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]
 BALL = ["--object", "sphere:radius_mm=4"]
@@ -28,9 +29,9 @@ def test_help_names_every_command(shell: Shell):
         assert f" {command} " in done.out
 
 
-@pytest.mark.parametrize("command", RUN, ids=" ".join)
-def test_every_command_takes_json_set_and_seed(shell: Shell, command: tuple[str, ...]):
-    done = shell(*command, "--help")
+@pytest.mark.parametrize("command", RUN)
+def test_every_command_takes_json_set_and_seed(shell: Shell, command: str):
+    done = shell(command, "--help")
     assert done.code == 0
     assert all(option in done.out for option in ("--json", "--set", "--seed"))
 
@@ -39,6 +40,14 @@ def test_bench_says_in_one_line_where_it_is(shell: Shell):
     done = shell("bench", "render", "--quick", "--out", "there")
     assert done.code == 2
     assert done.err == "magicsim: bench is a script of the repository now: python benchmarks/render.py\n"
+
+
+@pytest.mark.skipif(bool(extensions(ADDED_COMMANDS)), reason="the experiments are installed")
+@pytest.mark.parametrize("words", ["study ranging --out DIR", "task grasp", "list studies", "schema item"])
+def test_word_of_the_experiments_says_what_to_install(shell: Shell, words: str):
+    named = next(word for word in words.split() if word in EXPERIMENTS)
+    line = f"magicsim: '{named}' comes with magicsim-experiments, which is not installed: "
+    assert shell.refusal(*words.split()) == f"{line}pip install ./benchmarks/experiments\n"
 
 
 def test_version_is_that_of_the_package(shell: Shell):
@@ -94,7 +103,6 @@ def test_version_is_that_of_the_package(shell: Shell):
             ["press", *COARSE, *BALL, "--depth-mm", "1", "--points", "2.5"],
             "--points: 2.5 is not allowed: must be a whole num",
         ),
-        (["task", "grasp", "--out", "g", "--episodes", "2.5"], "--episodes: 2.5 is not allowed: must be a whole num"),
         (["render", "near", "--samples", "1.0e400"], "--samples: 1.0e400 is not allowed: must be a whole num"),
         (["plan", "near", "--seed", "0.5"], "--seed: 0.5 is not allowed: must be a whole num"),
         (["dataset", "default", "--out", "d", "--workers=.5"], "--workers: .5 is not allowed: must be a whole num"),

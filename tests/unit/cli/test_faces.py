@@ -8,9 +8,6 @@ from magicsim.errors import ConfigError
 from magicsim.evaluation.suite import load_suite
 from magicsim.judge.measures import OF_PROXIMITY
 from magicsim.judge.verdicts import COATED
-from magicsim.task.item import load_item
-from magicsim.task.running import task_scene
-from magicsim.task.settings import GraspConfig
 
 from .conftest import Shell
 
@@ -52,14 +49,6 @@ def test_what_a_sensor_cannot_have_is_one_line(shell: Shell, arguments: list[str
 def test_suite_of_see_through_detectors_refuses_a_coat():
     with pytest.raises(ConfigError, match=r"design.coat is opaque.*must be none or a half mirror"):
         load_suite("small", [COAT])
-
-
-def test_grasp_task_refuses_a_coat():
-    config = GraspConfig(scene=(COAT,))
-    with pytest.raises(
-        ConfigError, match=r"design = mini-magictac is not allowed with task grasp.*design.coat is opaque"
-    ):
-        task_scene(config, load_item("orange"))
 
 
 SMALL = [

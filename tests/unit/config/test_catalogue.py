@@ -1,18 +1,18 @@
 import pytest
 
-from magicsim.config.presets import FOLDERS, LONG, PLURALS, entries, first_sentence, preset_names
+from magicsim.config.presets import LONG, entries, first_sentence, plurals, preset_kinds, preset_names
 from magicsim.errors import PresetError
 
 
-@pytest.mark.parametrize("plural", PLURALS)
+@pytest.mark.parametrize("plural", plurals())
 def test_every_preset_says_what_it_is(plural: str):
     found = entries(plural)
-    assert [each.name for each in found] == preset_names(PLURALS[plural])
+    assert [each.name for each in found] == preset_names(plurals()[plural])
     assert all(10 < len(each.description) <= LONG for each in found)
 
 
 def test_every_kind_can_be_listed():
-    assert set(PLURALS.values()) == set(FOLDERS)
+    assert list(plurals().values()) == preset_kinds()
 
 
 def test_a_kind_that_does_not_exist_is_refused():

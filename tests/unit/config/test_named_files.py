@@ -15,7 +15,6 @@ from magicsim.config.named_files import config_digest, file_hashes, named_files
 from magicsim.evaluation.take import take_key
 from magicsim.folder.listing import sha256_of
 from magicsim.scenes.scene import load_scene
-from magicsim.study.study_file import load_study
 
 
 def plain(data: object) -> str:
@@ -33,8 +32,6 @@ def test_hash_without_files_is_that_of_the_json_alone():
     assert recipe.config_hash() == plain(data)
     sweep = small_sweep()
     assert sweep.config_hash() == plain(sweep.model_dump(mode="json", exclude={"timeout_s", "objectives", "search"}))
-    study = load_study("manufacturing", quick=True).config
-    assert study.config_hash() == plain(study.model_dump(mode="json", exclude={"timeout_s"}))
     assert not named_files(load_scene("demo").model_dump(mode="json"))
 
 
@@ -42,7 +39,6 @@ KEYS: dict[str, Callable[..., str]] = {
     "recipe": lambda *settings: small_recipe(*settings).config_hash(),
     "take": lambda *settings: take_key(load_scene("pressed", settings)),
     "sweep": lambda *settings: small_sweep(*settings).config_hash(),
-    "study": lambda *settings: load_study("manufacturing", settings, quick=True).config.config_hash(),
 }
 
 

@@ -17,7 +17,6 @@ from magicsim.dataset.manifest import CONFIG, MANIFEST, SENSORS
 from magicsim.dataset.shard import decoded_png
 from magicsim.errors import OutputError
 from magicsim.folder.listing import sealed, sha256_of
-from magicsim.learn.samples import read_samples
 
 SHARD = "data/test-00000.parquet"
 OTHER = "data/test-00001.parquet"
@@ -76,8 +75,6 @@ def test_shard_that_is_not_as_it_was_written_is_refused_by_name(copy: Path, tmp_
         open_frames(copy, keep=tmp_path / "frames")
     with pytest.raises(OutputError, match=said):
         export_dataset(copy, tmp_path / "out", "webdataset")
-    with pytest.raises(OutputError, match=said):
-        read_samples(copy, (), lambda rows: pytest.fail(str(rows)), columns=(), long_side_px=0)
     assert not (tmp_path / "out").exists()
     assert not list((tmp_path / "frames").glob("*.arrow"))
 
@@ -137,8 +134,6 @@ def test_picture_that_cannot_be_decoded_is_named_with_file_and_row(copy: Path, t
     for layout in ("hdf5", "lerobot"):
         with pytest.raises(OutputError, match=said):
             export_dataset(copy, tmp_path / "out", layout)
-    with pytest.raises(OutputError, match=said):
-        read_samples(copy, (), lambda rows: pytest.fail(str(rows)), columns=(), long_side_px=0)
     frames = open_frames(copy, ["image"], keep=tmp_path)
     with pytest.raises(OutputError, match=r"arrow', a copy of a dataset: image of row 1 is no PNG"):
         frames.split("test")[1]

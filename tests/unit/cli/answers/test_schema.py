@@ -7,7 +7,7 @@ from magicsim.cli.answers.schema import schema_of
 from magicsim.config.documents import read_toml
 from magicsim.config.presets import FOLDERS, find_preset, preset_names
 
-KINDS = ("design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study", "item", "real")
+KINDS = ("design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "real")
 TYPES = {
     "object": dict, "array": list, "string": str, "integer": int, "number": (int, float), "boolean": bool,
     "null": type(None),
@@ -76,9 +76,7 @@ def test_every_shipped_preset_satisfies_its_schema(kind: str, name: str):
     assert accepts(schema, read_toml(find_preset(kind, name)), schema)
 
 
-@pytest.mark.parametrize(
-    "kind", ["design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep", "study", "item"]
-)
+@pytest.mark.parametrize("kind", ["design", "scene", "rig", "object", "recipe", "profile", "suite", "sweep"])
 def test_schema_refuses_a_misspelt_key(kind: str):
     schema = schema_of(kind)
     data = read_toml(find_preset(kind, preset_names(kind)[0]))

@@ -1,0 +1,1 @@
+"""Published experiments on the simulator: studies, learned models, tasks of the gripper."""

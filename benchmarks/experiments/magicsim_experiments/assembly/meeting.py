@@ -1,0 +1,119 @@
+"""What a base does to a plug: an elastic foundation with Coulomb friction against the motion, and the jack's springs.
+
+Every element of the plug's surface that lies below the base's, by d, and faces it is pushed out with the pressure
+`stiffness_n_mm3` d along the base's normal, on its area as the base sees it (an elastic foundation, Johnson, Contact
+Mechanics, 1985, 4.3). Plug and base are far stiffer than the skin that holds the plug, so the stiffness has to be high;
+it is assumed. Friction is kinetic, against the carriage's motion. The contacts of the jack resist a pin in the hole by
+a force along the axis that comes with its depth.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from magicsim.arrays import Array
+from magicsim.geometry.pose import Pose
+from magicsim.robot.grip.load import Load
+from magicsim_experiments.assembly.jack import Jack
+from magicsim_experiments.assembly.surface import Elements
+
+FORWARD = 1.0
+AXES = 3
+STEP_MM, STEP_RAD = 0.02, 0.002
+"""Motions over which the stiffness is taken: it begins with contact."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contact:
+    """Constants of the contact between plug and base; all are assumed."""
+
+    stiffness_n_mm3: float = 5.0
+    """Pressure by depth [N/mm3]."""
+    friction: float = 0.2
+    """Coulomb's coefficient between plastic and plastic."""
+    spring_n: float = 1.5
+    """Resistance of the jack's contacts to a pin in the hole [N]."""
+    spring_mm: tuple[float, float] = (2.0, 4.0)
+    """Depths of the pin at which that begins, and is there in full [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MetLoad(Load):
+    """Weight of a plug, and the wrench of a base on it wherever it is."""
+
+    elements: Elements | None = None
+    """The plug's surface; None is a load without a base."""
+    jack: Jack = field(default_factory=Jack)
+    base: Pose | None = None
+    """From the jack's frame to the gripper's; None is out of reach."""
+    contact: Contact = field(default_factory=Contact)
+    way: float = 0.0
+    """Sense of the plug's motion along the jack's axis: 1 into the hole, -1 out of it, 0 at rest."""
+
+    def wrench(self, pose: Pose) -> Array:
+        """Wrench of weight, outer force and base, shape (6,); see `Load.wrench`."""
+        return Load.wrench(self, pose) + self.met(pose)
+
+    def met(self, pose: Pose) -> Array:
+        """Force [N] and torque about the plug's origin [N mm] of the base alone, in the gripper's frame, shape (6,).
+
+        Args:
+            pose: The plug's, in the gripper's frame.
+        """
+        if self.elements is None or self.base is None:
+            return np.zeros(6)
+        points = pose.to_sensor(self.elements.points_mm)
+        local = self.base.to_object(points)
+        depth, normal = self.jack.distance(local)
+        outward = self.elements.normals @ (self.base.rotation.T @ pose.rotation).T
+        facing = np.maximum(-np.einsum("ei,ei->e", outward, normal), 0.0)
+        size = self.contact.stiffness_n_mm3 * np.maximum(-depth, 0.0) * facing * self.elements.area_mm2
+        force = size[:, None] * normal
+        axis = np.array([0.0, 1.0, 0.0])
+        if self.way != 0:
+            sliding = axis - normal * normal[:, 1:2]
+            force -= self.way * self.contact.friction * size[:, None] * sliding
+        force = force @ self.base.rotation.T
+        total = force.sum(0) + self.base.rotation @ self._spring(local)
+        tip = pose.rotation @ np.array([0.0, float(self.elements.points_mm[:, 1].max()), 0.0])
+        torque = np.cross(points - pose.position_mm, force).sum(0)
+        return np.concatenate([total, torque + np.cross(tip, self.base.rotation @ self._spring(local))])
+
+    def stiffness(self, pose: Pose) -> Array:
+        """How the base's wrench falls with the plug's motion, shape (6, 6), by differences; see `Load.stiffness`."""
+        found = np.zeros((6, 6))
+        if self.elements is None or self.base is None:
+            return found
+        for number, unit in enumerate(np.eye(6)):
+            step = STEP_MM * unit if number < AXES else STEP_RAD * unit
+            ends = [
+                self.met(
+                    Pose(
+                        position_mm=pose.position_mm + sign * step[:AXES],
+                        rotation=Rotation.from_rotvec(sign * step[AXES:]).as_matrix() @ pose.rotation,
+                    )
+                )
+                for sign in (1, -1)
+            ]
+            found[:, number] = (ends[1] - ends[0]) / (2 * (STEP_MM if number < AXES else STEP_RAD))
+        return found
+
+    def _spring(self, local: Array) -> Array:
+        """Force of the jack's contacts along its axis, shape (3,) [N]; none outside of the hole."""
+        deepest = local[int(local[:, 1].argmax())]
+        if np.hypot(deepest[0], deepest[2]) > self.jack.radius_mm + self.jack.chamfer_mm:
+            return np.zeros(3)
+        low, high = self.contact.spring_mm
+        share = float(np.clip((deepest[1] - low) / (high - low), 0, 1))
+        return np.array([0.0, -self.way * self.contact.spring_n * share, 0.0])
+
+    def at(self, base: Pose | None, *, way: float) -> Self:
+        """This load with the base elsewhere.
+
+        Args:
+            base: From the jack's frame to the gripper's; None is out of reach.
+            way: Sense of the plug's motion along the jack's axis.
+        """
+        return replace(self, base=base, way=way)

@@ -1,0 +1,159 @@
+"""What a trial begins with and what it gives: the gripper takes the plug; see `assembly.playing`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from magicsim.arrays import Frame
+from magicsim.errors import ConfigError
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.objects.plain import PlugObject
+from magicsim.robot.fingers import ObjectPlace
+from magicsim.robot.grip.load import Hold
+from magicsim.robot.grip.truth import GripMoment
+from magicsim.robot.gripper import Gripper
+from magicsim.robot.workspace import Workspace
+from magicsim_experiments.assembly.base_body import base_body
+from magicsim_experiments.assembly.jack import Jack
+from magicsim_experiments.assembly.meeting import Contact, MetLoad
+from magicsim_experiments.assembly.pushing import Vector
+from magicsim_experiments.assembly.stages import Step, timeline
+from magicsim_experiments.assembly.surface import plug_elements
+
+SQUEEZE_MM, OPEN_MM = 1.0, 12.0
+"""How much closer than touching the faces grip, and how far they open [mm]; assumed."""
+MASS_G = 8.0
+"""Mass of the plug; assumed."""
+PLACE = ObjectPlace(y_mm=6.0)
+"""Where the fingers take the handle: towards their tips, the pin beyond them."""
+SPACE = Workspace(
+    x_mm=(-1.5, 1.5), y_mm=(0.0, 8.0), twist_deg=(-15.0, 15.0), tilt_x_deg=(-15.0, 15.0), tilt_y_deg=(-15.0, 15.0),
+    gap_mm=(-1.5, 20.0),
+)  # fmt: skip
+"""Where the plug may go in the grip; one that turns out of it counts as lost."""
+SPEED_MM_S = 10.0
+"""Speed of carriage and fingers; assumed [mm/s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """What does not change from trial to trial."""
+
+    jack: Jack = field(default_factory=Jack)
+    contact: Contact = field(default_factory=Contact)
+    mass_g: float = MASS_G
+    """Mass of the plug [g]."""
+    squeeze_mm: float = SQUEEZE_MM
+    """How much closer than touching the faces grip [mm]."""
+    place: ObjectPlace = PLACE
+    """Where the fingers take the handle."""
+    timeline: Sequence[Step] = field(default_factory=timeline)
+    references: int = 30
+    """Frames of the untouched fingers, for the detectors."""
+    samples: int = 1
+    """Pairs of frames of each step, the last one at its end, the others evenly along its way; where the base stops it
+    after fewer equilibria, it is gone again in as many."""
+    speed_mm_s: float = SPEED_MM_S
+    """Speed of the carriage and of each finger [mm/s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """One step of a trial, labels and pictures."""
+
+    step: Step
+    outcome: Hold
+    time_s: float
+    """Since the fingers began to close [s]."""
+    base_force_n: Vector
+    """Force of the base on the plug, in the gripper's frame; where the plug is lost, in the last balance before [N]."""
+    base_torque_nmm: Vector
+    """About the plug's origin [N mm]."""
+    normal_n: float
+    """Mean normal force of both fingers [N]."""
+    place: ObjectPlace
+    """The plug in the gripper's frame."""
+    limit: str | None
+    """The coordinate of it at whose end in the workspace the plug was lost."""
+    slid_mm: float
+    """How far it slid in the grip on the way to this step [mm]."""
+    images: tuple[Frame, Frame]
+    """Upper and lower finger's frame."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gripped:
+    """The plug in the grip, from which each trial begins."""
+
+    plug: PlugObject
+    setup: Setup
+    moment: GripMoment
+    load: MetLoad
+    """Its weight, no base yet."""
+    references: tuple[list[Frame], list[Frame]]
+    """Frames of the upper and of the lower finger with nothing between them."""
+    closing: tuple[GripMoment, ...] = ()
+    """The fingers on their way to the plug, of which further pairs of frames of the first step are taken."""
+
+
+def base_of(plug: PlugObject, setup: Setup | None = None) -> SurfaceMesh:
+    """The base's body, which a gripper shows that was built with it as its `companion`.
+
+    Args:
+        plug: Held by its handle.
+        setup: Jack and grip.
+    """
+    setup = setup or Setup()
+    return base_body(setup.jack, apart_mm=2 * plug.radius_mm - setup.squeeze_mm)
+
+
+def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) -> Gripped:
+    """Films the empty fingers, and grips the plug.
+
+    Args:
+        gripper: Two sensors with the plug as their object.
+        plug: The plug.
+        setup: Jack, contact and timeline.
+
+    Raises:
+        ConfigError: The plug does not fit, drops at once, or lies outside of a finger's workspace.
+        ConvergenceError: No valid equilibrium was found.
+    """
+    setup = setup or Setup()
+    gripper.reset()
+    references = _references(gripper, setup.references)
+    load = replace(
+        MetLoad.of_mass(setup.mass_g, down=(0.0, 1.0, 0.0)), elements=plug_elements(plug), jack=setup.jack,
+        contact=setup.contact,
+    )  # fmt: skip
+    touching, closing = gripper.touching_width_mm, []
+    for left in range(setup.samples - 1, 0, -1):
+        gripper.close(touching + OPEN_MM * left / setup.samples, place=setup.place)
+        closing.append(gripper.now())
+    gripper.close(touching - setup.squeeze_mm, place=setup.place)
+    if gripper.hold(load=load) is Hold.DROPPED:
+        msg = f"squeeze_mm = {setup.squeeze_mm:g} is not allowed: a plug of {load.weight_n:.3g} N drops at once"
+        raise ConfigError(msg)
+    return Gripped(
+        plug=plug, setup=setup, moment=gripper.now(), load=load, references=references, closing=tuple(closing)
+    )
+
+
+def check_plug(plug: object) -> PlugObject:
+    """The plug of a scene.
+
+    Raises:
+        ConfigError: Its object is none.
+    """
+    if not isinstance(plug, PlugObject):
+        kind = getattr(plug, "kind", None)
+        msg = f"object.kind = {kind!r} is not allowed here: an assembly needs a 'plug'"
+        raise ConfigError(msg)
+    return plug
+
+
+def _references(gripper: Gripper, count: int) -> tuple[list[Frame], list[Frame]]:
+    frames: tuple[list[Frame], list[Frame]] = ([], [])
+    for finger, own in zip(gripper.fingers, frames, strict=True):
+        finger.remove_object()
+        own += [finger.frame().image for _ in range(count)]
+    return frames

@@ -1,0 +1,82 @@
+"""The command that runs published experiments on a design: `study`."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from magicsim.cli.app import Json, Seed, Settings, fields_of, print_result
+from magicsim.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from magicsim_experiments.study.running import StageEstimate
+
+
+def study(
+    name: str, *,
+    out: Annotated[Path | None, Parameter(name="--out", help="Where the result goes.")] = None,
+    design: Annotated[str | None, Parameter(help="Design preset or file; the study's own by default.")] = None,
+    quick: Annotated[bool, Parameter(negative="", help="The small form: minutes, wide error bars.")] = False,
+    plan: Annotated[bool, Parameter(negative="", help="Only say what it would do and take.")] = False,
+    workers: Annotated[int | None, Parameter(help="Processes; one for each core by default.")] = None,
+    cluster: Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")] = None,
+    resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's study.")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Run a published experiment on a design, and write its tables, figures and a page; `list studies` names them.
+
+    A run that was stopped or killed goes on with --resume, and ends with the same bytes as one that was not.
+    """
+    from magicsim.workers.options import choose_workers
+    from magicsim_experiments.study.study_file import load_study
+
+    found = load_study(name, settings or [], design=design, quick=quick, seed=seed)
+    options = choose_workers(workers, cluster=cluster, timeout_s=found.config.timeout_s)
+    if plan:
+        from magicsim_experiments.study.running import estimate_study
+
+        stages = estimate_study(found, processes=options.workers)
+        print_result(_planned(found.config.kind, stages, options.workers), as_json=json)
+        return
+    if out is None:
+        msg = "--out is missing: where does the result go?"
+        raise ConfigError(msg)
+    from magicsim_experiments.study.folder import FOLDER
+
+    FOLDER.check(out, resume=resume)
+    from magicsim.cli.output.progress import show_progress
+    from magicsim_experiments.study.running import run_study
+
+    with show_progress(f"study {Path(name).stem}") as progress:
+        summary = run_study(
+            found, out, options=options, resume=resume, announce=_announce(options.workers), progress=progress
+        )
+    print_result(fields_of(summary), as_json=json)
+
+
+def _planned(kind: str, stages: "Sequence[StageEstimate]", processes: int) -> dict[str, object]:
+    total = sum(each.core_seconds for each in stages)
+    return {
+        "study": kind,
+        "stages": [{"stage": each.stage, "core_seconds": round(each.core_seconds)} for each in stages],
+        "core_seconds": round(total),
+        "seconds": round(total / processes),
+    }
+
+
+def _announce(processes: int) -> "Callable[[Sequence[StageEstimate]], None]":
+    """Writes the estimate of time, before any work."""
+
+    def announce(left: "Sequence[StageEstimate]") -> None:
+        parts = [f"{each.stage} {each.core_seconds / 60:.1f}" for each in left if each.core_seconds]
+        total = sum(each.core_seconds for each in left)
+        if parts:
+            sys.stderr.write(
+                f"about {total / processes / 60:.1f} minutes on {processes} cores (core minutes: {', '.join(parts)}; "
+                "rough estimates)\n"
+            )
+
+    return announce

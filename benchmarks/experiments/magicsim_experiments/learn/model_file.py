@@ -1,0 +1,110 @@
+"""A fitted model in one file: weights as safetensors, and in the header all that is needed to read frames with it."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from magicsim.config.models import Config, validate
+from magicsim.errors import ConfigError
+from magicsim_experiments.learn.samples import Label
+from magicsim_experiments.learn.settings import Input, LongSidePx, Network
+
+HEADER = "magicsim_model"
+"""Key of the header's text."""
+Mean = Annotated[float, Field(ge=-1e12, le=1e12)]
+Spread = Annotated[float, Field(gt=0, le=1e12)]
+SizePx = Annotated[int, Field(ge=1, le=65_535)]
+
+
+class ModelConfig(Config):
+    """What a model is, and what it reads."""
+
+    network: Network
+    labels: Annotated[tuple[Label, ...], Field(min_length=1, max_length=1000)]
+    input: Input
+    """Frame minus the untouched reference, or the frame as it is."""
+    long_side_px: LongSidePx
+    frame_rows: SizePx
+    frame_columns: SizePx
+    """Size of the frames that it was trained on, before they are reduced [px]."""
+    input_mean: tuple[Mean, Mean, Mean]
+    input_sd: tuple[Spread, Spread, Spread]
+    """Standard deviation of each channel of the training inputs."""
+    target_mean: tuple[Mean, ...]
+    target_sd: tuple[Spread, ...]
+    """Standard deviation of each label over the training frames; 0 and 1 of what is no number."""
+    recipe_hash: Annotated[str, Field(max_length=100)] = ""
+    """SHA-256 of the recipe of the training data; empty where there is none."""
+    study: Annotated[str, Field(max_length=100)] = ""
+    """Kind of the study that it comes from."""
+
+    @model_validator(mode="after")
+    def _check_labels(self) -> Self:
+        names = [each.name for each in self.labels]
+        if len(set(names)) < len(names):
+            msg = f"labels.name = {names} is not allowed: names a label twice"
+            raise ValueError(msg)
+        for field, values in (("target_mean", self.target_mean), ("target_sd", self.target_sd)):
+            if len(values) != len(names):
+                msg = f"{field} = {list(values)} is not allowed: must have {len(names)} numbers, one a label"
+                raise ValueError(msg)
+        return self
+
+
+def save_model(config: ModelConfig, weights: Mapping[str, Any]) -> bytes:
+    """The file's content; equal models give equal bytes.
+
+    Args:
+        config: Goes into the header.
+        weights: Tensors by name.
+    """
+    from safetensors.torch import save
+
+    found = {name: tensor.detach().cpu().contiguous() for name, tensor in sorted(weights.items())}
+    content: bytes = save(found, {HEADER: json.dumps(config.model_dump(mode="json"), sort_keys=True)})
+    return content
+
+
+def read_model(path: Path) -> tuple[ModelConfig, bytes]:
+    """What a model file's header says, and the file's whole content.
+
+    Raises:
+        ConfigError: There is no such file, it is no model of magicsim, or its header says what is not allowed.
+    """
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        msg = f"model file '{path}' does not exist"
+        raise ConfigError(msg) from None
+    except (OSError, ValueError):
+        raise ConfigError(_no_model(str(path))) from None
+    return parse_config(content, source=str(path)), content
+
+
+def parse_config(content: bytes, *, source: str = "the model") -> ModelConfig:
+    """What the header of a model file's content says.
+
+    Args:
+        content: The file's.
+        source: What errors call it.
+
+    Raises:
+        ConfigError: It is no model of magicsim, or says what is not allowed.
+    """
+    length = int.from_bytes(content[:8], "little")
+    try:
+        if length > len(content):
+            raise ConfigError(_no_model(source))
+        values = json.loads(json.loads(content[8 : 8 + length])["__metadata__"][HEADER])
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise ConfigError(_no_model(source)) from None
+    if not isinstance(values, dict):
+        raise ConfigError(_no_model(source))
+    return validate(ModelConfig, values, source=f"model '{source}'")
+
+
+def _no_model(source: str) -> str:
+    return f"'{source}' is not a model of magicsim: give a file model.safetensors that a study wrote"

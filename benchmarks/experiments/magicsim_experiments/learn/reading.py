@@ -1,0 +1,115 @@
+"""A model reads frames: images, a folder of them, a video, or the frames of a dataset."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from magicsim.arrays import Frame
+from magicsim.dataset.export.source import open_dataset
+from magicsim.dataset.manifest import MANIFEST
+from magicsim.detectors.source import read_source, source_kind
+from magicsim.errors import ConfigError
+from magicsim_experiments.learn.frame_reader import FrameReader
+from magicsim_experiments.learn.samples import Images
+
+AT_ONCE = 64
+"""Frames that are in memory at the same time."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """What a model says of one frame."""
+
+    frame: str
+    """Name of the frame."""
+    values: dict[str, float]
+    """Answer of each label by its name and unit; a flag's as a probability."""
+
+
+def estimate_frames(
+    model: Path, source: Path, *, reference: Path | None = None, frames: int | None = None
+) -> Iterator[Estimate]:
+    """Reads every frame of a source.
+
+    Args:
+        model: File `model.safetensors` of a study.
+        source: Image, folder of images, video, camera's index, or a finished dataset, whose own references serve.
+        reference: The same, of the untouched sensor, its mean taken over at most 30 frames; needed where the model
+            reads differences, but for datasets.
+        frames: Most frames to read.
+
+    Raises:
+        ConfigError: The model is missing, damaged or overflows, a source does not exist, a camera without `frames`,
+            or the reference is missing.
+        FrameError: Frames have another size than the model takes, or cannot be read.
+    """
+    reader = FrameReader(model)
+    if frames is not None and frames < 1:
+        msg = f"frames = {frames} is not allowed: must be at least 1"
+        raise ConfigError(msg)
+    if (source / MANIFEST).is_file():
+        found = _dataset_frames(source, reader)
+    else:
+        if frames is None and source_kind(source) == "camera":
+            msg = f"frames is missing: camera {source} never ends; give the number of frames to read"
+            raise ConfigError(msg)
+        found = _source_frames(source, _reference(reference, reader), reader)
+    return _estimates(islice(found, frames), reader)
+
+
+def _estimates(frames: Iterator[tuple[str, Frame, Images]], reader: FrameReader) -> Iterator[Estimate]:
+    labels = [label.name for label in reader.config.labels]
+    while batch := list(islice(frames, AT_ONCE)):
+        found = reader.read([image for _, image, _ in batch], [reference for _, _, reference in batch])
+        for (name, _, _), row in zip(batch, found, strict=True):
+            yield Estimate(frame=name, values=dict(zip(labels, map(float, row), strict=True)))
+
+
+def _dataset_frames(folder: Path, reader: FrameReader) -> Iterator[tuple[str, Frame, Images]]:
+    source = open_dataset(folder)
+    for split in source.splits:
+        for shard in source.shards(split):
+            for table in source.episodes(shard):
+                images = source.pictures(table, "image")
+                untouched = np.array(table["is_reference"].to_pylist(), bool)
+                episode = table["episode"][0].as_py()
+                for image in images[:1]:
+                    reader.check(image, f"dataset '{folder}'")
+                used = [each for each, is_one in zip(images, untouched, strict=True) if is_one]
+                if not used and reader.config.input == "difference":
+                    msg = f"dataset '{folder}' has no reference frames, and the model reads differences to them"
+                    raise ConfigError(msg)
+                reference = reader.untouched(used) if used else np.zeros_like(reader.reduced(images[0]))
+                for step, (image, is_one) in enumerate(zip(images, untouched, strict=True)):
+                    if not is_one:
+                        yield f"episode {episode} step {step}", image, reference
+
+
+def _source_frames(
+    source: Path, reference: Images | None, reader: FrameReader
+) -> Iterator[tuple[str, Frame, Images]]:  # fmt: skip
+    with closing(read_source(source)) as found:
+        for each in found:
+            reader.check(each.image, f"frame '{each.name}'")
+            yield (
+                each.name, each.image,
+                reference if reference is not None else np.zeros_like(reader.reduced(each.image)),
+            )  # fmt: skip
+
+
+def _reference(reference: Path | None, reader: FrameReader) -> Images | None:
+    if reader.config.input != "difference":
+        return None
+    if reference is None:
+        msg = "--reference is missing: the model reads differences to frames of the untouched sensor"
+        raise ConfigError(msg)
+    with closing(read_source(reference)) as found:
+        used = []
+        for each in islice(found, 30):
+            reader.check(each.image, f"reference '{each.name}'")
+            used.append(each.image)
+    return reader.untouched(used)

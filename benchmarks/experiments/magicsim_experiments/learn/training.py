@@ -1,0 +1,201 @@
+"""Training of one network: seeded, in stretches that end with a pass over the frames, so that it resumes exactly."""
+
+import copy
+import io
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from magicsim.arrays import Array, Index
+from magicsim_experiments.learn.losses import label_loss, scaled_targets
+from magicsim_experiments.learn.model_file import ModelConfig, save_model
+from magicsim_experiments.learn.networks import build_network, output_places
+from magicsim_experiments.learn.outputs import answers_of
+from magicsim_experiments.learn.samples import Label, Samples
+from magicsim_experiments.learn.settings import LearningSettings
+from magicsim_experiments.learn.splitting import Split
+from magicsim_experiments.learn.weights import load_weights, open_network
+
+LAST_RATE = 0.01
+"""Learning rate of the last pass, in units of the first one's."""
+BATCH = 64
+"""Frames that are answered on at once."""
+LogRow = dict[str, float | int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trained:
+    """What a stretch of training ends with."""
+
+    checkpoint: bytes | None
+    """Where to go on; None when training has ended."""
+    model: bytes | None
+    """The model's file, when it has."""
+    answers: Array | None
+    """Its answers on the test frames, shape (test frames, labels)."""
+    log: tuple[LogRow, ...]
+    """One row a pass so far: `epoch`, `train_loss`, `validation_loss`, `learning_rate`."""
+
+
+def chosen_device(wanted: str) -> torch.device:
+    """`cuda` where it is asked for, or `auto` and there is an NVIDIA GPU."""
+    return torch.device("cuda" if wanted == "cuda" or (wanted == "auto" and torch.cuda.is_available()) else "cpu")
+
+
+def train(
+    samples: Samples, split: Split, settings: LearningSettings, config: ModelConfig, *, seed: int,
+    checkpoint: bytes | None = None, start: bytes | None = None, seconds: float = math.inf,
+) -> Trained:  # fmt: skip
+    """Trains until it ends, or for some time.
+
+    Args:
+        samples: All frames.
+        split: Which of them train, tell when to stop, and test.
+        settings: How to train.
+        config: What the model is, see `model_config`.
+        seed: Of weights and order.
+        checkpoint: Where an earlier stretch ended.
+        start: Weights to begin with instead of random ones: a model file's content.
+        seconds: Processor time after which the stretch ends with the pass that is under way [s].
+
+    Returns:
+        On a CPU the same model, bit for bit, in however many stretches it is trained.
+    """
+    begun = time.process_time()
+    device = chosen_device(settings.device)
+    torch.use_deterministic_algorithms(True, warn_only=device.type != "cpu")  # not every sum has one on a GPU
+    torch.set_num_threads(1)
+    torch.manual_seed(seed)
+    places = output_places(samples.labels)
+    network = build_network(config.network, places[-1].stop)
+    if start is not None:
+        load_weights(network, start)
+    network.to(device)
+    optimizer = torch.optim.AdamW(
+        network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
+    )  # fmt: skip
+    state: dict[str, Any] = {"epoch": 0, "stale": 0, "best_loss": math.inf, "log": []}
+    best = copy.deepcopy(network.state_dict())
+    if checkpoint is not None:
+        found = torch.load(io.BytesIO(checkpoint), weights_only=True, map_location=device)
+        network.load_state_dict(found["network"])
+        optimizer.load_state_dict(found["optimizer"])
+        best, state = found["best"], found["state"]
+    images = torch.from_numpy(_normalised(samples, config))
+    targets = torch.from_numpy(scaled_targets(samples, config))
+    while state["epoch"] < settings.epochs and state["stale"] < settings.patience:
+        epoch = state["epoch"]
+        share = epoch / max(1, settings.epochs - 1)
+        rate = settings.learning_rate * (LAST_RATE + (1 - LAST_RATE) * (1 + math.cos(math.pi * share)) / 2)
+        for group in optimizer.param_groups:
+            group["lr"] = rate
+        order = np.random.default_rng([seed, epoch]).permutation(split.train)
+        train_loss = _pass(network, optimizer, images, targets, _batches(order, settings.batch), samples.labels, device)
+        loss = _loss_of(network, images, targets, split.validation, samples.labels, settings.batch, device)
+        state["log"].append({
+            "epoch": epoch, "train_loss": train_loss, "validation_loss": loss, "learning_rate": rate,
+        })  # fmt: skip
+        state["epoch"] = epoch + 1
+        if loss < state["best_loss"]:
+            state["best_loss"], state["stale"] = loss, 0
+            best = copy.deepcopy(network.state_dict())
+        else:
+            state["stale"] += 1
+        if time.process_time() - begun > seconds and state["epoch"] < settings.epochs:
+            buffer = io.BytesIO()
+            torch.save(
+                {"network": network.state_dict(), "optimizer": optimizer.state_dict(), "best": best, "state": state},
+                buffer,
+            )
+            return Trained(checkpoint=buffer.getvalue(), model=None, answers=None, log=tuple(state["log"]))
+    network.load_state_dict(best)
+    outputs = _outputs(network, images, split.test, settings.batch, device)
+    return Trained(
+        checkpoint=None,
+        model=save_model(config, best),
+        answers=answers_of(outputs, config),
+        log=tuple(state["log"]),
+    )
+
+
+def answer(samples: Samples, model: bytes, config: ModelConfig) -> Array:
+    """A model's answers on all frames, shape (n, labels).
+
+    Args:
+        samples: Reduced frames of the size that the model takes.
+        model: Content of its file.
+        config: Its header.
+
+    Raises:
+        ConfigError: Its weights are not those of its network.
+    """
+    return answers_with(open_network(model, config), samples, config)
+
+
+def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig) -> Array:
+    """Answers of a network on all frames, shape (n, labels).
+
+    Args:
+        network: With its weights, see `open_network`.
+        samples: Reduced frames of the size that it takes.
+        config: Header of its file.
+    """
+    torch.set_num_threads(1)
+    images = torch.from_numpy(_normalised(samples, config))
+    return answers_of(_outputs(network, images, np.arange(len(samples)), BATCH, torch.device("cpu")), config)
+
+
+def _pass(
+    network: torch.nn.Module, optimizer: torch.optim.Optimizer, images: torch.Tensor, targets: torch.Tensor,
+    batches: list[Index], labels: tuple[Label, ...],
+    device: torch.device,
+) -> float:  # fmt: skip
+    """One pass over the training frames; returns the mean loss."""
+    network.train()
+    total, count = 0.0, 0
+    for rows in batches:
+        loss = label_loss(network(images[rows].to(device)), targets[rows].to(device), labels)
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        total, count = total + float(loss.detach()) * len(rows), count + len(rows)
+    return total / max(1, count)
+
+
+def _loss_of(
+    network: torch.nn.Module,
+    images: torch.Tensor,
+    targets: torch.Tensor,
+    rows: Index,
+    labels: tuple[Label, ...],
+    batch: int,
+    device: torch.device,
+) -> float:
+    outputs = torch.from_numpy(_outputs(network, images, rows, batch, device))
+    return float(label_loss(outputs, targets[rows], labels))
+
+
+def _outputs(
+    network: torch.nn.Module, images: torch.Tensor, rows: Index, batch: int, device: torch.device
+) -> npt.NDArray[np.float32]:
+    network.eval()
+    with torch.no_grad():
+        places = np.array_split(rows, max(1, -(-len(rows) // batch)))
+        parts = [network(images[each].to(device)).cpu() for each in places]
+    return np.asarray(torch.cat(parts).numpy())
+
+
+def _batches(order: Index, size: int) -> list[Index]:
+    """Batches of about the same size, none of a single frame: batch normalisation needs two."""
+    return [np.asarray(each) for each in np.array_split(order, max(1, len(order) // size))]
+
+
+def _normalised(samples: Samples, config: ModelConfig) -> npt.NDArray[np.float32]:
+    mean, sd = (np.array(each, np.float32) for each in (config.input_mean, config.input_sd))
+    inputs = (samples.inputs(config.input) - mean) / sd
+    return np.ascontiguousarray(inputs.transpose(0, 3, 1, 2), np.float32)

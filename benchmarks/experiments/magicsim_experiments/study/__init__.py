@@ -1,0 +1,4 @@
+"""Studies: protocols of published experiments, run on any design, from a TOML file to tables, figures and one page.
+
+`magicsim_experiments.study.protocol` says what a study is, `magicsim_experiments.study.kinds` lists those there are.
+"""

@@ -1,0 +1,156 @@
+"""Stages that every study that learns has: its data, the data that check what it rests on, and its models."""
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.errors import ConfigError
+from magicsim.sampling.distribution import Distribution
+from magicsim_experiments.learn.fitting import Fit, Read
+from magicsim_experiments.learn.samples import TURNS
+from magicsim_experiments.learn.settings import LearningSettings
+from magicsim_experiments.study.learned.settings import LearnedConfig
+from magicsim_experiments.study.stages.dataset_stage import DatasetStage
+from magicsim_experiments.study.stages.learning_stage import LearningStage
+
+FRAMES = "frames"
+"""Name of the stage of the data."""
+QUIET, FINE = "without-noise", "finer-rendering"
+"""Names of the data that check what a result rests on."""
+NO_NOISE = {"full_well_e": 1e9, "read_noise_e": 0.0}
+"""Camera without shot noise and read noise: a well of 1e9 electrons has a relative shot noise of 3e-5."""
+FINER = 4
+"""Factor on samples and particles of the finer rendering, with another seed of its noise."""
+
+
+def data_stages(config: LearnedConfig, labels: dict[str, bool]) -> list[DatasetStage]:
+    """The data, and the first episodes again without noise and with finer rendering.
+
+    Args:
+        config: The study.
+        labels: Large labels that it needs; all others are left out.
+    """
+    large = {"contact_mask": False, "depth_map": False, "displacements": False} | labels
+    recipe = config.dataset_recipe(labels=large)
+    stages = [DatasetStage(name=FRAMES, recipe=recipe)]
+    if config.check_episodes:
+        count = min(config.check_episodes, recipe.episodes)
+        render = recipe.render
+        finer = render.model_dump() | {
+            "samples": FINER * render.samples, "particles": FINER * render.particles,
+            "anchor_samples": 2 * render.anchor_samples, "anchor_seed": render.anchor_seed + 1,
+        }  # fmt: skip
+        quiet = recipe.camera.model_dump(exclude_none=True) | {
+            name: _fixed(value, drawn=isinstance(getattr(recipe.camera, name), Distribution))
+            for name, value in NO_NOISE.items()
+        }
+        stages += [
+            DatasetStage(name=QUIET, recipe=config.dataset_recipe(labels=large, episodes=count, camera=quiet)),
+            DatasetStage(name=FINE, recipe=config.dataset_recipe(labels=large, episodes=count, render=finer)),
+        ]
+    return stages
+
+
+def _fixed(value: float, *, drawn: bool) -> float | dict[str, float]:
+    """A number in the place of a drawn one: still drawn, so that all others stay what they were."""
+    return {"low": value, "high": value} if drawn else value
+
+
+def planned_fits(settings: LearningSettings, *, units: int, objects: int = 0) -> tuple[Fit, ...]:
+    """The models: folds by press, by unit and by object, shares of the data, other networks on a fold.
+
+    Args:
+        settings: How to learn.
+        units: Number of printed sensors in the data.
+        objects: Number of objects in the data; 0 where they are not told apart.
+    """
+    first, *others = settings.networks
+    used = min(settings.folds, settings.folds_used)
+
+    def fits(name: str, share: float = 1.0) -> list[Fit]:
+        return [Fit(name=f"{name}-{k}", network=first, fold=k, folds=settings.folds, share=share) for k in range(used)]
+
+    found = fits("press")
+    for share in sorted(settings.curve):
+        found += fits(share_name(share), share=share)
+    found += [Fit(name=f"{other}-0", network=other, fold=0, folds=settings.folds) for other in others]
+    groups: tuple[tuple[Literal["unit", "object"], int], ...] = (("unit", units), ("object", objects))
+    for split_by, count in groups:
+        folds = min(settings.folds, count)
+        if folds > 1:
+            found += [
+                Fit(name=f"{split_by}-{k}", network=first, split_by=split_by, fold=k, folds=folds)
+                for k in range(min(folds, used))
+            ]
+    return tuple(found)
+
+
+def share_name(share: float) -> str:
+    """How fits with a share of the training presses are called."""
+    return f"share-{round(1000 * share):03d}"
+
+
+def learning_stage(
+    config: LearnedConfig,
+    stages: Sequence[DatasetStage],
+    read: Read,
+    *,
+    frames_per_episode: int,
+    name: str = "learning",
+    objects: int = 0,
+) -> LearningStage:
+    """The models of a study on its first dataset, which answer on the others too.
+
+    Args:
+        config: The study.
+        stages: Of the data.
+        read: Makes samples.
+        frames_per_episode: How many of an episode's frames count, about.
+        name: Of the stage.
+        objects: Number of objects that are kept apart, see `count_objects`; 0 for none.
+    """
+    recipe = stages[0].recipe
+    return LearningStage(
+        name=name, fits=planned_fits(config.learning, units=count_units(recipe), objects=objects),
+        dataset=stages[0].name,
+        recipe=recipe, read=read, settings=config.learning, frames=recipe.episodes * frames_per_episode,
+        study=config.kind, seed=config.seed, also=tuple((stage.name, stage.name, True) for stage in stages[1:]),
+    )  # fmt: skip
+
+
+def count_units(recipe: Recipe) -> int:
+    """Printed sensors that a recipe's episodes are on."""
+    return -(-recipe.episodes // recipe.episodes_per_sensor)
+
+
+def count_objects(recipe: Recipe) -> int:
+    """Different objects of a recipe, whatever their orientation; 0 where sizes or colours are drawn from ranges."""
+    total = 0
+    for each in recipe.objects:
+        drawn = [
+            number for name, number in each.numbers().items()
+            if isinstance(number, Distribution) and name not in TURNS
+        ]  # fmt: skip
+        if each.kind == "mesh" or any(not number.choices for number in drawn):
+            return 0
+        total += math.prod(len(number.choices or ()) for number in drawn)
+    return total
+
+
+def refuse_few(config: LearnedConfig) -> None:
+    """Refuses data that cannot be learned from.
+
+    Raises:
+        ConfigError: There are fewer episodes than folds, or no references.
+    """
+    recipe, folds = config.dataset_recipe(), config.learning.folds
+    if recipe.episodes < 2 * folds:
+        msg = (
+            f"recipe.episodes = {recipe.episodes} is not allowed with learning.folds = {folds}: "
+            f"must be at least {2 * folds}"
+        )
+        raise ConfigError(msg)
+    if recipe.references < 1:
+        msg = "recipe.references = 0 is not allowed: a model reads frames beside an untouched one"
+        raise ConfigError(msg)

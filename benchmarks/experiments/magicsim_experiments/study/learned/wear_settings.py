@@ -1,0 +1,99 @@
+"""What the file of a study of wear says."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from magicsim.config.models import validate
+from magicsim.dataset.recipes.draw import draw_sensors
+from magicsim.dataset.recipes.recipe import Recipe, Tolerances
+from magicsim.geometry.design import ElastomerDesign
+from magicsim_experiments.learn.settings import LearningSettings
+from magicsim_experiments.study.learned.drifts import Drift, worn
+from magicsim_experiments.study.learned.settings import LearnedConfig, Share
+
+Some = Annotated[int, Field(ge=1, le=100_000)]
+UNIT_SEED = 1_000_003
+"""Added to the seed once for each further dataset, for presses that the first ones know nothing of."""
+
+
+class WearConfig(LearnedConfig):
+    """Settings of the study."""
+
+    kind: Literal["wear"]
+    skin_mm: Annotated[float, Field(ge=0.1, le=5)] | None = None
+    """Skin of the block when new [mm]; the design's own by default."""
+    drifts: Annotated[tuple[Drift, ...], Field(min_length=1, max_length=12)]
+    """What wears; what is not published is assumed."""
+    parts: Annotated[int, Field(ge=1, le=20)] = 10
+    """Parts of the life after the training, each with the wear of its end."""
+    part_episodes: Some = 24
+    """Contacts of each part."""
+    drift_episodes: Some = 24
+    """Contacts with each drift alone at the end of a life."""
+    other_episodes: Annotated[int, Field(ge=4, le=100_000)] = 160
+    """Contacts of a second unit when new, of which half is kept for the test."""
+    tuned_shares: tuple[Share, ...] = (0.05, 0.1, 0.15, 0.2, 0.25, 0.5, 0.75, 1.0)
+    """Shares of the other half that fine-tuning takes."""
+    fine_tuning: LearningSettings = LearningSettings(learning_rate=3e-4, epochs=40)
+    """How the model is trained on the second unit."""
+
+    def dataset_recipe(self, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
+        """The recipe on the first unit, as it was printed; see `LearnedConfig.dataset_recipe`."""
+        return self.unit_recipe(0, **changes)
+
+    def unit_recipe(self, unit: int, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
+        """The recipe on one printed unit, its tolerances drawn and put in place.
+
+        Args:
+            unit: Which one.
+            **changes: Keys of the recipe that replace those of the file.
+
+        Raises:
+            ConfigError: It is not acceptable.
+        """
+        recipe = super().dataset_recipe(**changes)
+        if self.skin_mm is not None:
+            design = recipe.design.model_dump() | {"skin_mm": self.skin_mm}
+            recipe = recipe.model_copy(update={"design": validate(ElastomerDesign, design, source="skin_mm")})
+        printed = draw_sensors(recipe, unit + 1)[unit]
+        return recipe.model_copy(update={
+            "design": printed.design, "rig": printed.rig, "tolerances": Tolerances(), "rooms": (),
+            "episodes_per_sensor": recipe.episodes,
+        })  # fmt: skip
+
+    def worn_recipe(
+        self, drifts: tuple[Drift, ...], share: float, *, number: int, episodes: int, **changes: Any  # noqa: ANN401
+    ) -> Recipe:  # fmt: skip
+        """The recipe on the first unit, worn, with contacts of its own.
+
+        Args:
+            drifts: What has worn.
+            share: How far, 0 is new and 1 the end of its life.
+            number: Of the dataset, from 1.
+            episodes: How many contacts.
+            **changes: Keys of the recipe.
+
+        Raises:
+            ConfigError: A drift does not fit the design.
+        """
+        recipe = self.unit_recipe(0, episodes=episodes, **changes)
+        design, rig = worn(recipe.design, recipe.rig, drifts, share, seed=self.seed)
+        return recipe.model_copy(update={"design": design, "rig": rig, "seed": self.further_seed(number)})
+
+    def second_recipe(self, *, episodes: int, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
+        """The recipe on a second printed unit when new, with contacts of its own.
+
+        Args:
+            episodes: How many contacts.
+            **changes: Keys of the recipe.
+
+        Raises:
+            ConfigError: It is not acceptable.
+        """
+        recipe = self.unit_recipe(1, episodes=episodes, **changes)
+        return recipe.model_copy(update={"seed": self.further_seed(self.parts + 2)})
+
+    def further_seed(self, number: int) -> int:
+        """Seed of a further dataset, counted from 1: parts of the life, then single drifts, then the second unit."""
+        return (self.seed + number * UNIT_SEED) % 2**31

@@ -1,0 +1,166 @@
+"""Presses of domed indenters that say how hard skin and infill are used: the pieces of the study `limits`."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from magicsim.arrays import Array
+from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice.spot import central_lattice, resolved_lattice
+from magicsim.deform.lattice.structure import Lattice, build_lattice
+from magicsim.deform.lattice.zone import Zone, contact_zone
+from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.strain import InfillCells, SkinCells
+from magicsim.errors import ConvergenceError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import symmetric_place
+from magicsim.geometry.indenter import place_object
+from magicsim.geometry.objects.kinds import ObjectConfig, parse_object
+from magicsim_experiments.study.mechanics.layer_shear import layer_shear
+
+GROWTH = 2.2
+"""Ratio of neighbouring node spacings away from resolved walls."""
+MOST_SPACING_MM, LEAST_LAYERS = 0.25, 2
+"""Largest node spacing at which a skin is told of, and fewest layers of cells across it."""
+SHEAR_STEPS = 5
+"""Poses along a sheared path after the press."""
+QUARTERS = np.array([0.0, 0.0, 4.0])
+"""Forces on the whole block in units of those on a quarter; lateral ones cancel."""
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitPress:
+    """One domed cylinder, pressed deeper and deeper into the block with its effective core; a quarter is solved."""
+
+    design: ElastomerDesign
+    diameter_mm: float
+    depths_mm: tuple[float, ...]
+    friction: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellPress:
+    """One domed cylinder, pressed above the middle of a printed cell or a little beside it, walls resolved below."""
+
+    design: ElastomerDesign
+    diameter_mm: float
+    depths_mm: tuple[float, ...]
+    offset_mm: tuple[float, float] | None
+    """Offset of the axis from the cell's middle along x and y [mm]; none is a press of which a quarter is solved."""
+    friction: float
+    spacing_mm: float
+    """Largest node spacing between walls and in the skin [mm]."""
+    margin_mm: float
+    """Walls are resolved so far around the indenter and so deep below the skin [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitShear:
+    """One domed cylinder, pressed and then moved along x under contact, on the block with its effective core."""
+
+    design: ElastomerDesign
+    diameter_mm: float
+    depth_mm: float
+    shear_mm: float
+    friction: float
+    spacing_mm: float
+
+
+def limit_press(task: LimitPress) -> bytes:
+    """Rows of a press as JSON, a row a depth; one that does not converge has no numbers, and says why."""
+    return json.dumps(list(_pressed(task))).encode()
+
+
+def cell_press(task: CellPress) -> bytes:
+    """Rows of a press with resolved walls as JSON, a row a depth; one that does not converge says why."""
+    return json.dumps(list(_pressed_cell(task))).encode()
+
+
+def limit_shear(task: LimitShear) -> bytes:
+    """Rows of a sheared press as JSON, a row a pose; one that does not converge has no numbers, and says why."""
+    return json.dumps(list(_sheared(task))).encode()
+
+
+def skin_spacing_mm(design: ElastomerDesign) -> float:
+    """Node spacing at which stretch and stress of a skin are told [mm]."""
+    return min(MOST_SPACING_MM, design.skin_mm / LEAST_LAYERS)
+
+
+def _pressed(task: LimitPress) -> Iterator[Row]:
+    dome = _dome(task.diameter_mm)
+    zone = contact_zone([place_object(dome, gap_mm=-task.depths_mm[-1])], task.design)
+    assert zone is not None  # every depth is above 0
+    lattice = central_lattice(task.design, zone, spacing_mm=skin_spacing_mm(task.design), is_quarter=True)
+    solver, skin, state = _solver(lattice, dome, task.friction), SkinCells.of(task.design, lattice), None
+    told = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
+    for depth in task.depths_mm:
+        try:
+            state = solver.solve(place_object(dome, gap_mm=-depth), state)
+        except ConvergenceError as error:
+            yield told | {"depth_mm": depth, "refused": str(error)}
+            return
+        yield told | {"depth_mm": depth, **_forces(state.force_n * QUARTERS), **_skin(state, skin)}
+
+
+def _pressed_cell(task: CellPress) -> Iterator[Row]:
+    dome, (x, y) = _dome(task.diameter_mm), symmetric_place(task.design, "cell")
+    spot = Zone(low_mm=(x, y), high_mm=(x, y)).grown(task.diameter_mm / 2)
+    is_quarter, offset = task.offset_mm is None, task.offset_mm or (0.0, 0.0)
+    lattice = resolved_lattice(
+        task.design, spot, margin_mm=task.margin_mm, spacing_mm=task.spacing_mm, growth=GROWTH, mirrored=is_quarter
+    )
+    solver, state = _solver(lattice, dome, task.friction), None
+    told = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
+    for depth in task.depths_mm:
+        try:
+            pose = place_object(dome, gap_mm=-depth, x_mm=x + offset[0], y_mm=y + offset[1])
+            state = solver.solve(pose, state)
+        except ConvergenceError as error:
+            yield told | {"depth_mm": depth, "refused": str(error)}
+            return
+        force = state.force_n * QUARTERS if is_quarter else state.force_n
+        shear = layer_shear(lattice, state.displacements_mm, (x, y)).tolist()
+        found = {"least_infill_shear": min(shear, default=None), "most_infill_shear": max(shear, default=None)}
+        yield told | {"depth_mm": depth, **_forces(force), **found}
+
+
+def _sheared(task: LimitShear) -> Iterator[Row]:
+    dome = _dome(task.diameter_mm)
+    ways = [task.shear_mm * step / SHEAR_STEPS for step in range(SHEAR_STEPS + 1)]
+    poses = [place_object(dome, gap_mm=-task.depth_mm, x_mm=way) for way in ways]
+    options = task.design.lattice.model_copy(update={"spacing_mm": task.spacing_mm})
+    design = task.design.model_copy(update={"lattice": options})
+    lattice = build_lattice(design, zone=contact_zone(poses, design))
+    solver, state = _solver(lattice, dome, task.friction), None
+    skin, infill = SkinCells.of(design, lattice), InfillCells.of(design, lattice)
+    told = {"diameter_mm": task.diameter_mm, "skin_mm": design.skin_mm, "depth_mm": task.depth_mm}
+    for way, pose in zip(ways, poses, strict=True):
+        try:
+            state = solver.solve(pose, state)
+        except ConvergenceError as error:
+            yield told | {"shear_mm": way, "refused": str(error)}
+            return
+        found = {"infill_shear": float(infill.shear(state).max()) if infill is not None else None}
+        yield told | {"shear_mm": way, **_forces(state.force_n), **_skin(state, skin), **found}
+
+
+def _forces(force_n: Array) -> Row:
+    return {**dict(zip(("fx_n", "fy_n", "fz_n"), force_n.tolist(), strict=True)), "refused": None}
+
+
+def _skin(state: Deformation, skin: SkinCells) -> Row:
+    fields = skin.fields(state)
+    return {"skin_stretch": float(fields.stretch.max()), "skin_von_mises_mpa": float(fields.von_mises_mpa.max())}
+
+
+def _dome(diameter_mm: float) -> ObjectConfig:
+    return parse_object(f"domed_cylinder:radius_mm={diameter_mm / 2}")
+
+
+def _solver(lattice: Lattice, thing: ObjectConfig, friction: float) -> ContactSolver:
+    return ContactSolver(lattice, friction=friction, point_spacing_mm=point_spacing_mm(thing.shape()))

@@ -1,0 +1,243 @@
+"""How alike the units of a kind are: their faces, touched until a threshold of force, printed against moulded."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from magicsim.arrays import Array
+from magicsim.deform.indentation.press import follow
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import place_object
+from magicsim.geometry.objects.rigid_object import ObjectBase
+from magicsim_experiments.study.mechanics.manufacturing_settings import ManufacturingConfig, UnitTolerances
+from magicsim_experiments.study.mechanics.surfaces import UnitShape, depth_at, fitted_surface, touched_heights_mm
+from magicsim_experiments.study.plots import Series, plot_series
+from magicsim_experiments.study.protocol import Stage
+from magicsim_experiments.study.result import Column, Figure, Row, StudyResult, Table
+from magicsim_experiments.study.settings import StudyConfig
+from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
+
+THICKER_MM = 0.3
+"""By how much the block is thicker whose touch says what thickness does [mm]."""
+SHOWN = 41
+"""Places along each axis at which surfaces are compared."""
+KINDS = ("printed", "moulded")
+NOTES = (
+    "Tolerances, the probe's step and its error are assumed: the matrix says what they would do to units, not what six "
+    "printed units were like.",
+    "How deep a touch goes at the threshold is solved on the nominal blocks, from the middle of the face outwards, and "
+    "for one thicker block; stiffness scales the force.",
+    "Errors are mean absolute differences of the fitted surfaces over what is touched; on the diagonal a unit is "
+    "touched twice, at other places.",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TouchCurve:
+    """Presses at one place."""
+
+    design: ElastomerDesign
+    thing: ObjectBase
+    place_mm: tuple[float, float]
+    depths_mm: tuple[float, ...]
+
+
+def touch_curve(task: TouchCurve) -> bytes:
+    """Normal force at each depth [N], as JSON."""
+    x, y = task.place_mm
+    steps = [
+        (place_object(task.thing, gap_mm=-depth, x_mm=x, y_mm=y, design=task.design), np.inf)
+        for depth in task.depths_mm
+    ]
+    found = follow(task.design, steps, [0.0] * len(steps), friction=0.0, tolerance_mm=0.002, progress=None)
+    return json.dumps([each.force_n[2] for each in found.history]).encode()
+
+
+class Manufacturing:
+    """The study `manufacturing`."""
+
+    settings: ClassVar[type[StudyConfig]] = ManufacturingConfig
+    packages: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, config: ManufacturingConfig) -> None:
+        """Takes the settings."""
+        self.config = config
+        moulded = config.moulded_design.model_dump() | {"footprint_mm": config.design.footprint_mm}
+        self.designs = {"printed": config.design, "moulded": ElastomerDesign.model_validate(moulded)}
+        tasks = []
+        for design in self.designs.values():
+            thicker = ElastomerDesign.model_validate(design.model_dump() | {"core_mm": design.core_mm + THICKER_MM})
+            tasks += [self._task(design, place) for place in self._places()] + [self._task(thicker, (0.0, 0.0))]
+        self.touches = PiecesStage(name="touches", function=touch_curve, tasks=tasks, seconds=6.0)
+
+    def refuse(self) -> None:
+        """Refuses curved faces.
+
+        Raises:
+            ConfigError: With what is wrong.
+        """
+        if any(design.face is not None for design in self.designs.values()):
+            msg = "study 'manufacturing' needs flat faces: design.face is set"
+            raise ConfigError(msg)
+
+    def stages(self) -> Sequence[Stage]:
+        """Presses at places of the face."""
+        return [self.touches]
+
+    def conclude(self, folder: Path) -> StudyResult:
+        """Matrices of errors between units of each kind, and what their means say."""
+        depths = self._threshold_depths(folder)
+        tables, rows, series = [], list[Row](), []
+        for kind in KINDS:
+            drawn = [self._errors(kind, depths[kind], draw) for draw in range(self.config.draws)]
+            matrix = drawn[0]
+            tables.append(_matrix_table(kind, matrix))
+            rows.append({"kind": kind, **_summary(drawn), "depth_at_threshold_mm": float(depths[kind][1][0])})
+            others = matrix.copy()
+            np.fill_diagonal(others, np.nan)
+            series.append(
+                Series(
+                    name=kind, x=list(range(1, len(matrix) + 1)), y=np.nanmean(others, axis=1).tolist(),
+                    low=np.nanmin(others, axis=1).tolist(), high=np.nanmax(others, axis=1).tolist(),
+                )
+            )  # fmt: skip
+        picture = plot_series(
+            series, x_title="unit", y_title="mean difference from the other units [mm]", name="units",
+            label="Mean difference of each unit from the others",
+        )  # fmt: skip
+        columns = tuple(Column(name=key, unit="mm" if key.endswith("_mm") else "", digits=4) for key in rows[0])
+        summary = Table(
+            name="kinds", title="Printed against moulded", columns=columns, rows=tuple(rows),
+            note=f"Means over {self.config.draws} draws of all units; low and high hold nine of ten of them.",
+        )  # fmt: skip
+        return StudyResult(
+            headline={
+                f"{row['kind']}_{key}": row[key] for row in rows for key in ("self_repeat_mm", "between_units_mm")
+            },
+            tables=(summary, *tables),
+            figures=(Figure(name="units", title="Differences between units", svg=picture),),
+            facts={
+                "Touches": f"{self.config.touches} of each unit, until {self.config.probe.threshold_n:g} N",
+                "Units": f"{self.config.units} of each kind",
+            },
+            notes=NOTES,
+        )
+
+    def _places(self) -> list[tuple[float, float]]:
+        """Where presses are solved: a quarter of what is touched, x fastest, the middle first [mm]."""
+        x, y = (
+            np.linspace(0, self.config.place_share * size / 2, self.config.places_across)
+            for size in self.config.design.footprint_mm
+        )
+        return [(float(each), float(other)) for other in y for each in x]
+
+    def _task(self, design: ElastomerDesign, place_mm: tuple[float, float]) -> TouchCurve:
+        return TouchCurve(design=design, thing=self.config.object, place_mm=place_mm, depths_mm=self.config.depths_mm)
+
+    def _threshold_depths(self, folder: Path) -> dict[str, tuple[float, Array]]:
+        """Change of the depth with thickness, and depth at the threshold at each place [mm], by kind.
+
+        Raises:
+            ConfigError: A press has no answer, or does not reach the threshold.
+        """
+        refusals = read_refusals(folder, self.touches)
+        if refusals:
+            raise ConfigError(next(iter(refusals.values())))
+        curves = [np.array(json.loads(each)) for each in read_pieces(folder, self.touches) if each is not None]
+        threshold, depths = self.config.probe.threshold_n, np.array(self.config.depths_mm)
+        weakest = min(float(curve[-1]) for curve in curves)
+        if weakest < 1.3 * threshold:  # a stiffness of the unit of 1 / 1.3 still reaches it
+            msg = (
+                f"depths_mm = {self.config.depths_mm[-1]:g} at most is too little: the force is {weakest:.3g} N there, "
+                f"and probe.threshold_n = {threshold:g} needs 1.3 times as much"
+            )
+            raise ConfigError(msg)
+        size = len(curves) // len(KINDS)
+        found = {}
+        for number, kind in enumerate(KINDS):
+            own = np.array(
+                [depth_at(threshold, depths, curve) for curve in curves[number * size : (number + 1) * size]]
+            )
+            found[kind] = ((own[-1] - own[0]) / THICKER_MM, own[:-1])
+        return found
+
+    def _errors(self, kind: str, depths: tuple[float, Array], draw: int) -> Array:
+        """Mean absolute difference between surfaces of units of one draw, shape (units, units) [mm]."""
+        config, number = self.config, KINDS.index(kind)
+        tolerances: UnitTolerances = getattr(config, kind)
+        half = np.array(config.design.footprint_mm) * config.place_share / 2
+        grid = np.stack(np.meshgrid(*(np.linspace(-each, each, SHOWN) for each in half)), -1).reshape(-1, 2)
+        surfaces = []
+        for unit in range(config.units):
+            random = np.random.default_rng([config.seed, number, draw, unit])
+            shape = drawn_unit(tolerances, random)
+            for _ in range(2):
+                places = random.uniform(-half, half, (config.touches, 2))
+                depth = self._depth(places, depths, shape)
+                heights = touched_heights_mm(
+                    shape, places, depth, random, repeat_sd_mm=config.probe.repeat_sd_mm, step_mm=config.probe.step_mm
+                )
+                surfaces.append(fitted_surface(places, heights)(grid))
+        first, second = np.array(surfaces[::2]), np.array(surfaces[1::2])
+        return np.asarray(np.abs(first[:, None] - second[None]).mean(-1))
+
+    def _depth(self, places_mm: Array, depths: tuple[float, Array], unit: UnitShape) -> Array:
+        """Depth of the face at the threshold at any places of a unit, shape (places,) [mm]."""
+        count, by_thickness, known = self.config.places_across, *depths
+        table = known.reshape(count, count)
+        share = np.abs(places_mm) / (np.array(self.config.design.footprint_mm) * self.config.place_share / 2)
+        local = share * (count - 1)
+        first = np.clip(local.astype(int), 0, count - 2)
+        x, y = (local - first).T
+        i, j = first.T
+        low = (1 - x) * table[j, i] + x * table[j, i + 1]
+        high = (1 - x) * table[j + 1, i] + x * table[j + 1, i + 1]
+        depth = (1 - y) * low + y * high + by_thickness * unit.height_mm
+        return np.asarray(depth * unit.stiffness ** (-2 / 3))  # force^(2/3) grows with depth
+
+
+def _summary(drawn: Sequence[Array]) -> dict[str, float]:
+    """Means of matrices of errors on and off their diagonals, with the range of nine draws of ten [mm]."""
+    repeat = np.array([np.diag(matrix).mean() for matrix in drawn])
+    between = np.array([matrix[~np.eye(len(matrix), dtype=bool)].mean() for matrix in drawn])
+    low, high = np.quantile(between, [0.05, 0.95])
+    return {
+        "self_repeat_mm": float(repeat.mean()),
+        "between_units_mm": float(between.mean()),
+        "low_mm": float(low),
+        "high_mm": float(high),
+    }
+
+
+def drawn_unit(tolerances: UnitTolerances, random: np.random.Generator) -> UnitShape:
+    """A unit drawn from its tolerances."""
+    slopes = np.tan(np.radians(random.normal(0, tolerances.slope_sd_deg, 2)))
+    height, wave, stiffness = random.normal(
+        0, [tolerances.thickness_sd_mm, tolerances.wave_sd_mm, tolerances.stiffness_sd]
+    )
+    phases = random.uniform(0, 2 * np.pi, 4)
+    return UnitShape(
+        height_mm=float(height),
+        slope=(float(slopes[0]), float(slopes[1])),
+        wave_mm=float(wave),
+        wave_length_mm=tolerances.wave_length_mm,
+        wave_phases=(float(phases[0]), float(phases[1]), float(phases[2]), float(phases[3])),
+        stiffness=float(np.exp(stiffness)),
+    )
+
+
+def _matrix_table(kind: str, matrix: Array) -> Table:
+    names = [f"unit_{number}_mm" for number in range(1, len(matrix) + 1)]
+    rows: tuple[Mapping[str, float | int], ...] = tuple(
+        {"unit": number, **dict(zip(names, row.tolist(), strict=True))} for number, row in enumerate(matrix, 1)
+    )
+    columns = (Column(name="unit", digits=0), *(Column(name=name, unit="mm", digits=4) for name in names))
+    return Table(
+        name=f"errors_{kind}", title=f"Errors between {kind} units", columns=columns, rows=rows,
+        note="Mean absolute difference of the surface of a unit (row) from that of another (column).",
+    )  # fmt: skip

@@ -1,0 +1,161 @@
+"""One episode in closed loop: both fingers' frames, the angle read from them, the turn of the wrist that follows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from magicsim.arrays import Frame
+from magicsim.errors import ConvergenceError, MagicsimError
+from magicsim.robot.grip.load import Hold, Load
+from magicsim.robot.grip.truth import GripFrames
+from magicsim.robot.gripper import Gripper
+from magicsim_experiments.task.alignment.angle_reader import AngleReader
+from magicsim_experiments.task.alignment.grip import Grip
+from magicsim_experiments.task.alignment.settings import AlignmentConfig
+from magicsim_experiments.task.alignment.wrist import down_at, line_angle_deg, turned_deg
+from magicsim_experiments.task.item import Item
+
+Seen = Callable[[Frame, Frame, "FrameRow"], None]
+ROOM_MM, STEP_MM = 0.2, 0.2
+"""Room on both sides together before the fingers close, and by how much they close at once [mm]."""
+LONG_S = 10.0
+"""Time in which the fingers reach any width [s]."""
+MOST_STEPS = 15
+"""Closings after which the motors must have stalled."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameRow:
+    """One pair of frames: what was true, and what was read."""
+
+    episode: int
+    frame: int
+    time_s: float
+    """From the first frame with the item in the fingers alone [s]."""
+    wrist_deg: float
+    """Turn of the gripper in the room [degrees]."""
+    held_deg: float
+    """True angle of the item in the grip [degrees]."""
+    error_deg: float
+    """True angle of the item's axis to the room's vertical [degrees]."""
+    upper_deg: float
+    """Angle in the grip as the upper finger's frame was read [degrees]."""
+    lower_deg: float
+    """As the lower finger's was, in the gripper's frame [degrees]."""
+    read_deg: float
+    """Mean of both [degrees]."""
+    hold: str
+    """`held` or `slipped`, see `magicsim.robot.Hold`."""
+    upper_n: float
+    """Normal force of the upper finger [N]."""
+    lower_n: float
+    slid_mm: float
+    """Way of sliding in the last motion [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recorded:
+    """One episode."""
+
+    rows: tuple[FrameRow, ...]
+    is_dropped: bool
+    """Whether the fingers lost the item."""
+    error: str
+    """Why it ended early, such as that no equilibrium was found; empty otherwise."""
+
+
+def play(
+    gripper: Gripper, reader: AngleReader, grip: Grip, item: Item, config: AlignmentConfig, *, episode: int, seed: int,
+    seen: Seen | None = None,
+) -> Recorded:  # fmt: skip
+    """Plays an episode.
+
+    Args:
+        gripper: With the item as its object.
+        reader: Reads the frames.
+        grip: How the item is held at first.
+        item: What is held.
+        config: The task.
+        episode: Its number.
+        seed: Of the frames' noise.
+        seen: Takes both fingers' images with their row.
+
+    Raises:
+        FrameError: The model takes frames of another size.
+        RenderError: A frame of the empty fingers is not valid; what goes wrong later ends this episode alone.
+    """
+    gripper.reset(seed=seed)
+    for finger in gripper.fingers:
+        finger.set_frame_rate(config.frames_per_second)
+    rows: list[FrameRow] = []
+    wrist = 0.0
+    learn_untouched(gripper, reader, config.references)
+    try:
+        take(gripper, grip)
+        hold = gripper.hold(load=Load.of_mass(item.mass_g, down=down_at(wrist)))
+        while hold is not Hold.DROPPED and len(rows) < config.frames:
+            pair = gripper.frames()
+            rows.append(_row(pair, reader, config, wrist_deg=wrist, episode=episode, frame=len(rows)))
+            if seen is not None:
+                seen(pair.upper.image, pair.lower.image, rows[-1])
+            wrist = turned_deg(
+                wrist, line_angle_deg(wrist + rows[-1].read_deg), dt_s=1 / config.frames_per_second,
+                gain_per_s=config.gain_per_s, most_deg_s=config.wrist_deg_s,
+            )  # fmt: skip
+            if len(rows) < config.frames:
+                hold = gripper.hold(load=Load.of_mass(item.mass_g, down=down_at(wrist)))
+    except MagicsimError as error:
+        return Recorded(rows=tuple(rows), is_dropped=False, error=str(error))
+    return Recorded(rows=tuple(rows), is_dropped=hold is Hold.DROPPED, error="")
+
+
+def learn_untouched(gripper: Gripper, reader: AngleReader, count: int) -> None:
+    """Films the empty fingers, as wide open as the item is.
+
+    Args:
+        gripper: Whose item is taken away for it.
+        reader: Learns from the frames.
+        count: How many.
+    """
+    gripper.remove_object()
+    gripper.turn_to(gripper.linkage.angle_deg(gripper.touching_width_mm), dt_s=LONG_S)
+    pairs = [gripper.frames() for _ in range(count)]
+    reader.learn([each.upper.image for each in pairs], [each.lower.image for each in pairs])
+
+
+def take(gripper: Gripper, grip: Grip) -> None:
+    """Closes the fingers on the item that a hand holds, until the motors stall.
+
+    Raises:
+        ConvergenceError: No valid equilibrium was found, or the motors do not stall.
+    """
+    width = gripper.touching_width_mm + ROOM_MM
+    gripper.close(width, place=grip.place)
+    for _ in range(MOST_STEPS):
+        width -= STEP_MM
+        gripper.turn_to(gripper.linkage.angle_deg(width), dt_s=LONG_S, floats=True)
+        if gripper.truth().is_stalled:
+            return
+    msg = f"the motors do not stall at {gripper.linkage.force_limit_n:g} N on '{grip.item}'"
+    raise ConvergenceError(msg)
+
+
+def _row(
+    pair: GripFrames, reader: AngleReader, config: AlignmentConfig, *, wrist_deg: float, episode: int, frame: int
+) -> FrameRow:
+    truth = pair.truth
+    read = reader.read(pair.upper.image, pair.lower.image)
+    return FrameRow(
+        episode=episode,
+        frame=frame,
+        time_s=round(frame / config.frames_per_second, 6),
+        wrist_deg=wrist_deg,
+        held_deg=truth.place.twist_deg,
+        error_deg=line_angle_deg(wrist_deg + truth.place.twist_deg),
+        upper_deg=read.upper_deg,
+        lower_deg=read.lower_deg,
+        read_deg=read.mean_deg,
+        hold=truth.hold.value,
+        upper_n=truth.upper.force_n[2],
+        lower_n=truth.lower.force_n[2],
+        slid_mm=truth.slid_mm,
+    )

@@ -1,0 +1,101 @@
+"""How an item is held in an episode, and the gripper that holds it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from magicsim.config.models import validate
+from magicsim.errors import ConfigError
+from magicsim.robot.fingers import ObjectPlace
+from magicsim.robot.grip.linkage import Linkage
+from magicsim.robot.gripper import Gripper
+from magicsim.robot.workspace import Workspace
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim_experiments.learn.model_file import ModelConfig
+from magicsim_experiments.task.alignment.settings import AlignmentConfig
+from magicsim_experiments.task.item import Item
+
+STREAM = 38
+"""Keeps the draws of episodes apart from others of a seed."""
+SLIDE_MM, TURN_DEG, TILT_DEG, DEEPEST_MM, FAR_MM = 4.0, 15.0, 15.0, 2.0, 30.0
+"""Room in the workspace for an item that slips or turns in the grip; deepest press and farthest gap [mm, degrees]."""
+ASPECT_SHARE = 0.02
+"""Difference of the model's and the rig's ratio of rows to columns above which the frames are not alike."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grip:
+    """One episode as drawn."""
+
+    item: str
+    askew_deg: float
+    """Angle of the item to the fingers, about the closing axis [degrees]."""
+    x_mm: float
+    y_mm: float
+    """Where the middle of the item is [mm]."""
+
+    @property
+    def place(self) -> ObjectPlace:
+        """Where a hand puts it."""
+        return ObjectPlace(x_mm=self.x_mm, y_mm=self.y_mm, twist_deg=self.askew_deg)
+
+
+def draw_grip(config: AlignmentConfig, episode: int) -> Grip:
+    """How the item of an episode is held.
+
+    Args:
+        config: The task.
+        episode: Its number; items take turns, sides too.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence([config.seed, STREAM, episode]))
+    low, high = config.askew_deg
+    side = 1 if (episode // len(config.items) + episode) % 2 else -1
+    return Grip(
+        item=config.items[episode % len(config.items)],
+        askew_deg=side * float(rng.uniform(low, high)),
+        x_mm=float(rng.uniform(-config.aside_mm, config.aside_mm)),
+        y_mm=float(rng.uniform(-config.aside_mm, config.aside_mm)),
+    )
+
+
+def grip_scene(config: AlignmentConfig, item: Item, model: ModelConfig) -> SceneConfig:
+    """The fingers and what is between them, their frames as large as the model takes.
+
+    Raises:
+        ConfigError: The model takes frames of another shape than the rig's.
+        MagicsimError: A preset does not exist, or does not fit.
+    """
+    scene = load_scene("grip", [f"design={config.design}", f"rig={config.rig}", *config.scene])
+    camera = scene.rig.camera
+    ratio = (model.frame_rows / model.frame_columns) / (camera.rows / camera.columns)
+    if abs(ratio - 1) > ASPECT_SHARE:
+        msg = (
+            f"the model takes frames of {model.frame_columns} x {model.frame_rows} pixels, which are no reduced frames "
+            f"of the rig's {camera.columns} x {camera.rows}; give the rig that its data were made with"
+        )
+        raise ConfigError(msg)
+    values = scene.model_dump()
+    values["rig"]["camera"] |= {"columns": model.frame_columns, "rows": model.frame_rows}
+    values["contact"]["friction"] = item.friction
+    values |= {
+        "object": item.object.model_dump(), "seed": config.seed, "frames_per_second": config.frames_per_second,
+    }  # fmt: skip
+    return validate(SceneConfig, values, source="task alignment")
+
+
+def build_gripper(scene: SceneConfig, config: AlignmentConfig) -> Gripper:
+    """The gripper of the task, its motors as strong as the task says.
+
+    Raises:
+        MagicsimError: It cannot be built.
+    """
+    turn = max(config.askew_deg) + TURN_DEG
+    far = config.aside_mm + SLIDE_MM
+    space = Workspace(
+        x_mm=(-far, far), y_mm=(-far, far), twist_deg=(-turn, turn), tilt_x_deg=(-TILT_DEG, TILT_DEG),
+        tilt_y_deg=(-TILT_DEG, TILT_DEG), gap_mm=(-DEEPEST_MM, FAR_MM),
+    )  # fmt: skip
+    return Gripper(
+        scene, workspace=space, linkage=replace(Linkage(), force_limit_n=config.grip_n), quality=config.quality,
+        sees_other=config.sees_other,
+    )  # fmt: skip

@@ -1,0 +1,133 @@
+"""All episodes of an alignment into one folder; a run that was stopped goes on where it was."""
+
+import importlib.metadata
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magicsim.arrays import Frame
+from magicsim.folder.listing import sha256_of
+from magicsim.light.variant import activate_variant
+from magicsim.robot.gripper import Gripper
+from magicsim.robot.live import MAX_SEED
+from magicsim_experiments.learn.packages import PACKAGES, need_torch
+from magicsim_experiments.task.alignment.angle_reader import AngleReader
+from magicsim_experiments.task.alignment.episode import FrameRow, Recorded, play
+from magicsim_experiments.task.alignment.error_plot import draw_errors
+from magicsim_experiments.task.alignment.grip import build_gripper, draw_grip, grip_scene
+from magicsim_experiments.task.alignment.outcome import AlignmentSummary, Outcome, judge_episode, summarise
+from magicsim_experiments.task.alignment.settings import AlignmentConfig
+from magicsim_experiments.task.folder import EPISODES_TABLE, FRAMES_TABLE, RESULTS
+from magicsim_experiments.task.growing import Played, Progress, Run, as_json, as_parquet, as_png, grow
+from magicsim_experiments.task.item import load_item
+from magicsim_experiments.task.resolved import resolved
+
+PLOT = "error.png"
+NOISE = 37
+"""Keeps the seeds of the frames' noise apart from others."""
+
+
+class Stage:
+    """Builds a gripper for an item and plays episodes with it; one gripper at a time is kept."""
+
+    def __init__(self, config: AlignmentConfig, model: Path) -> None:
+        """Checks everything that a run needs before it begins.
+
+        Args:
+            config: The task.
+            model: File `model.safetensors` of the study `alignment`.
+
+        Raises:
+            MagicsimError: A preset or the model does not exist, or does not fit.
+        """
+        need_torch("task alignment")
+        self.reader = AngleReader(model)
+        self.config = config.model_copy(update={"model_sha256": sha256_of(model)})
+        self.items = {name: load_item(name) for name in config.items}
+        self._scenes = {name: grip_scene(config, item, self.reader.reader.config) for name, item in self.items.items()}
+        self._built: tuple[str, Gripper] | None = None
+
+    def settings(self) -> dict[str, Any]:
+        """What episodes depend on, with the content of every file; the model's is `model_sha256`."""
+        return resolved(self.config, items=self.items, scenes=self._scenes, profile={})
+
+    def order(self, episodes: int) -> list[int]:
+        """Numbers of all episodes, those of an item one after the other."""
+        return sorted(range(episodes), key=lambda number: (number % len(self.config.items), number))
+
+    def play(
+        self, episode: int, *, seen: Callable[[Frame, Frame, FrameRow], None] | None = None
+    ) -> tuple[Recorded, Outcome]:
+        """One episode, and what became of it.
+
+        Args:
+            episode: Its number.
+            seen: Takes both fingers' images with their row.
+        """
+        config, grip = self.config, draw_grip(self.config, episode)
+        seed = int(np.random.SeedSequence([config.seed, NOISE, episode]).generate_state(1)[0] % MAX_SEED)
+        recorded = play(
+            self._gripper(grip.item), self.reader, grip, self.items[grip.item], config, episode=episode, seed=seed,
+            seen=seen,
+        )  # fmt: skip
+        return recorded, judge_episode(recorded, grip, episode=episode, within_deg=config.within_deg)
+
+    def _gripper(self, item: str) -> Gripper:
+        if self._built is None or self._built[0] != item:
+            if self._built is not None:
+                self._built[1].release()
+            self._built = (item, build_gripper(self._scenes[item], self.config))
+        return self._built[1]
+
+
+def run_alignment(
+    config: AlignmentConfig, model: Path, out: Path, *, episodes: int, resume: bool = False,
+    progress: Progress | None = None, variant: Callable[[], str] = activate_variant,
+) -> AlignmentSummary:  # fmt: skip
+    """Plays episodes, or what an earlier run left of them, and writes their folder.
+
+    Args:
+        config: The task.
+        model: File `model.safetensors` of the study `alignment`.
+        out: Folder of the result.
+        episodes: How many; a finished folder grows by more.
+        resume: Whether to go on with the run in the folder.
+        progress: Told how far it is: episodes done, all of them, a note.
+        variant: Names the renderer's variant, and makes it active.
+
+    Raises:
+        MagicsimError: The task cannot be played, or the folder is not ours or holds another task.
+    """
+    stage = Stage(config, model)
+
+    def played(episode: int) -> Played:
+        pairs: list[tuple[Frame, Frame]] = []
+        recorded, outcome = stage.play(episode, seen=lambda upper, lower, _: pairs.append((upper, lower)))
+        values = {"outcome": asdict(outcome), "rows": [asdict(row) for row in recorded.rows]}
+        return Played(values=values, pictures={f"pictures/{episode:05d}.png": first_and_last(pairs)} if pairs else {})
+
+    def concluded(played: Sequence[dict[str, Any]]) -> tuple[AlignmentSummary, dict[str, bytes]]:
+        outcomes = [Outcome(**each["outcome"]) for each in played]
+        rows = [FrameRow(**row) for each in played for row in each["rows"]]
+        kept = stage.config
+        summary = summarise(outcomes, rows, unseen=kept.unseen, within_deg=kept.within_deg, out=str(out))
+        return summary, {
+            FRAMES_TABLE: as_parquet([asdict(row) for row in rows]),
+            EPISODES_TABLE: as_parquet([asdict(each) for each in outcomes]),
+            PLOT: draw_errors(outcomes, rows, unseen=kept.unseen, within_deg=kept.within_deg),
+            RESULTS: as_json(summary.as_dict()),
+        }
+
+    run = Run(
+        task="alignment", episodes=episodes, order=stage.order(episodes), resume=resume, progress=progress,
+        variant=variant, packages={name: importlib.metadata.version(name) for name in PACKAGES},
+    )  # fmt: skip
+    return grow(out, stage.settings(), run, played, concluded)
+
+
+def first_and_last(pairs: Sequence[tuple[Frame, Frame]]) -> bytes:
+    """A PNG: upper and lower finger's frame at first, and at last."""
+    return as_png([np.concatenate([*pairs[0], *pairs[-1]], axis=1)])

@@ -1,0 +1,140 @@
+"""A run of episodes into a folder: each is written whole, and a run that was stopped goes on where it was."""
+
+import io
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import pyarrow as pa
+from PIL import Image
+
+from magicsim.arrays import Frame
+from magicsim.errors import OutputError
+from magicsim.folder.ledger import RESUMABLE
+from magicsim.folder.lock import sole_writer
+from magicsim.folder.parquet import parquet_bytes
+from magicsim.folder.result import output_errors
+from magicsim.light.variant import activate_variant
+from magicsim.workers.run_folder import versions
+from magicsim_experiments.task.folder import EPISODES, FOLDER, INDEX, TaskIndex, episode_name
+from magicsim_experiments.task.resolved import digest_of
+
+SummaryT = TypeVar("SummaryT")
+Progress = Callable[[float, float, str], None]
+"""Takes episodes done, all of them, and a note."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Played:
+    """What an episode leaves."""
+
+    values: Mapping[str, Any]
+    """Its file's content, as JSON."""
+    pictures: Mapping[str, bytes] = field(default_factory=dict)
+    """Further files by their names below the folder."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """How a task's episodes are kept."""
+
+    task: str
+    episodes: int
+    order: Iterable[int]
+    """Numbers of all episodes in the order in which they are played."""
+    resume: bool = False
+    packages: Mapping[str, str] = field(default_factory=dict)
+    """Versions that results depend on, beside those of the program."""
+    progress: Progress | None = None
+    variant: Callable[[], str] = activate_variant
+    """Names the renderer's variant, and makes it active."""
+
+
+def grow(
+    out: Path,
+    settings: Mapping[str, Any],
+    run: Run,
+    play: Callable[[int], Played],
+    conclude: Callable[[Sequence[dict[str, Any]]], tuple[SummaryT, Mapping[str, bytes]]],
+) -> SummaryT:
+    """Plays episodes, or what an earlier run left of them, and writes their folder.
+
+    Args:
+        out: The folder.
+        settings: What episodes depend on, see `magicsim_experiments.task.resolved`; they are written beside the result.
+        run: How many, in which order.
+        play: One episode by its number.
+        conclude: The summary, and the result's files by name, from the content of all episodes in the order of their
+            numbers.
+
+    Raises:
+        OutputError: The folder is not ours, holds another run or more episodes, or cannot be written.
+        MagicsimError: As `play`.
+    """
+    FOLDER.check(out, resume=run.resume)
+    with output_errors(out, then=RESUMABLE), sole_writer(out):
+        out.mkdir(parents=True, exist_ok=True)
+        ledger = FOLDER.open_ledger(out)
+        index = TaskIndex(
+            task=run.task, config_hash=digest_of(settings), versions=versions() | dict(run.packages),
+            variant=run.variant(), episodes=run.episodes,
+        )  # fmt: skip
+        earlier = FOLDER.read_index(out)
+        if earlier is not None:
+            FOLDER.refuse_another(out, earlier, index)
+        _refuse_fewer(out, ledger.names(), run.episodes)
+        FOLDER.write_config(ledger, settings)
+        FOLDER.write_index(ledger, index)
+        for done, episode in enumerate(run.order):
+            if run.progress is not None:
+                run.progress(done, run.episodes, f"episode {episode}")
+            if ledger.is_intact(episode_name(episode)):
+                continue
+            played = play(episode)
+            for name, content in played.pictures.items():
+                ledger.place(name, content)
+            ledger.place(episode_name(episode), as_json(played.values, indent=None))
+        summary, results = conclude([_read(out, episode) for episode in range(run.episodes)])
+        for name, content in results.items():
+            ledger.place(name, content)
+        files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
+        FOLDER.write_index(ledger, index.model_copy(update={"is_complete": True, "files": files}))
+        ledger.close()
+    return summary
+
+
+def as_json(values: Mapping[str, Any], *, indent: int | None = 1) -> bytes:
+    """Values as a JSON file's content."""
+    return (json.dumps(values, allow_nan=False, indent=indent) + "\n").encode()
+
+
+def as_parquet(rows: list[dict[str, Any]]) -> bytes:
+    """Rows as a Parquet file's content."""
+    return parquet_bytes(pa.Table.from_pylist(rows))
+
+
+def as_png(rows: Sequence[Frame]) -> bytes:
+    """Images above each other as a PNG file's content."""
+    file = io.BytesIO()
+    Image.fromarray(np.concatenate(rows)).save(file, format="PNG")
+    return file.getvalue()
+
+
+def _refuse_fewer(out: Path, names: Iterable[str], episodes: int) -> None:
+    last = max((int(Path(name).stem) for name in names if Path(name).parent.as_posix() == EPISODES), default=-1)
+    if last >= episodes:
+        msg = f"'{out}' holds episodes up to number {last} already: it goes on with {last + 1} or more, not {episodes}"
+        raise OutputError(msg)
+
+
+def _read(out: Path, episode: int) -> dict[str, Any]:
+    path = out / episode_name(episode)
+    try:
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        msg = f"'{path}' is not an episode of a task: {error}; without it, --resume plays it again"
+        raise OutputError(msg) from None
+    return found

@@ -1,0 +1,166 @@
+"""Many episodes into one folder: each is written whole, and a run that was stopped goes on where it was."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magicsim.arrays import Frame
+from magicsim.config.models import validate
+from magicsim.detectors.profile import load_profile
+from magicsim.errors import ConfigError
+from magicsim.light.variant import activate_variant
+from magicsim.robot.gripper import Gripper
+from magicsim.robot.live import MAX_SEED
+from magicsim.scenes.rig import in_room
+from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim_experiments.task.episode import FrameRow, Recorded, play
+from magicsim_experiments.task.film import contact_sheet, film
+from magicsim_experiments.task.folder import EPISODES_TABLE, FRAMES_TABLE, RESULTS
+from magicsim_experiments.task.growing import Played, Progress, Run, as_json, as_parquet, grow
+from magicsim_experiments.task.item import Item, load_item
+from magicsim_experiments.task.outcome import Outcome, judge_episode
+from magicsim_experiments.task.resolved import resolved
+from magicsim_experiments.task.settings import GraspConfig
+from magicsim_experiments.task.story import draw_story
+from magicsim_experiments.task.summary import TaskSummary, summarise
+from magicsim_experiments.task.world import World, build_gripper, check_room_for
+
+NOISE = 31
+"""Keeps the seeds of the frames' noise apart from others."""
+Frames = list[tuple[Frame, FrameRow]]
+
+
+def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
+    """The fingers and what is between them.
+
+    Raises:
+        MagicsimError: A preset does not exist, or does not fit.
+    """
+    scene = load_scene("grip", [f"design={config.design}", f"rig={config.rig}", *config.scene])
+    if scene.design.is_opaque:
+        msg = f"design = {config.design} is not allowed with task grasp, which sees items come: design.coat is opaque"
+        raise ConfigError(msg)
+    contact = scene.contact.model_copy(update={"friction": item.friction})
+    rig = in_room(scene.rig, config.room)
+    values = scene.model_dump() | {
+        "object": item.object.model_dump(), "rig": rig.model_dump(), "contact": contact.model_dump(),
+        "seed": config.seed, "frames_per_second": config.frames_per_second,
+    }  # fmt: skip
+    return validate(SceneConfig, values, source="task grasp")
+
+
+class Stage:
+    """Builds a gripper for the item of an episode, and plays further ones of the item with it."""
+
+    def __init__(self, config: GraspConfig) -> None:
+        """Checks everything that a run needs before it begins.
+
+        Raises:
+            MagicsimError: A preset does not exist, or does not fit.
+        """
+        self.config, self.profile = config, load_profile(config.detector)
+        self.items = {name: load_item(name) for name in config.items}
+        self._scenes = {name: task_scene(config, item) for name, item in self.items.items()}
+        for name, item in self.items.items():
+            check_room_for(item, name, config)
+        self._built: tuple[str, Gripper] | None = None
+
+    def settings(self) -> dict[str, Any]:
+        """What episodes depend on, with the content of every file."""
+        return resolved(self.config, items=self.items, scenes=self._scenes, profile=asdict(self.profile))
+
+    def play(self, episode: int, *, seen: Callable[[Frame, FrameRow], None] | None = None) -> tuple[Recorded, Outcome]:
+        """One episode, and what became of it.
+
+        Args:
+            episode: Its number.
+            seen: Takes every image with its row.
+        """
+        config, story = self.config, draw_story(self.config, episode)
+        seed = int(np.random.SeedSequence([config.seed, NOISE, episode]).generate_state(1)[0] % MAX_SEED)
+        world = World(self._gripper(story.item), self.items[story.item], story, config)
+        recorded = play(world, self.profile, episode=episode, seed=seed, seen=seen)
+        item, rate = self.items[story.item], config.frames_per_second
+        return recorded, judge_episode(recorded, item, story, frames_per_second=rate)
+
+    def order(self, episodes: int) -> list[int]:
+        """Numbers of all episodes, those of an item one after the other: one gripper at a time is alive.
+
+        Each further sensor makes every frame slower, for the renderer prepares its kernels for all shapes that there
+        are.
+        """
+        items = list(self.items)
+        return sorted(range(episodes), key=lambda number: (items.index(draw_story(self.config, number).item), number))
+
+    def _gripper(self, item: str) -> Gripper:
+        if self._built is None or self._built[0] != item:
+            if self._built is not None:
+                self._built[1].release()
+            self._built = (item, build_gripper(self._scenes[item], self.config))
+        self._built[1].reset()
+        return self._built[1]
+
+
+def run_grasps(
+    config: GraspConfig, out: Path, *, episodes: int, resume: bool = False, with_film: bool = False,
+    progress: Progress | None = None, variant: Callable[[], str] = activate_variant,
+) -> TaskSummary:  # fmt: skip
+    """Plays episodes, or what an earlier run left of them, and writes their folder.
+
+    Args:
+        config: The task.
+        out: Folder of the result.
+        episodes: How many; a finished folder grows by more.
+        resume: Whether to go on with the run in the folder.
+        with_film: Whether to keep a film and a contact sheet of each episode that is played now.
+        progress: Told how far it is: episodes done, all of them, a note.
+        variant: Names the renderer's variant, and makes it active.
+
+    Raises:
+        MagicsimError: The task cannot be played, or the folder is not ours or holds another task.
+    """
+    stage = Stage(config)
+
+    def played(episode: int) -> Played:
+        frames: Frames = []
+        recorded, outcome = stage.play(episode, seen=_keeping(frames) if with_film else None)
+        values = {"outcome": asdict(outcome), "rows": [asdict(row) for row in recorded.rows]}
+        if not with_film:
+            return Played(values=values)
+        rate = config.frames_per_second
+        pictures = {
+            f"films/{episode:05d}.jpg": contact_sheet(frames),
+            f"films/{episode:05d}.webp": film(frames, frames_per_second=rate),
+        }
+        return Played(values=values, pictures=pictures)
+
+    def concluded(episodes: Sequence[dict[str, Any]]) -> tuple[TaskSummary, dict[str, bytes]]:
+        found = [Outcome(**each["outcome"]) for each in episodes]
+        rows = [row for each in episodes for row in each["rows"]]
+        summary = summarise(found, rows, detector=config.detector, room=config.room, out=str(out))
+        return summary, {
+            FRAMES_TABLE: as_parquet(rows),
+            EPISODES_TABLE: as_parquet([_flat(each["outcome"]) for each in episodes]),
+            RESULTS: as_json(summary.as_dict()),
+        }
+
+    run = Run(
+        task="grasp", episodes=episodes, order=stage.order(episodes), resume=resume, progress=progress, variant=variant
+    )  # fmt: skip
+    return grow(out, stage.settings(), run, played, concluded)
+
+
+def _keeping(frames: Frames) -> Callable[[Frame, FrameRow], None]:
+    def keep(image: Frame, row: FrameRow) -> None:
+        frames.append((image, row))
+
+    return keep
+
+
+def _flat(outcome: dict[str, Any]) -> dict[str, Any]:
+    """An outcome as a row: seconds in each stage as columns."""
+    times = {f"seconds_{stage.lower()}": value for stage, value in outcome["seconds_in"].items()}
+    return {name: value for name, value in outcome.items() if name != "seconds_in"} | times

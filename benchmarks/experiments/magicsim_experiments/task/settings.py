@@ -1,0 +1,118 @@
+"""Everything that a run of grasps depends on."""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from magicsim.config.models import Config
+
+PositiveMm = Annotated[float, Field(gt=0, le=1000)]
+Speed = Annotated[float, Field(gt=0, le=1000)]
+GIVEN = {
+    "object": "items",
+    "contact.friction": "items",
+    "seed": "seed",
+    "frames_per_second": "frames_per_second",
+}
+"""Settings of a scene that a task says, and what of it says them."""
+
+
+def in_order(pair: tuple[float, float]) -> tuple[float, float]:
+    """The pair, smaller one first.
+
+    Raises:
+        ValueError: The larger one comes first.
+    """
+    if pair[0] > pair[1]:
+        msg = f"{pair[0]:g}, {pair[1]:g} is not allowed: must be the smaller one first"
+        raise ValueError(msg)
+    return pair
+
+
+def refuse_given(settings: Sequence[str], given: Mapping[str, str]) -> None:
+    """Refuses settings of the fingers' scene that the task says already, and which would change nothing.
+
+    Args:
+        settings: `dotted.key=value` each.
+        given: Key, and what of the task says it.
+
+    Raises:
+        ValueError: One of them is there.
+    """
+    for each in settings:
+        key = each.partition("=")[0].strip()
+        for name, by in given.items():
+            if key == name or key.startswith(f"{name}."):
+                msg = f"scene: '{each}' is not allowed: must be left to {by}"
+                raise ValueError(msg)
+
+
+class GraspConfig(Config):
+    """One run of the grasp-and-transport task; every number is assumed where nothing else is said."""
+
+    design: str = "mini-magictac"
+    """Design preset or TOML file of both fingers."""
+    rig: str = "digit-office"
+    """Rig preset or TOML file."""
+    room: str = "office"
+    """Room around, see `Rig.room`; `dark` for none."""
+    scene: tuple[str, ...] = ()
+    """Further settings of the fingers' scene, `dotted.key=value`, such as `design.skin_mm=0.5`."""
+    detector: str = "calibrated"
+    """Profile that reads the frames."""
+    items: Annotated[tuple[str, ...], Field(min_length=1)] = ("orange", "banana", "biscuit-packet")
+    """Item presets or files; each episode draws one."""
+    quality: Literal["full", "control"] = "full"
+    """How finely is solved and rendered, see `magicsim.robot.quality`."""
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Seed of everything that is drawn."""
+    frames_per_second: Annotated[float, Field(ge=1, le=120)] = 15.0
+    """Rate of the frames that the machine reads [1/s]."""
+    most_frames: Annotated[int, Field(ge=20, le=5000)] = 260
+    """Frames of an episode at most."""
+    open_gap_mm: PositiveMm = 8.0
+    """Room on each side of an item between open fingers [mm]."""
+    close_mm_s: Speed = 8.0
+    """Closing speed of each finger [mm/s]."""
+    open_mm_s: Speed = 24.0
+    """Opening speed of each finger [mm/s]."""
+    grip_n: Annotated[float, Field(gt=0, le=50)] = 4.0
+    """Normal force at which the motors stall [N]."""
+    distance_mm: PositiveMm = 300.0
+    """From A to B [mm]."""
+    carriage_mm_s: Speed = 150.0
+    """Speed of the carriage [mm/s]."""
+    carriage_mm_s2: Annotated[float, Field(gt=0, le=20000)] = 1000.0
+    """Its acceleration [mm/s2], which the held item feels."""
+    hand_mm_s: Annotated[tuple[Speed, Speed], AfterValidator(in_order)] = (60.0, 250.0)
+    """Slowest and fastest approach of the hand [mm/s]."""
+    near_mm: Annotated[tuple[PositiveMm, PositiveMm], AfterValidator(in_order)] = (1.0, 4.0)
+    """Nearest and farthest gap to the watched finger at which the hand offers an item [mm]."""
+    hand: bool = True
+    """Whether the hand is in the picture while it holds the item, comes and goes, see `task.hand`."""
+    pull_share: Annotated[float, Field(ge=0, le=1)] = 0.5
+    """Share of the episodes in which a hand pulls the item away."""
+    pull_n_s: Annotated[float, Field(gt=0, le=1000)] = 30.0
+    """How fast such a pull rises [N/s]."""
+    light_share: Annotated[float, Field(ge=0, le=1)] = 0.5
+    """Chance of a flashlight before the approach, and again during transport; of each of two with `any`."""
+    flashlight: Literal["usual", "any"] = "usual"
+    """When flashlights shine: before the approach and in transport, or at any stage, see `task.flashlight`."""
+
+    @model_validator(mode="after")
+    def _check_scene(self) -> Self:
+        given = {"rig.room": "room", "references": "the detector's profile", "keyframes": "the task"}
+        refuse_given(self.scene, GIVEN | given)
+        return self
+
+    @model_validator(mode="after")
+    def _check_near(self) -> Self:
+        most = 2 * self.open_gap_mm
+        if self.near_mm[1] > most:
+            msg = (
+                f"near_mm = {self.near_mm[0]:g}, {self.near_mm[1]:g} is not allowed: must be at most {most:g}, twice "
+                "open_gap_mm, where the other finger is"
+            )
+            raise ValueError(msg)
+        return self

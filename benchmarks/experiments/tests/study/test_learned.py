@@ -1,0 +1,160 @@
+"""Studies that learn, on made frames in seconds; PyTorch is optional."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from magicsim.dataset.recipes.draw import draw_episodes
+from magicsim.errors import ConfigError, OutputError
+from magicsim_experiments.study.learned.alignment import axis_angle_deg
+from magicsim_experiments.study.learned.localisation import mask_features
+from magicsim_experiments.study.learned.ranging import bin_names, gap_bin
+from magicsim_experiments.study.study_file import load_study
+
+from .made_study import contents, made, rows, run
+
+pytestmark = pytest.mark.usefixtures("learns_in_process")
+
+
+def test_localisation_beats_a_constant(tmp_path: Path):
+    run(made("localisation", "recipe.episodes=24", "recipe.episodes_per_sensor=12", "learning.epochs=20"), tmp_path)
+    errors = {(row["label"], row["answer"]): row for row in rows(tmp_path, "errors")}
+    assert errors["p_x", "small"]["error"] < 0.7 * errors["p_x", "constant answer"]["error"]
+    assert errors["f_z", "small"]["error"] < errors["f_z", "constant answer"]["error"]
+    assert errors["p_y", "linear fit of geometric features"]["error"] < 0.5  # the true contact's centroid
+    assert {row["frames_of"] for row in rows(tmp_path, "units")} == {"presses on known units", "unknown units"}
+    promised = {row["label"]: row for row in rows(tmp_path, "beyond") if row["train_frames"] > 0}
+    learned = max(row["train_frames"] for row in rows(tmp_path, "curve"))
+    assert promised["p_x"]["train_frames"] == pytest.approx(10 * learned)
+    assert promised["p_x"]["low"] <= promised["p_x"]["error"] <= promised["p_x"]["high"]
+    assert "Extrapolated, not measured" in (tmp_path / "report.html").read_text()
+    checks = {row["frames_of"] for row in rows(tmp_path, "checks")}
+    assert checks == {"as they are", "without-noise", "finer-rendering"}
+
+
+def test_training_that_is_killed_resumes_to_the_same_bytes(tmp_path: Path):
+    changes = ("recipe.episodes=8", "recipe.episodes_per_sensor=8", "learning.epochs=4", "check_episodes=0")
+    run(made("localisation", *changes), tmp_path / "whole")
+    study = made("localisation", *changes)
+    object.__setattr__(study.learning, "stretch_s", 0.0)  # a checkpoint after every pass
+    told = 0
+
+    def killed(_done: float, _total: float, note: str) -> None:
+        nonlocal told
+        told += "models" in note
+        if told == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(study, tmp_path / "killed", progress=killed)
+    assert list((tmp_path / "killed/.work").glob("*.checkpoint"))
+    run(study, tmp_path / "killed", resume=True)
+    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+
+
+def test_ranging_tells_presence_place_and_gap(tmp_path: Path):
+    run(made("ranging", "recipe.episodes=24", "recipe.episodes_per_sensor=24"), tmp_path / "out")
+    found = {(row["gap"], row["answer"]): row["share"] for row in rows(tmp_path / "out", "detection")}
+    assert found["0 to 1 mm", "model"] > 0.9
+    results = json.loads((tmp_path / "out/results.json").read_text())
+    assert results["headline"]["gap_mm"] < 7
+    assert len(results["tables"]["presence"]) == 2 * len(bin_names())
+
+
+def test_resolution_names_sizes(tmp_path: Path):
+    run(made("resolution", "recipe.episodes=16", "recipe.episodes_per_sensor=16", "check_episodes=0"), tmp_path / "out")
+    shares = rows(tmp_path / "out", "shares")
+    model = [row["share"] for row in shares if row["answer"] == "model" and row["texture"] == "lines"]
+    assert model == sorted(model)  # a wider tolerance never makes an answer wrong
+    matrix = rows(tmp_path / "out", "confusion-dots")
+    assert sum(row["count"] for row in matrix) == 8  # half of the presses
+    assert all(row["right"] == (row["truth"] == row["answer"]) for row in matrix)
+
+
+def test_alignment_fine_tunes_on_other_units(tmp_path: Path):
+    changes = (
+        "recipe.episodes=12",
+        "recipe.episodes_per_sensor=12",
+        "fine_tuning.epochs=3",
+        "fine_tuning.long_side_px=0",
+    )
+    run(made("alignment", *changes), tmp_path / "out")
+    parts = {row["frames_of"]: row for row in rows(tmp_path / "out", "units") if row["label"] == "r_z"}
+    assert parts["other units"]["frames"] == parts["other units, fine-tuned"]["frames"]
+    assert parts["other units"]["error"] != parts["other units, fine-tuned"]["error"]
+    assert 0 < parts["unknown cylinders"]["frames"] < parts["the unit that it was trained on"]["frames"] * 2
+
+
+def test_folder_of_another_recipe_and_few_episodes_are_refused(tmp_path: Path):
+    study = made("localisation", "recipe.episodes=8")
+    run(study, tmp_path / "out")
+    with pytest.raises(OutputError, match="holds another study"):
+        run(made("localisation", "recipe.episodes=8", "recipe.references=2"), tmp_path / "out", resume=True)
+    with pytest.raises(ConfigError, match=r"recipe.episodes = 3 is not allowed with learning.folds = 2"):
+        made("localisation", "recipe.episodes=3")
+    with pytest.raises(ConfigError, match=r"design.coat is opaque"):
+        load_study("ranging", design="gelsight-type-markers")
+    with pytest.raises(ConfigError, match=r"recipe.* depth"):
+        made("localisation", "recipe.paths=[{kind='touch',depth=1.0}]")
+
+
+def test_data_of_another_recipe_in_the_place_of_the_studys_own_are_refused(tmp_path: Path):
+    study, other = (made("localisation", "recipe.episodes=8", f"recipe.references={count}") for count in (1, 2))
+    run(study, tmp_path / "out")
+    run(other, tmp_path / "other")
+    shutil.rmtree(tmp_path / "out/data/frames")
+    shutil.copytree(tmp_path / "other/data/frames", tmp_path / "out/data/frames")
+    with pytest.raises(
+        OutputError, match=r"data/frames' holds a dataset of another recipe \(see its config.toml"
+    ) as said:
+        run(study, tmp_path / "out", resume=True)
+    assert "\n" not in str(said.value)
+
+
+def test_places_and_depths_fit_every_design():
+    for design in ("mini-magictac", "gelsight-type-markers", "marker-type"):
+        config = load_study("localisation", design=design, quick=True).config
+        [path] = config.dataset_recipe().paths
+        width, length = config.design.footprint_mm
+        assert path.x_mm.high == pytest.approx(0.55 * width / 2)
+        assert path.y_mm.high == pytest.approx(0.55 * length / 2)
+        assert path.depth_mm.high == pytest.approx(min(2.0, 0.4 * config.design.height_mm))
+
+
+def test_colour_of_a_cylinder_does_not_tell_the_side_that_it_leans_to():
+    for stage in load_study("alignment", quick=True).stages():
+        if hasattr(stage, "simulator") and stage.name != "pen":
+            drawn = draw_episodes(stage.recipe)
+            seen = {(each.scene.object.color[0] > 0.5, each.values["object.yaw_deg"] > 0) for each in drawn}
+            assert len(seen) > 2, stage.name  # of Sobol points it would be two: each colour has a side
+
+
+def test_checks_are_of_the_same_presses():
+    plain, quiet, fine = (stage.recipe for stage in load_study("localisation", quick=True).stages()[:3])
+    for number in range(3):
+        whole, *others = (draw_episodes(recipe)[number] for recipe in (plain, quiet, fine))
+        for other in others:
+            assert other.scene.keyframes == whole.scene.keyframes
+            assert other.scene.design == whole.scene.design
+        assert others[0].scene.rig.camera.read_noise_e == 0
+        assert others[1].scene.render.samples == 4 * whole.scene.render.samples
+
+
+def test_geometry_of_masks_angles_and_bins():
+    mask = np.zeros((10, 20), bool)
+    mask[4:6, 10:12] = True
+    np.testing.assert_allclose(mask_features(mask), [0.45, 0.525, 0.02, np.sqrt(0.02)])
+    assert not mask_features(np.zeros((4, 4), bool)).any()
+    turn = np.radians(30.0)
+    matrix = np.array([[np.cos(turn), -np.sin(turn), 0, np.sin(turn), np.cos(turn), 0, 0, 0, 1]])
+    np.testing.assert_allclose(axis_angle_deg(matrix), 30.0)
+    np.testing.assert_allclose(axis_angle_deg(-matrix), 30.0)  # an axis has no sense
+    assert gap_bin(np.array([0.0, 0.5, 1.0, 24.0, 25.0])).tolist() == [1, 1, 2, 5, 5]
+
+
+def test_changes_of_the_recipe_that_are_no_table_are_one_line():
+    with pytest.raises(ConfigError, match="recipe_changes = 5 is not allowed: must be a table"):
+        load_study("localisation", ["recipe_changes=5"])

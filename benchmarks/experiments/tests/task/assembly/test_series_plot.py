@@ -1,0 +1,30 @@
+from magicsim_experiments.assembly.cues import Cues
+from magicsim_experiments.assembly.misaligned import Misalignment
+from magicsim_experiments.assembly.stages import Stage
+from magicsim_experiments.task.assembly.series_plot import draw_series, stage_ends_s
+
+LONG = (Stage.GRIP, Stage.FIRST, Stage.FIRST, Stage.FIRST, Stage.SECOND, Stage.OPEN)
+SHORT = (Stage.GRIP, Stage.FIRST, Stage.SECOND, Stage.SECOND)
+
+
+def series(*stages: Stage) -> list[Cues]:
+    return [
+        Cues(
+            stage=stage, outcome="held", ssim=0.6, ssim_fingers=(0.6, 0.6), similarity=0.8,
+            verdicts=("Touched", "Touched"), force_n=(0.0, 0.0, 0.0), force_size_n=0.0, torque_nmm=(0.0, 0.0, 0.0),
+            normal_n=4.0, slid_mm=0.0, place=(0.0,) * 6, limit=None, time_s=float(number),
+        )
+        for number, stage in enumerate(stages)
+    ]  # fmt: skip
+
+
+def test_stages_end_where_they_do_in_most_trials():
+    ends = stage_ends_s([series(*LONG), series(*SHORT), series(*SHORT)])
+    assert ends == {Stage.GRIP: 0.0, Stage.FIRST: 1.0, Stage.SECOND: 3.0, Stage.OPEN: 5.0}
+
+
+def test_picture_is_a_png_of_trials_of_any_length():
+    trials = [(Misalignment(kind=kind), series(*each)) for kind, each in (("aligned", LONG), ("offset", SHORT))]
+    picture = draw_series(trials)
+    assert picture.startswith(b"\x89PNG")
+    assert picture == draw_series(trials)

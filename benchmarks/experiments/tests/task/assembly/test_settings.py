@@ -1,0 +1,41 @@
+import pytest
+
+from magicsim.errors import ConfigError
+from magicsim_experiments.assembly.misaligned import draw_misalignments
+from magicsim_experiments.assembly.stages import Stage, timeline
+from magicsim_experiments.assembly.trial import Setup
+from magicsim_experiments.task.assembly.settings import AssemblyConfig, split_settings
+
+
+def test_defaults_are_those_of_what_is_played():
+    assert AssemblyConfig().setup(references=30, samples=1) == Setup()
+    assert AssemblyConfig().setup(references=30, samples=1).timeline == timeline()
+
+
+def test_settings_of_the_task_reach_jack_contact_stages_and_misalignments():
+    settings = [
+        "task.jack.radius_mm=2.8", "rig.room='dark'", "task.contact.friction=0.4", "task.push_n=[1, 6]",
+        "task.offset_mm=[1,2]",
+    ]  # fmt: skip
+    scene, config = split_settings(settings)
+    assert scene == ["rig.room='dark'"]
+    setup = config.setup(references=5, samples=2)
+    assert (setup.jack.radius_mm, setup.contact.friction, setup.references, setup.samples) == (2.8, 0.4, 5, 2)
+    pushes = {step.stage: step.push_n for step in setup.timeline}
+    assert (pushes[Stage.FIRST], pushes[Stage.SECOND]) == (1, 6)
+    drawn = [each for each in draw_misalignments(60, 3, config.spread) if each.kind == "offset"]
+    assert all(1 <= (each.x_mm**2 + each.z_mm**2) ** 0.5 <= 2 for each in drawn)
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("task.offset_mm=[3,1]", "must be the smaller one first"),
+        ("task.jack.depth_mm=0", "jack.depth_mm = 0 is not allowed"),
+        ("task.jack.depth_mm=6", "success_mm = 8 is not allowed: must be at most 6"),
+        ("task.speed=3", "speed"),
+    ],
+)
+def test_impossible_settings_are_refused(setting: str, told: str):
+    with pytest.raises(ConfigError, match=told):
+        split_settings([setting])

@@ -1,4 +1,0 @@
-"""Studies: protocols of published experiments, run on any design, from a TOML file to tables, figures and one page.
-
-`magicsim.study.protocol` says what a study is, `magicsim.study.kinds` lists those there are.
-"""
