@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from magicsim.geometry.objects.kinds import load_object
     from magicsim.judge.profile_fit import calibrate
     from magicsim.judge.verdicts import judge as judge_episode
-    from magicsim.report.main_job import run_scene
+    from magicsim.report.episode_report import report_episode as report_episode
     from magicsim.robot.live import live_sensor
     from magicsim.scenes.rig import load_rig
     from magicsim.scenes.scene import load_scene
+    from magicsim.simulation.main_job import run_scene
     from magicsim.simulation.plan import plan_scene
     from magicsim.simulation.sensor import Sensor
     from magicsim.simulation.still import render, render_still
@@ -98,10 +99,11 @@ HOMES = {
     "press_curve": "magicsim.deform.indentation.press",
     "render": "magicsim.simulation.still",
     "render_still": "magicsim.simulation.still",
-    "run_scene": "magicsim.report.main_job",
+    "report_episode": "magicsim.report.episode_report",
+    "run_scene": "magicsim.simulation.main_job",
     "run_sweep": "magicsim.sweep.comparison",
     "simulate": "magicsim.simulation.stream",
 }
-"""Where each public name is at home."""
+"""Where each public name is at home, and `report_episode`, which `run_scene` calls although it stands above it."""
 
 __getattr__, __dir__ = lazy_names(__name__, HOMES)

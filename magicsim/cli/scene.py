@@ -41,7 +41,7 @@ def _run(
     check_target(out)
     check_memory(scene)
     if scene.output.mcap:
-        from magicsim.report.main_job import load_mcap
+        from magicsim.report.episode_report import load_mcap
 
         load_mcap()  # what is missing is told before anything is rendered
     if (out / MARKER).is_file():
@@ -51,7 +51,7 @@ def _run(
     if (line := long_work(scene)) is not None:
         sys.stderr.write(f"{line}\n")
     limit_threads(threads)
-    from magicsim.report.main_job import run_scene
+    from magicsim.simulation.main_job import run_scene
 
     with show_progress(f"{name}: {scene.references + scene.frame_count} frames") as progress:
         summary = run_scene(scene, out, progress=progress)

@@ -11,12 +11,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from magicsim.deform.lattice.structure import Lattice
 from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.errors import ConfigError
 from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.taxels import TaxelSettings
-from magicsim.simulation.episode import Episode, SimulatedFrame
+from magicsim.simulation.episode import Episode, SimulatedFrame, frame_file
 from magicsim.simulation.touch_truth import TOUCH_COLUMNS, touch_columns
 
 TABLE = "episode.parquet"
@@ -30,11 +29,6 @@ READ = {
     )
 }  # fmt: skip
 """Columns that are read back, and whether they may have nulls."""
-
-
-def frame_file(index: int) -> str:
-    """Name of a frame's image inside the episode's folder."""
-    return f"frames/{index:05d}.png"
 
 
 def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -> None:
@@ -79,12 +73,6 @@ def read_table(folder: Path, names: Sequence[str]) -> list[dict[str, Any]]:
         raise ConfigError(msg) from None
     rows: list[dict[str, Any]] = found.to_pylist()
     return rows
-
-
-def write_lattice(path: Path, lattice: Lattice) -> None:
-    """Writes the rest positions of the nodes that the displacements belong to."""
-    columns = {f"{axis}_mm": lattice.nodes_mm[:, number] for number, axis in enumerate("xyz")}
-    pq.write_table(pa.table(columns), path, compression="zstd")
 
 
 def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, Any]) -> pa.Schema:

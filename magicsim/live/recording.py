@@ -9,10 +9,11 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
 from magicsim.folder import new_folder
 from magicsim.live.wish import Wish
-from magicsim.report.main_job import describe, judged, write_episode
+from magicsim.report.episode_report import report_episode
 from magicsim.robot.moment import FULL
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.simulation.episode import Episode, SimulatedFrame
+from magicsim.simulation.main_job import describe, write_episode
 
 LONGEST = 3000
 """Most frames of a recording: they are kept in memory until it ends."""
@@ -77,14 +78,12 @@ class Recording:
             OutputError: The folder is there, or cannot be written.
         """
         episode = self.episode()
-        judgements, refused = judged(episode)
         facts = describe(episode.scene, estimator) | {"Recorded": "in the live window, a frame for each motion"}
         if self.begun.led_strength != FULL:
             facts["LEDs"] = "strength {:g}, {:g}, {:g} (red, green, blue)".format(*self.begun.led_strength)
-        if refused:
-            facts["Not judged"] = refused
         with new_folder(folder) as partial:
-            write_episode(partial, episode, judgements, self.printed, facts)
+            write_episode(partial, episode, self.printed)
+            report_episode(partial, episode, facts)
 
 
 def recording_name(number: int) -> str:

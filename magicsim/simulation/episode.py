@@ -203,6 +203,11 @@ class Episode:
         return tuple(frame for frame in self.frames if not frame.truth.is_reference)
 
 
+def frame_file(index: int) -> str:
+    """Name of a frame's image inside the episode's folder."""
+    return f"frames/{index:05d}.png"
+
+
 def truth_arrays(truths: Sequence[FrameTruth]) -> dict[str, npt.NDArray[Any]]:
     """Ground truth as arrays with one entry a frame.
 

@@ -10,10 +10,10 @@ import pytest
 from magicsim.detectors.source import read_image
 from magicsim.evaluation.footage import ExposedTake
 from magicsim.evaluation.take import film_take
-from magicsim.report.main_job import run_scene
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim.simulation.main_job import run_scene
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.stream import simulate
 

@@ -14,12 +14,13 @@ from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.frame_class import FrameClass
 from magicsim.judge.score import score_verdicts
-from magicsim.judge.table import frame_file, write_lattice, write_table
+from magicsim.judge.table import write_table
 from magicsim.judge.verdicts import Judgement
 from magicsim.light.frame.way import Way
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures
+from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures, frame_file
+from magicsim.simulation.main_job import write_lattice
 
 PRESSED = FrameState(gap_mm=-1.2, x_mm=0.5, y_mm=-0.25, twist_deg=10.0, flashlight=False, light_x_mm=0.0)
 MASK = np.zeros((16, 12), bool)

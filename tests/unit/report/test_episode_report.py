@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from magicsim.errors import FrameError
-from magicsim.report.main_job import judged
+from magicsim.report.episode_report import judged
 
 
 def test_a_profile_that_refuses_a_sensor_keeps_no_other_from_judging(monkeypatch: pytest.MonkeyPatch):
@@ -15,7 +15,7 @@ def test_a_profile_that_refuses_a_sensor_keeps_no_other_from_judging(monkeypatch
             raise FrameError(msg)
         return name
 
-    monkeypatch.setattr("magicsim.report.main_job.judge", judge)
+    monkeypatch.setattr("magicsim.report.episode_report.judge", judge)
     clear = SimpleNamespace(design=SimpleNamespace(is_opaque=False))
     seen = judged(SimpleNamespace(references=[None], scene=clear))  # type: ignore[arg-type]
     assert seen == (["calibrated"], "profile 'published': reference frames show no grid")
