@@ -2,8 +2,10 @@
 
 import os
 import shutil
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +15,23 @@ SIZES = {"desktop": (1280, 900), "phone": (390, 844)}
 HARMLESS = ("GPU stall due to ReadPixels", "THREE.Clock", "[Performance]")
 """Of software rendering, and of a library's own future; warnings, no errors."""
 OWN = ("file:", "data:", "blob:", "http://127.0.0.1:", "ws://127.0.0.1:")
+
+
+def pytest_terminal_summary(terminalreporter) -> None:
+    """Writes the seconds of every file, then of every test over a second, longest first, into `MAGICSIM_DURATIONS`."""
+    if "MAGICSIM_DURATIONS" not in os.environ:
+        return
+    files: Counter[str] = Counter()
+    tests: Counter[str] = Counter()
+    for report in (each for reports in terminalreporter.stats.values() for each in reports):
+        if isinstance(report, pytest.TestReport):
+            files[report.nodeid.partition("::")[0]] += report.duration
+            tests[report.nodeid] += report.duration
+    long = [(name, seconds) for name, seconds in tests.most_common() if seconds > 1]
+    lines = [f"{seconds:8.2f}  {name}" for name, seconds in files.most_common() + long]
+    path = Path(os.environ["MAGICSIM_DURATIONS"])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join([f"{sum(files.values()):8.2f}  all", *lines]) + "\n", encoding="utf-8")
 
 
 @pytest.fixture(scope="session")
