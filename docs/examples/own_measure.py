@@ -7,7 +7,7 @@ from magicsim import load_sweep
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
 from magicsim.sweep.designs import list_designs
-from magicsim.sweep.judging.measures import Measured, MeasureKind
+from magicsim.sweep.measures import Measured, MeasureKind
 
 KIND = MeasureKind(
     title="Infill", unit="", digits=3, better=None, is_exact=True, meaning="Share of the block that is infill; exact."

@@ -20,7 +20,7 @@ def sweep(
 
     A run that was stopped or killed goes on with --resume. A design that fails is reported and stops no other.
     """
-    from magicsim.sweep.folder import FOLDER
+    from magicsim.sweep.result import FOLDER
     from magicsim.sweep.sweep_file import load_sweep
     from magicsim.workers.options import choose_workers
 

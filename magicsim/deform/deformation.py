@@ -12,7 +12,7 @@ from magicsim.deform.lattice.relaxation import RelaxationState
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
 from magicsim.geometry.pose import Pose
-from magicsim.notebook.figures import figures_table
+from magicsim.notebook import figures_table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,8 +18,7 @@ from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.changed_frames import FrameRun
 from magicsim.judge.measures import MEASURES, Estimate
 from magicsim.judge.regression import Change
-from magicsim.report.templates import page_template
-from magicsim.report.text import MINUS, MISSING, number, percent, span
+from magicsim.report.text import MINUS, MISSING, number, page_template, percent, span
 
 RESULTS = "evaluation.json"
 REPORT = "report.html"

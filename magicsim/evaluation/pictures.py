@@ -12,10 +12,8 @@ from magicsim.frame_class import FrameClass
 from magicsim.judge.changed_frames import FrameRun
 from magicsim.judge.curves import CurvePoint, Roc
 from magicsim.judge.judged import JudgedEpisode
-from magicsim.report.drawing import drawn_panel, plot_style, to_svg
-from magicsim.report.images import data_uri
-from magicsim.report.palette import BLUE, CLASS_COLORS, FAINT, LINE, ORANGE
-from magicsim.report.text import gap_or_depth
+from magicsim.report.drawing import BLUE, CLASS_COLORS, FAINT, LINE, ORANGE, drawn_panel, plot_style, to_svg
+from magicsim.report.text import data_uri, gap_or_depth
 
 _HEIGHT_IN = 3.2
 _PLACE = (0.12, 0.15, 0.86, 0.76)

@@ -10,14 +10,11 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, OutputError
-from magicsim.fit.blocks import check_blocks
-from magicsim.fit.constants import Constant, named, value_of, with_values
-from magicsim.fit.equilibria import Equilibria
-from magicsim.fit.fitted_scene import fitted_scene, write_scene
-from magicsim.fit.model import Comparison, compare, observed_states, render_bases
+from magicsim.fit.constants import Constant, fitted_scene, named, value_of, with_values, write_scene
+from magicsim.fit.model import Comparison, Equilibria, compare, observed_states, plot_residual, render_bases
 from magicsim.fit.observation import Observation
 from magicsim.fit.solve import DETERMINED_SD, UNKNOWN_SD, Solution, scatter, solve
-from magicsim.fit.strengths import Basis, Strengths
+from magicsim.fit.strengths import Basis, Strengths, check_blocks
 from magicsim.folder import check_file, refuse_unsigned
 from magicsim.scenes.scene import SceneConfig
 from magicsim.waiting import Told, on_stderr, waiting
@@ -157,8 +154,6 @@ def _fitted(
     ]
     rendering = scatter(found.jacobian, [best.residuals, *(each.residuals for each in again)])
     fits = _told(constants, found, rendering)
-    from magicsim.fit.residual_plot import plot_residual
-
     picture = _picture(out)
     plot_residual(observations, best, picture)
     fitted = fitted_scene(scene, values, best.strengths, best.images[0])

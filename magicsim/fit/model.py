@@ -1,21 +1,46 @@
 """What a simulated sensor with some constants looks like in the observed states, and how far that is off."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.camera.camera import Camera
+from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
-from magicsim.fit.blocks import block_contrast, block_means
 from magicsim.fit.constants import with_values
-from magicsim.fit.equilibria import Equilibria
 from magicsim.fit.observation import Observation
-from magicsim.fit.strengths import Basis, Strengths, fit_strengths
+from magicsim.fit.strengths import Basis, Strengths, block_contrast, block_means, fit_strengths
+from magicsim.folder import PRODUCER, result_file
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
+from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
+
+_OPTICAL_FIELDS = {"ior", "sigma_s_per_mm", "absorption_per_mm", "anisotropy"}
+
+
+@dataclass(slots=True)
+class Equilibria:
+    """What has been solved, by design and state; the object and its friction must stay the same."""
+
+    _solved: dict[tuple[str, FrameState], Deformation] = field(default_factory=dict)
+
+    def of(self, sensor: Sensor, state: FrameState) -> Deformation:
+        """Equilibrium of a sensor in a state, from rest.
+
+        Raises:
+            ConvergenceError: No valid equilibrium was found.
+        """
+        if not can_touch(state):
+            return sensor.rest
+        optics = {"materials": {"body": _OPTICAL_FIELDS, "infill": _OPTICAL_FIELDS}}
+        key = (sensor.design.model_dump_json(exclude=optics), state)
+        if key not in self._solved:
+            self._solved[key] = sensor.deform(state, sensor.rest)
+        return self._solved[key]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,3 +141,43 @@ def compare(
 
 def _mean(one: Basis, other: Basis) -> Basis:
     return {name: np.asarray((image + other[name]) / 2, np.float32) for name, image in one.items()}
+
+
+CHANNELS = ("red", "green", "blue")
+COLORS = ("#d55e00", "#009e73", "#0072b2")
+"""Okabe and Ito (Color Universal Design, 2008)."""
+
+
+def plot_residual(observations: Sequence[Observation], found: Comparison, target: Path) -> None:
+    """A row for each state: observed, simulated, difference of block means by channel, and both profiles along x.
+
+    Args:
+        observations: In the order of the comparison.
+        found: The fitted sensor.
+        target: PNG file.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(15, 3.4 * len(observations)), layout="constrained")
+    panels = figure.subplots(len(observations), 6, squeeze=False)
+    reach = max(1.0, float(np.abs(found.means).max()))
+    for row, (seen, image, means) in zip(
+        panels, zip(observations, found.images, found.means, strict=True), strict=True
+    ):
+        name = "untouched" if seen.frame is None else f"frame {seen.frame}"
+        for panel, title, picture in ((row[0], "observed", seen.mean), (row[1], "simulated", image)):
+            panel.imshow(np.rint(np.clip(picture, 0, 255)).astype(np.uint8))
+            panel.set_title(f"{name}: {title}", fontsize=9)
+            panel.set_axis_off()
+        for channel, panel in enumerate(row[2:5]):
+            shown = panel.imshow(means[..., channel], cmap="RdBu_r", vmin=-reach, vmax=reach)
+            panel.set_title(f"{CHANNELS[channel]}: simulated - observed, blocks", fontsize=8)
+            panel.set_axis_off()
+        figure.colorbar(shown, ax=row[4], label="grey levels")
+        for channel, color in enumerate(COLORS):
+            row[5].plot(seen.mean[..., channel].mean(0), color=color, linewidth=0.8)
+            row[5].plot(image[..., channel].mean(0), color=color, linewidth=0.8, linestyle="--")
+        row[5].set_title("mean of the columns; dashed: simulated", fontsize=8)
+        row[5].set_xlabel("column [px]", fontsize=8)
+    with result_file(target) as partial:
+        figure.savefig(partial, dpi=80, format="png", metadata={"Software": PRODUCER})

@@ -66,6 +66,20 @@ def score_verdicts(verdicts: Sequence[Verdict], classes: Sequence[FrameClass | N
     )
 
 
+def proximity_right(verdict: Verdict, truth: FrameClass | None) -> bool | None:
+    """Whether the proximity verdict is right; None where proximity is not scored."""
+    if truth is None or truth not in PROXIMITY_TRUTH:
+        return None
+    return verdict.proximity is PROXIMITY_TRUTH[truth]
+
+
+def contact_right(verdict: Verdict, truth: FrameClass | None) -> bool | None:
+    """Whether the combined verdict is right; None where the frame is not scored."""
+    if truth is None:
+        return None
+    return (verdict.combined is Contact.TOUCHED) == (truth is FrameClass.CONTACT)
+
+
 def _score_proximity(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> TaskScore:
     columns = tuple(Proximity)
     confusion = tuple(

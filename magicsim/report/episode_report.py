@@ -13,8 +13,8 @@ from magicsim.dataset.rows import frame_rows
 from magicsim.errors import ConfigError, FrameError
 from magicsim.judge.table import TABLE, write_table
 from magicsim.judge.verdicts import COATED, PROFILES, Judgement, judge
-from magicsim.report.animation.preview import animate
 from magicsim.report.page import render_report
+from magicsim.report.preview import animate
 from magicsim.simulation.episode import Episode
 
 LOGGER = logging.getLogger(__name__)

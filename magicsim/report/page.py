@@ -8,20 +8,87 @@ from markupsafe import Markup
 from magicsim import frame_class as truth
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.judge.verdicts import Judgement
-from magicsim.report.contact_sheet import Caption, pick_frames, write_caption
-from magicsim.report.facts import scene_facts
-from magicsim.report.images import data_uri
-from magicsim.report.mistakes import Mistake, list_mistakes
-from magicsim.report.palette import CLASS_COLORS
+from magicsim.report.drawing import CLASS_COLORS
 from magicsim.report.plots import plot_features, plot_force_depth, plot_forces
-from magicsim.report.story import tell_phases
-from magicsim.report.tables.rest_table import RestRow, rest_rows
-from magicsim.report.tables.score_table import ScoreTable, contact_table, proximity_table
-from magicsim.report.tables.solve_table import solve_rows
-from magicsim.report.templates import page_template
-from magicsim.report.text import span
+from magicsim.report.story import Caption, pick_frames, tell_phases, write_caption
+from magicsim.report.tables import (
+    Mistake,
+    RestRow,
+    ScoreTable,
+    contact_table,
+    list_mistakes,
+    proximity_table,
+    rest_rows,
+    solve_rows,
+)
+from magicsim.report.text import MINUS, data_uri, page_template, short_name, span
+from magicsim.scenes.rig import Rig
 from magicsim.simulation.episode import Episode, SimulatedFrame
+
+_UNITS = {"mm": " mm", "deg": "\u00b0"}
+
+
+def scene_facts(episode: Episode) -> Mapping[str, str]:
+    """Design, rig, object, seed and number of frames; files by their last name."""
+    scene = episode.scene
+    return {
+        "Design": describe_design(scene.design),
+        "Rig": describe_rig(scene.rig),
+        "Object": describe_object(scene.object) if scene.object else "none",
+        "Seed": str(scene.seed),
+        "Frames": (
+            f"{len(episode.references)} references, {len(episode.scored)} scored, "
+            f"{scene.frames_per_second:g} per second"
+        ),
+    }
+
+
+def describe_design(design: ElastomerDesign) -> str:
+    """Size of a block, and its skin and cells [mm]."""
+    size = _value((*design.footprint_mm, design.height_mm))
+    if not design.has_grid:
+        return f"{size} mm, no grid"
+    return f"{size} mm, skin {design.skin_mm:g} mm, cells {design.cell_mm:g} mm, walls {design.wall_mm:g} mm"
+
+
+def describe_rig(rig: Rig) -> str:
+    """Lights and picture of a rig, with the sides that carry a light."""
+    sides = (
+        f"LED strips at {', '.join(strip.side.replace('-', MINUS) for strip in rig.strips)}"
+        if rig.strips
+        else "no LED strips"
+    )
+    if rig.leds:
+        sides += f"; {len(rig.leds)} single LEDs"
+    if rig.ring is not None:
+        sides += f"; a ring of {rig.ring.leds} LEDs" if rig.ring.leds else "; an even ring"
+    return f"{sides}; {rig.camera.columns} \u00d7 {rig.camera.rows} px"
+
+
+def describe_object(config: ObjectConfig) -> str:
+    """The kind of an object and everything about its shape that differs from the default."""
+    values = config.model_dump(exclude_defaults=True, exclude={"kind", "color"})
+    details = ", ".join(_detail(name, value) for name, value in values.items())
+    return f"{config.kind}: {details}" if details else config.kind
+
+
+def _detail(name: str, value: object) -> str:
+    stem, _, unit = name.rpartition("_")
+    if unit in _UNITS:
+        return f"{stem.replace('_', ' ')} {_value(value)}{_UNITS[unit]}"
+    return f"{name.replace('_', ' ')} {_value(value)}"
+
+
+def _value(value: object) -> str:
+    if isinstance(value, float):
+        return f"{round(value, 9):g}"
+    if isinstance(value, tuple | list):
+        return " \u00d7 ".join(_value(each) for each in value)
+    return short_name(str(value))
+
 
 SHEET_PROFILE = "calibrated"
 """Profile whose verdicts stand on the contact sheet; where it is missing, the last one judged."""

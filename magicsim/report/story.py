@@ -1,11 +1,45 @@
-"""The part of the story that each frame belongs to, from where the object and the light are."""
+"""The story of an episode: the phase of each frame, and the frames of a contact sheet with what stands below them."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
+from typing import Generic, TypeVar
 
-from magicsim.frame_class import CONTACT_MIN_DEPTH_MM, NEAR_MAX_MM, NEAR_MIN_MM
+from magicsim.detectors.verdict import Verdict
+from magicsim.frame_class import CONTACT_MIN_DEPTH_MM, NEAR_MAX_MM, NEAR_MIN_MM, FrameClass
+from magicsim.judge.score import contact_right, proximity_right
+from magicsim.report.text import gap_or_depth, quantity
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import SimulatedFrame
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run(Generic[Value]):
+    """Neighbouring places that hold the same value."""
+
+    start: int
+    """First place."""
+    stop: int
+    """Place after the last one."""
+    value: Value
+    """What they hold."""
+
+    @property
+    def length(self) -> int:
+        """Number of places."""
+        return self.stop - self.start
+
+
+def runs(values: Sequence[Value]) -> Iterator[Run[Value]]:
+    """The longest stretches of equal neighbours, in order; together they cover every place once."""
+    start = 0
+    for place in range(1, len(values) + 1):
+        if place == len(values) or values[place] != values[start]:
+            yield Run(start=start, stop=place, value=values[start])
+            start = place
 
 
 class Phase(StrEnum):
@@ -67,3 +101,89 @@ def _slides(before: FrameState, now: FrameState, was: bool) -> bool:
         return False
     moved = (now.x_mm, now.y_mm, now.twist_deg) != (before.x_mm, before.y_mm, before.twist_deg)
     return moved or was
+
+
+SHEET_FRAMES = 18
+"""Largest number of frames on a contact sheet."""
+
+Scene = Run[tuple[Phase, FrameClass | None]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Caption:
+    """What stands below one frame."""
+
+    index: int
+    """Place of the frame in the stream."""
+    phase: str
+    """Part of the story."""
+    distance: str
+    """Gap or depth."""
+    force: str
+    """Magnitude of the contact force."""
+    truth: str
+    """Class, or that the frame is not scored."""
+    proximity: str | None
+    """Proximity verdict; None without a judgement."""
+    proximity_right: bool | None
+    """Whether it is right; None where it is not scored."""
+    contact: str | None
+    """Combined verdict; None without a judgement."""
+    contact_right: bool | None
+    """Whether it is right; None where it is not scored."""
+
+
+def pick_frames(frames: Sequence[SimulatedFrame], limit: int = SHEET_FRAMES) -> list[int]:
+    """Places of the frames worth showing, in order and without repeats.
+
+    A stretch of one phase and one class gets a frame, then those in which most happens get further ones:
+    equal states look the same, so what counts is the number of different states. Where there are more
+    stretches than places, the first one of every class comes first, then the first of every phase, then the
+    longest.
+
+    Args:
+        frames: The scored frames.
+        limit: Largest number of frames to pick, at least 1.
+    """
+    classes = [frame.truth.frame_class for frame in frames]
+    scenes = _most_telling(list(runs(list(zip(tell_phases(frames), classes, strict=True)))), limit)
+    variety = [len({frame.truth.state for frame in frames[each.start : each.stop]}) for each in scenes]
+    counts = [1] * len(scenes)
+    for _ in range(limit - len(scenes)):
+        wants = [each / count if count < each else 0.0 for each, count in zip(variety, counts, strict=True)]
+        if not any(wants):
+            break
+        counts[wants.index(max(wants))] += 1
+    return [
+        each.start + (2 * k + 1) * each.length // (2 * count)
+        for each, count in zip(scenes, counts, strict=True)
+        for k in range(count)
+    ]
+
+
+def write_caption(frame: SimulatedFrame, phase: Phase, verdict: Verdict | None) -> Caption:
+    """What to say about a frame; `verdict` is None where nobody judged it."""
+    truth = frame.truth
+    return Caption(
+        index=truth.index,
+        phase=str(phase),
+        distance=gap_or_depth(truth.state.gap_mm),
+        force=quantity(math.hypot(*truth.force_n), "N"),
+        truth=str(truth.frame_class) if truth.frame_class else "not scored",
+        proximity=str(verdict.proximity) if verdict else None,
+        proximity_right=proximity_right(verdict, truth.frame_class) if verdict else None,
+        contact=str(verdict.combined) if verdict else None,
+        contact_right=contact_right(verdict, truth.frame_class) if verdict else None,
+    )
+
+
+def _most_telling(scenes: list[Scene], limit: int) -> list[Scene]:
+    """At most `limit` of the stretches, in order."""
+    if len(scenes) <= limit:
+        return scenes
+    places = range(len(scenes))
+    first_of_class = {scenes[k].value[1]: k for k in reversed(places) if scenes[k].value[1]}
+    first_of_phase = {scenes[k].value[0]: k for k in reversed(places)}
+    longest = sorted(places, key=lambda k: -scenes[k].length)
+    ranked = dict.fromkeys([*first_of_class.values(), *first_of_phase.values(), *longest])
+    return [scenes[k] for k in sorted(list(ranked)[:limit])]

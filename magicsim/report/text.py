@@ -1,7 +1,57 @@
-"""Numbers and names as a report writes them."""
+"""What pages are written with: templates, pictures, numbers and names."""
 
+import base64
+import io
 import math
 from pathlib import PurePath
+
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
+from markupsafe import Markup
+from PIL import Image
+
+from magicsim.arrays import Frame
+from magicsim.errors import visible
+
+
+def page_template(name: str, *packages: str) -> Template:
+    """A template and those it includes: everything is escaped, and a value that is not given is an error.
+
+    Characters that hide or turn text around, such as bidirectional marks in a name, are spelt out.
+
+    Args:
+        name: Name of its file.
+        packages: Packages beside whose modules templates lie, the first ones first.
+    """
+    environment = Environment(
+        loader=ChoiceLoader([PackageLoader(package, ".") for package in packages]),
+        autoescape=True,
+        finalize=_shown,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template(name)
+
+
+def _shown(value: object) -> object:
+    return visible(value) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
+_QUALITY = 90
+
+
+def webp_bytes(image: Frame) -> bytes:
+    """A frame as a WebP picture, shape (rows, columns, 3)."""
+    buffer = io.BytesIO()
+    Image.fromarray(image).save(buffer, format="WEBP", quality=_QUALITY, method=4)
+    return buffer.getvalue()
+
+
+def data_uri(image: Frame) -> str:
+    """A frame as an address that holds the picture itself, shape (rows, columns, 3)."""
+    return "data:image/webp;base64," + base64.b64encode(webp_bytes(image)).decode("ascii")
+
 
 MISSING = "\u2013"
 """Stands for a value that does not exist."""

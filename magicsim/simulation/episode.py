@@ -15,7 +15,7 @@ from magicsim.errors import OutputError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
 from magicsim.light.frame.way import UNKNOWN, Way
-from magicsim.notebook.pictures import picture_row
+from magicsim.notebook import picture_row
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.touch_truth import TouchFields

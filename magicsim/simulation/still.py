@@ -11,7 +11,7 @@ from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
 from magicsim.folder import check_file, result_file
 from magicsim.light.variant import activate_variant
-from magicsim.notebook.pictures import picture_row
+from magicsim.notebook import picture_row
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation.plan import can_touch

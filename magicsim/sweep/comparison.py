@@ -15,25 +15,24 @@ from magicsim.folder.lock import sole_writer
 from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
-from magicsim.sweep.explorer.page import render_explorer
-from magicsim.sweep.explorer.trends import check_trends
-from magicsim.sweep.folder import (  # fmt: skip
+from magicsim.sweep.explorer import render_explorer, rows_of, table_csv, table_parquet
+from magicsim.sweep.judge import DesignTask, judge_design
+from magicsim.sweep.result import (  # fmt: skip
     CSV,
     FOLDER,
     FRAMES,
     INDEX,
     PARQUET,
     REPORT,
+    DesignResult,
     SweepIndex,
     read_result,
     read_results,
     result_name,
 )
-from magicsim.sweep.judging.judge import DesignTask, judge_design
-from magicsim.sweep.result import DesignResult
-from magicsim.sweep.search.pareto import best_of, costs_of, pareto_front
+from magicsim.sweep.search import best_of, costs_of, optuna_version, pareto_front, search_designs
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.sweep.table import rows_of, table_csv, table_parquet
+from magicsim.sweep.trends import check_trends
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Outcome, Prepare, bound_threads
 from magicsim.workers.options import WorkerOptions, choose_workers
@@ -185,7 +184,6 @@ def _chooser(sweep: SweepConfig) -> dict[str, str]:
     """Version of what chooses designs, where a package does; also looks whether what it is to vary is there."""
     if sweep.sampling != "search":
         return {}
-    from magicsim.sweep.search.study import optuna_version
 
     for each in sweep.swept:
         value_at(sweep, each.field)
@@ -209,7 +207,6 @@ class _Call:
 
     def search(self, index: SweepIndex, earlier: dict[str, str], *, known: dict[str, str]) -> dict[str, str]:
         """Chooses designs and judges them; returns why some have no result, as `known` does of those of `also`."""
-        from magicsim.sweep.search.batches import search_designs
 
         def record(failed: dict[str, str]) -> None:
             FOLDER.write_index(self.ledger, index.model_copy(update={"failed": known | failed}))

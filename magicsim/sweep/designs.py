@@ -1,4 +1,8 @@
-"""From a sweep to its designs, each with the values that make it."""
+"""From a sweep to its designs, each with the values that make it, and to the renderings that a design is seen in.
+
+Rooms, cameras and prints of renderings are alike for all designs: they are drawn as a dataset's recipe draws them, from
+the sweep's seed and the number of the rendering, so that two designs differ by what is swept and by nothing else.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,11 +10,49 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from magicsim.config.models import validate
+from magicsim.camera.camera import Camera
+from magicsim.config.models import Config, validate
+from magicsim.dataset.recipes.draw import draw_episodes
+from magicsim.dataset.recipes.path_recipe import ClearPath
+from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError, unknown_choice
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.points import unit_points
-from magicsim.sweep.sensors import SweptSensor
+from magicsim.scenes.rig import Rig, in_room
+from magicsim.scenes.scene import RenderSettings
+from magicsim.sweep.measures import Quality
 from magicsim.sweep.sweep_file import SweepConfig
+
+
+class SweptSensor(Config):
+    """Everything that a sweep may change; fields are named `design.skin_mm`, `rig.camera.gamma`, `render.samples`."""
+
+    design: ElastomerDesign
+    rig: Rig
+    render: RenderSettings = RenderSettings()
+
+
+def camera_of(sensor: SweptSensor, quality: Quality, *, scale: int = 1) -> Camera:
+    """The sensor's camera with as many pixels as the quality asks for; its field and its noise a pixel stay.
+
+    Args:
+        sensor: Whose camera.
+        quality: Its columns and rows.
+        scale: Further pixels for each, along columns and along rows.
+    """
+    camera = sensor.rig.camera
+    columns, rows = scale * quality.columns, scale * quality.rows
+    x, y = camera.principal_offset_px
+    offset = (x * columns / camera.columns, y * rows / camera.rows)
+    update = {"columns": columns, "rows": rows, "principal_offset_px": offset, "region_px": None}
+    return camera.model_copy(update=update)
+
+
+def render_of(sensor: SweptSensor, quality: Quality) -> RenderSettings:
+    """The sensor's rendering at the quality's samples and particles."""
+    names = ("samples", "particles", "anchor_samples", "anchor_particles")
+    return sensor.render.model_copy(update={name: getattr(quality, name) for name in names})
+
 
 POINTS = 4
 """Stream of the quasi-random designs."""
@@ -139,3 +181,67 @@ def _holder(data: dict[str, Any], field: str, *, kinds: Mapping[type, str]) -> t
         msg = f"field '{field}' is not allowed: must be a {' or a '.join(dict.fromkeys(kinds.values()))}, not {value!r}"
         raise ConfigError(msg)
     return holder, key
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rendering:
+    """A sensor as one rendering sees it."""
+
+    sensor: SweptSensor
+    drawn: dict[str, float]
+    """What it has of its own, by the names that rows of a dataset give it."""
+
+
+def renderings_of(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
+    """A design as each of `quality.renderings` sees it; all alike where a sweep names no rooms and draws nothing.
+
+    Raises:
+        ConfigError: A drawn print or camera is not allowed.
+    """
+    count, rooms = sweep.quality.renderings, sweep.rooms
+    if not (rooms or sweep.draws):
+        return [Rendering(sensor=sensor, drawn={})] * count
+    found = []
+    for turn, each in enumerate(_drawn(sensor, sweep)):
+        rig = in_room(each.sensor.rig, rooms[turn % len(rooms)]) if rooms else each.sensor.rig
+        camera = rig.camera.model_copy(update={"pattern_seed": sensor.rig.camera.pattern_seed + turn})
+        found.append(
+            Rendering(
+                sensor=each.sensor.model_copy(update={"rig": rig.model_copy(update={"camera": camera})}),
+                drawn=each.drawn | {"camera.pattern_seed": float(camera.pattern_seed)},
+            )
+        )
+    return found
+
+
+def rows_of_renderings(found: list[Rendering]) -> dict[str, float]:
+    """What renderings have of their own, as columns of a table: `renderings.0.camera.full_well_e` and so on."""
+    return {f"renderings.{turn}.{name}": value for turn, each in enumerate(found) for name, value in each.drawn.items()}
+
+
+def _drawn(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
+    """Prints and cameras of the renderings."""
+    count = sweep.quality.renderings
+    if not sweep.draws:
+        return [Rendering(sensor=sensor, drawn={})] * count
+    recipe = Recipe(
+        schema_version=1,
+        design=sensor.design,
+        rig=sensor.rig,
+        seed=sweep.seed,
+        episodes=count,
+        episodes_per_sensor=1,
+        tolerances=sweep.tolerances,
+        camera=sweep.camera,
+        paths=(ClearPath(kind="clear"),),
+    )
+    shape = {"unevenness": sensor.design.unevenness}  # a recipe's next unit has another
+    return [
+        Rendering(
+            sensor=sensor.model_copy(
+                update={"design": each.scene.design.model_copy(update=shape), "rig": each.scene.rig}
+            ),
+            drawn=each.values,
+        )
+        for each in draw_episodes(recipe)
+    ]

@@ -16,10 +16,80 @@ from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.sampling.distribution import Distribution, Value, choose
 from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings, Seed
-from magicsim.sweep.draws import problem_with
-from magicsim.sweep.judging.measures import MEASURES, Better
-from magicsim.sweep.judging.quality import Quality
-from magicsim.sweep.search.search_settings import MAX_DESIGNS, SearchSettings
+from magicsim.sweep.measures import MEASURES, Better, Quality
+from magicsim.sweep.result import DesignResult
+
+SHAPES = (
+    "skin_mm", "wall_mm", "wall_spread_mm", "wave_mm", "skin_spread_mm", "pitch_scale", "pitch_drift", "torn_share",
+    "stiffness",
+)  # fmt: skip
+"""Tolerances that change meshes or forces, which the renderings of a design share."""
+TIMED = ("exposure_ms", "flicker_depth", "led_drift_share", "live_frames")
+"""What a camera does in the course of a stream; frames of a film have no times."""
+
+
+def problem_with(tolerances: Tolerances, camera: CameraNoise) -> str | None:
+    """Why renderings cannot differ by this, in one line; None where they can."""
+    for table, given, usual, names, why in (
+        ("tolerances", tolerances, Tolerances(), SHAPES, "renderings of a design share its meshes and presses"),
+        ("camera", camera, CameraNoise(), TIMED, "frames of a film have no times"),
+    ):
+        for name in names:
+            if getattr(given, name) != getattr(usual, name):
+                allowed = [each for each in type(given).model_fields if each not in names]
+                return f"{table}.{name} is not allowed in a sweep, as {why}: must be among {', '.join(allowed)}"
+    return None
+
+
+MAX_DESIGNS = 10_000
+"""Most designs of a sweep."""
+
+
+class SearchLimit(Config):
+    """A measure that has to stay in a range."""
+
+    measure: str
+    low: Value | None = None
+    """Smallest value that is allowed."""
+    high: Value | None = None
+    """Largest value that is allowed."""
+
+    @model_validator(mode="after")
+    def _check_limit(self) -> Self:
+        if self.measure not in MEASURES:
+            raise ValueError(unknown_choice("measure", self.measure, MEASURES))
+        if self.low is None and self.high is None:
+            msg = f"limit of '{self.measure}' needs low or high"
+            raise ValueError(msg)
+        if self.low is not None and self.high is not None and self.low > self.high:
+            msg = f"low = {self.low:g} is not allowed: must be at most high = {self.high:g}"
+            raise ValueError(msg)
+        return self
+
+    def excess(self, result: DesignResult) -> float | None:
+        """By how much a design is out of the range, in the measure's unit; 0 or less inside, None without a value."""
+        found = result.measures.get(self.measure)
+        if found is None or found.value is None:
+            return None
+        below = self.low - found.value if self.low is not None else -float("inf")
+        above = found.value - self.high if self.high is not None else -float("inf")
+        return max(below, above)
+
+
+class SearchSettings(Config):
+    """Everything here changes which designs are chosen."""
+
+    start: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] = 16
+    """Designs that are spread evenly (Sobol) before the search looks at results."""
+    batch: Annotated[int, Field(ge=1, le=MAX_DESIGNS)] = 8
+    """Designs that are chosen at once, and judged at the same time; the next batch knows their results."""
+    limits: tuple[SearchLimit, ...] = ()
+    """What a design has to keep; one that does not is in no Pareto front."""
+
+    def keeps(self, result: DesignResult) -> bool:
+        """Whether a design is inside every limit."""
+        return all((excess := each.excess(result)) is not None and excess <= 0 for each in self.limits)
+
 
 ROOTS = ("design", "rig", "render")
 """What the name of a swept field begins with."""

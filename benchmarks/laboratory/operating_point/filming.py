@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.fit.constants import with_values
-from magicsim.fit.equilibria import Equilibria
+from magicsim.fit.model import Equilibria
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.sensor import Sensor

@@ -15,7 +15,7 @@ from magicsim.camera.effects.spread import spread_light
 from magicsim.camera.exposure import aimed_signal, meter, sensed
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.detectors import Contact, DetectorProfile, Proximity, References, Verdict, detect, fuse
-from magicsim.fit.blocks import block_means
+from magicsim.fit.strengths import block_means
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]

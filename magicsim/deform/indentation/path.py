@@ -21,7 +21,7 @@ from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation, PathFigures, figures_last
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.indenter import Indenter
-from magicsim.notebook.figures import curve, figures_table
+from magicsim.notebook import curve, figures_table
 
 STEP_MM = 0.1
 """Motion of the object in one time step [mm]: assumed."""

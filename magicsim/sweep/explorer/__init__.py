@@ -1,1 +1,166 @@
-"""The page on which the designs of a sweep are explored, and the trends it states."""
+"""The results of a sweep: one table, and one page that needs no network, no server and no other file."""
+
+import csv
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import pyarrow as pa
+from markupsafe import Markup
+
+from magicsim.errors import visible
+from magicsim.folder.parquet import parquet_bytes
+from magicsim.report.text import page_template
+from magicsim.sweep.measures import Quality, described
+from magicsim.sweep.result import DesignResult, finite
+from magicsim.sweep.sweep_file import SweepConfig
+from magicsim.sweep.trends import TrendCheck
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""How a text begins that spreadsheets compute."""
+Row = dict[str, float | int | str | bool | None]
+
+
+def rows_of(results: Sequence[DesignResult], front: Sequence[bool]) -> list[Row]:
+    """One row a design.
+
+    Args:
+        results: Of one sweep.
+        front: Whether each is in the Pareto front.
+    """
+    rows = []
+    for result, in_front in zip(results, front, strict=True):
+        cell = result.block.cell_mm or (None, None, None)
+        row: Row = {"design": result.index, "is_extra": result.is_extra, "in_front": bool(in_front), **result.values}
+        row |= {"room": result.room, "passes": result.passes, **result.drawn}
+        row |= {f"resolved_cell_{axis}_mm": edge for axis, edge in zip("xyz", cell, strict=True)}
+        row["height_mm"] = result.block.height_mm
+        for name, found in result.measures.items():
+            row |= {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high, f"{name}_note": found.note}
+        row["seconds"] = result.seconds
+        rows.append(row)
+    return rows
+
+
+def table_csv(rows: Sequence[Row]) -> bytes:
+    """The rows as CSV, empty where there is no value; text that a spreadsheet would take for a formula stays text."""
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, _columns(rows), lineterminator="\n", restval="")
+    writer.writeheader()
+    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    return text.getvalue().encode()
+
+
+def _cell(value: float | str | None) -> float | str:
+    """A cell of CSV: an apostrophe before text that begins as a formula does, as spreadsheets write it themselves."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return f"'{value}" if value.startswith(FORMULA) else value
+    return value
+
+
+def table_parquet(rows: Sequence[Row], quality: Quality) -> bytes:
+    """The rows as a Parquet file, unit and meaning of every measure in its columns' metadata."""
+    kinds, fields = described(quality), []
+    for name in _columns(rows):
+        values = [row[name] for row in rows if row.get(name) is not None]
+        kind = pa.array(values).type if values else pa.float64()
+        kind = pa.float64() if pa.types.is_integer(kind) and name != "design" else kind
+        known = kinds.get(name)
+        about = {"unit": known.unit, "meaning": known.meaning} if known is not None else None
+        fields.append(pa.field(name, kind, metadata=about))
+    return parquet_bytes(pa.Table.from_pylist([dict(row) for row in rows], schema=pa.schema(fields)))
+
+
+def _columns(rows: Sequence[Row]) -> list[str]:
+    return list(dict.fromkeys(name for row in rows for name in row))
+
+
+UNITS = {"_per_mm": "1/mm", "_mm": "mm", "_mpa": "MPa", "_deg": "°", "_px": "px"}
+"""Units by the end of a field's name, the longer end first."""
+
+
+def render_explorer(
+    sweep: SweepConfig,
+    results: Sequence[DesignResult],
+    *,
+    front: Sequence[bool],
+    trends: Sequence[TrendCheck],
+    failed: Mapping[str, str],
+) -> str:
+    """The page.
+
+    Args:
+        sweep: What was asked for.
+        results: All judged designs.
+        front: Whether each is in the Pareto front.
+        trends: Checked trends.
+        failed: Why a design has no result, by its number.
+    """
+    title = f"Design sweep: {len(results)} designs"
+    return page_template("explorer.html.jinja", "magicsim.sweep.explorer").render(
+        title=title,
+        subtitle=" by ".join(f"{field_label(each.field)} ({field_unit(each.field)})" for each in sweep.swept),
+        data=Markup(script_json(explorer_data(sweep, results, front=front))),
+        trends=trends,
+        failed=failed,
+        measures=described(sweep.quality),
+        signed=signed,
+        has_results=bool(results),
+    )
+
+
+def explorer_data(sweep: SweepConfig, results: Sequence[DesignResult], *, front: Sequence[bool]) -> dict[str, Any]:
+    """What the page's script works on."""
+    kinds = described(sweep.quality)
+    fields = sorted({name for result in results for name in result.values})
+    swept = [each.field for each in sweep.swept]
+    order = [*swept, *(name for name in fields if name not in swept)]
+    measured = [name for name in sweep.measures if any(name in result.measures for result in results)]
+    return {
+        "fields": [{"name": name, "label": field_label(name), "unit": field_unit(name)} for name in order],
+        "measures": [{"name": name} | asdict(kinds[name]) for name in measured],
+        "objectives": [{"measure": each.measure, "better": each.way} for each in sweep.objectives],
+        "designs": [
+            _shown(finite(asdict(result))) | {"front": bool(in_front)}
+            for result, in_front in zip(results, front, strict=True)
+        ],
+        "csv": table_csv(rows_of(results, front)).decode(),
+    }  # fmt: skip
+
+
+def script_json(value: object) -> str:
+    """JSON that may stand inside a script element, whatever text it holds."""
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _shown(value: Any) -> Any:  # noqa: ANN401 - any nesting that JSON has
+    """The value with what hides in its texts spelt out."""
+    if isinstance(value, Mapping):
+        return {key: _shown(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_shown(each) for each in value]
+    return visible(value) if isinstance(value, str) else value
+
+
+def signed(value: float, digits: int) -> str:
+    """A change with its sign, such as `+1.20`."""
+    return f"{value:+.{digits}f}".replace("-", "\u2212")
+
+
+def field_label(name: str) -> str:
+    """A swept field in words, such as `cell` or `camera exposure grey`."""
+    return name.removesuffix(_end(name)).partition(".")[2].replace(".", " ").replace("_", " ")
+
+
+def field_unit(name: str) -> str:
+    """Its unit, empty where it has none."""
+    return UNITS.get(_end(name), "")
+
+
+def _end(name: str) -> str:
+    return next((end for end in UNITS if name.endswith(end)), "")

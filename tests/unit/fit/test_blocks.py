@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.fit.blocks import block_contrast, block_means, check_blocks
+from magicsim.fit.strengths import block_contrast, block_means, check_blocks
 
 
 def grid(shift: float = 0.0) -> np.ndarray:

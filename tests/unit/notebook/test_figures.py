@@ -2,7 +2,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from magicsim.notebook.figures import curve, figures_table
+from magicsim.notebook import curve, figures_table
 
 
 def test_table_escapes_names_and_rounds_numbers():

@@ -5,7 +5,7 @@ import re
 import numpy as np
 from PIL import Image
 
-from magicsim.notebook.pictures import picture_row
+from magicsim.notebook import picture_row
 
 
 def test_pictures_hold_the_pixels_and_captions():

@@ -1,8 +1,7 @@
 import pytest
 
 from magicsim.frame_class import FrameClass
-from magicsim.report.contact_sheet import pick_frames, write_caption
-from magicsim.report.story import Phase, tell_phases
+from magicsim.report.story import Phase, pick_frames, tell_phases, write_caption
 
 from .synthetic import classes_of, make_episode, make_judgement
 

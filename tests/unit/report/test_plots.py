@@ -4,7 +4,7 @@ from xml.etree import ElementTree as ET
 import matplotlib as mpl
 import pytest
 
-from magicsim.report.mistakes import contact_right, proximity_right
+from magicsim.judge.score import contact_right, proximity_right
 from magicsim.report.plots import plot_features, plot_force_depth, plot_forces
 
 from .synthetic import make_episode, make_judgement

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from magicsim.report.runs import runs
+from magicsim.report.story import runs
 from magicsim.report.text import gap_or_depth, number, percent, scientific, short_name, span
 
 

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.sweep.designs import list_designs
-from magicsim.sweep.judging.judge import DesignTask
+from magicsim.sweep.judge import DesignTask
 from magicsim.sweep.result import DesignResult
 from magicsim.workers.attempt import Outcome, attempt
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from magicsim.errors import GeometryError
 from magicsim.sweep.comparison import Judge, run_sweep
-from magicsim.sweep.judging.judge import DesignTask
-from magicsim.sweep.judging.measures import MEASURES, Measured
-from magicsim.sweep.judging.parts import block_of
+from magicsim.sweep.judge import DesignTask
+from magicsim.sweep.measures import MEASURES, Measured
+from magicsim.sweep.parts import block_of
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import SweepConfig, load_sweep
 from magicsim.workers.options import WorkerOptions

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from magicsim.errors import GeometryError
 from magicsim.sweep.comparison import Judge, run_sweep
-from magicsim.sweep.judging.judge import DesignTask
-from magicsim.sweep.judging.measures import Measured
+from magicsim.sweep.judge import DesignTask
+from magicsim.sweep.measures import Measured
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.workers.options import WorkerOptions
 

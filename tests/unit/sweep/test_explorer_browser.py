@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.sweep.explorer.page import render_explorer
-from magicsim.sweep.explorer.trends import check_trends
+from magicsim.sweep.explorer import render_explorer
 from magicsim.sweep.result import DesignResult
+from magicsim.sweep.trends import check_trends
 
 from .fakes import NOTE, small_sweep
 

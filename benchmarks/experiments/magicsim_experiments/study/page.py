@@ -6,8 +6,7 @@ import re
 import numpy as np
 from markupsafe import Markup
 
-from magicsim.report.templates import page_template
-from magicsim.report.text import MISSING, number
+from magicsim.report.text import MISSING, number, page_template
 from magicsim_experiments.study.protocol import Study
 from magicsim_experiments.study.result import Cell, Column, StudyResult
 

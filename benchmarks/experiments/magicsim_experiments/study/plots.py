@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
 from magicsim.arrays import Array
-from magicsim.report.drawing import drawn_panel, plot_style, to_svg
-from magicsim.report.palette import BLUE, INK, LINE, ORANGE, WRONG
+from magicsim.report.drawing import BLUE, INK, LINE, ORANGE, WRONG, drawn_panel, plot_style, to_svg
 
 COLORS = (LINE, ORANGE, BLUE, WRONG, "#cc79a7", "#009e73", "#999999")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")

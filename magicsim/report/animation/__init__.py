@@ -1,1 +1,0 @@
-"""The animated preview of a stream."""

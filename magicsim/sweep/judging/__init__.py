@@ -1,1 +1,0 @@
-"""What a design is judged by: each part films or presses it and gives measures."""

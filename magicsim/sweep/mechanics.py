@@ -1,0 +1,181 @@
+"""How hard a design is: force and stiffness of presses in the middle of the face, and the durometer.
+
+Each depth is pressed on a lattice of its own, as fine as the contact is small, so that the lightest touch is as well
+resolved as the deepest one; it holds a quarter of the block where the object is its own mirror image.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from magicsim.arrays import Array
+from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.deformation import Deformation, Displacement
+from magicsim.deform.indentation.durometer import DurometerResult, durometer
+from magicsim.deform.indentation.press import compile_kernels
+from magicsim.deform.lattice.spot import QUARTERS, central_lattice, displaced_elsewhere, is_mirror_image
+from magicsim.deform.lattice.structure import FINEST_MM, Lattice
+from magicsim.deform.lattice.zone import Zone, contact_zone
+from magicsim.deform.solve.path import ContactSolver
+from magicsim.errors import ConfigError, ConvergenceError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import node_spacing_mm
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects.kinds import ObjectConfig
+from magicsim.scenes.timeline import FrameState
+from magicsim.simulation.sensor import Sensor
+from magicsim.sweep.measures import Measured, Quality
+
+FOLLOWED_MM = 0.5
+"""Node spacing of the lattice that carries displacements to the meshes: no coarser than their triangles [mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CentralPress:
+    """One depth of one object."""
+
+    indenter: Indenter
+    lattice: Lattice
+    deformation: Deformation
+
+    @property
+    def force_n(self) -> Array:
+        """Force of the object on the sensor, shape (3,) [N]; across the face it is zero for a mirror image."""
+        if not self.lattice.is_mirrored:
+            return self.deformation.force_n
+        return np.asarray(self.deformation.force_n * [0.0, 0.0, QUARTERS])
+
+    def displacements_mm(self, points_mm: Array, place_mm: tuple[float, float] = (0.0, 0.0)) -> Array:
+        """What the same press at a place does to points, shape (points, 3) [mm]."""
+        return displaced_elsewhere(self.lattice, self.deformation.displacements_mm, points_mm, place_mm)
+
+
+def press_centrally(
+    design: ElastomerDesign,
+    thing: ObjectConfig,
+    depth_mm: float,
+    *,
+    cells_across: int,
+    spacing_mm: float | None = None,
+) -> CentralPress:
+    """Presses an object from rest.
+
+    Args:
+        design: The block.
+        thing: The object.
+        depth_mm: From first contact [mm].
+        cells_across: Least number of lattice cells across the contact of a blunt object.
+        spacing_mm: Node spacing below the object instead of that [mm].
+
+    Raises:
+        ConfigError: The object does not touch.
+        ConvergenceError: No valid equilibrium was found.
+    """
+    compile_kernels()
+    indenter = place_object(thing, gap_mm=-depth_mm)
+    zone = contact_zone([indenter], design)
+    if zone is None:
+        msg = f"the object does not reach the face at a depth of {depth_mm:g} mm"
+        raise ConfigError(msg)
+    lattice = central_lattice(
+        design,
+        zone,
+        spacing_mm=spacing_mm or _spacing_mm(design, zone, cells_across),
+        is_quarter=is_mirror_image(indenter),
+    )
+    solver = ContactSolver(lattice, point_spacing_mm=point_spacing_mm(indenter.shape))
+    return CentralPress(indenter=indenter, lattice=lattice, deformation=solver.solve(indenter))
+
+
+def followed_finely(design: ElastomerDesign) -> ElastomerDesign:
+    """The design with an even lattice that meshes follow and nothing is solved on."""
+    spacing = min(FOLLOWED_MM, design.lattice.spacing_mm or FOLLOWED_MM)
+    update = {"spacing_mm": spacing, "growth": 1.0, "cells_across": 0}
+    return design.model_copy(update={"lattice": design.lattice.model_copy(update=update)})
+
+
+def moved(simulated: Sensor, state: FrameState, pressed: CentralPress) -> Displacement:
+    """A press in the middle, moved to where a state has its object."""
+    place = (state.x_mm, state.y_mm)
+    return Displacement(displacements_mm=pressed.displacements_mm(simulated.lattice.nodes_mm, place))
+
+
+def _spacing_mm(design: ElastomerDesign, zone: Zone, cells_across: int) -> float:
+    """Below sharp tips, which slide off single nodes of a fine lattice, the design's own spacing [mm]."""
+    usual = node_spacing_mm(design)
+    return min(usual, max(FINEST_MM, 2 * zone.radius_mm / cells_across)) if zone.is_blunt else usual
+
+
+FORCE_DEPTH_MM = 1.0
+COARSER = (0.5, 0.75)
+"""Cells across the contact of the lattices that a force is compared with, in units of its own."""
+DUROMETER_COARSENING = 1.5
+"""Ratio of the spacings that hardness is compared at; a lattice twice as coarse as a preview's has no node inside the
+rim of the cone's tip."""
+DUROMETER_STEP_MM = 0.25
+"""Load step of the cone, twice the usual one, which changes the hardness by less than the coarser lattice does [mm]."""
+DUROMETER_TOLERANCE_N = 4e-3
+"""Tolerance of the force at equilibrium [N]: 0.05 units of Shore A."""
+
+
+def press_curve(depths_mm: Array, force_n: Array, *, relative_error: float) -> tuple[Measured, Measured]:
+    """Force at 1 mm [N], and stiffness from the depth before it [N/mm].
+
+    Args:
+        depths_mm: Rising, 1 mm among them, shape (depths,) [mm].
+        force_n: Shape (depths,) [N].
+        relative_error: Of the force, by the lattice's spacing.
+    """
+    place = int(np.flatnonzero(depths_mm == FORCE_DEPTH_MM)[0])
+    force = float(force_n[place])
+    stiffness = float((force - force_n[place - 1]) / (depths_mm[place] - depths_mm[place - 1]))
+    return _between(force, relative_error), _between(stiffness, relative_error)
+
+
+def spacing_error(design: ElastomerDesign, thing: ObjectConfig, force_n: float, *, cells_across: int) -> float:
+    """Relative error of a force at 1 mm by the lattice's spacing: the largest change that coarser lattices make.
+
+    On such coarse lattices the force does not fall or rise steadily with the spacing, so that one of them may agree by
+    chance. A lattice half as fine again changed the force on a block of the base design by less
+    (`tests/unit/sweep/test_mechanics.py`).
+
+    Raises:
+        ConvergenceError: A coarse lattice finds no equilibrium.
+    """
+    coarse = [
+        press_centrally(design, thing, FORCE_DEPTH_MM, cells_across=round(share * cells_across)).force_n[2]
+        for share in COARSER
+    ]
+    return max(abs(float(each) - force_n) / force_n for each in coarse)
+
+
+def hardness(design: ElastomerDesign, quality: Quality) -> Measured:
+    """Shore A with the change that a coarser lattice makes; none where no equilibrium is found."""
+    try:
+        fine = _durometer(design, quality, quality.durometer_spacing_mm)
+    except ConvergenceError as error:
+        return Measured(value=None, note=str(error))
+    note = f"walls below the cone {fine.walls}" if fine.walls != "none" else ""
+    try:
+        other = _durometer(design, quality, DUROMETER_COARSENING * quality.durometer_spacing_mm)
+    except ConvergenceError:
+        return Measured(value=fine.shore_a, note=note)
+    if other.unknowns == fine.unknowns:  # the printed planes leave no coarser lattice
+        return Measured(value=fine.shore_a, note=note)
+    half = abs(fine.shore_a - other.shore_a)
+    return Measured(value=fine.shore_a, low=fine.shore_a - half, high=fine.shore_a + half, note=note)
+
+
+def _durometer(design: ElastomerDesign, quality: Quality, spacing_mm: float) -> DurometerResult:
+    return durometer(
+        design,
+        spacing_mm=spacing_mm,
+        walls=quality.durometer_walls,
+        step_mm=DUROMETER_STEP_MM,
+        force_tolerance_n=DUROMETER_TOLERANCE_N,
+    )
+
+
+def _between(value: float, relative_error: float) -> Measured:
+    half = abs(value) * relative_error
+    return Measured(value=value, low=value - half, high=value + half)

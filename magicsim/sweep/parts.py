@@ -1,0 +1,272 @@
+"""The parts of a judgement: each takes a sensor and gives measures, curves and pictures."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache, partial
+from typing import Any, Self
+
+import numpy as np
+
+from magicsim.deform.indentation.press import press
+from magicsim.errors import ConfigError, ConvergenceError, FrameError, MagicsimError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.grid import resolve_grid
+from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.report.text import data_uri
+from magicsim.sweep.designs import SweptSensor, renderings_of
+from magicsim.sweep.detection import (
+    FittedDetector,
+    approach_curve,
+    contact_accuracy,
+    contact_auc,
+    contact_scores,
+    contact_sensitivity,
+    fit_detector,
+    fixed_detector,
+    mean_similarity,
+    proximity_range,
+)
+from magicsim.sweep.film import Film, film_design
+from magicsim.sweep.localisation import localisation_error, predicted_places, true_places
+from magicsim.sweep.measures import Measured, Quality
+from magicsim.sweep.mechanics import FORCE_DEPTH_MM, hardness, press_curve, spacing_error
+from magicsim.sweep.printability import printability
+from magicsim.sweep.result import Block, Curve
+from magicsim.sweep.sweep_file import SweepConfig
+from magicsim.sweep.texture import (
+    TOLD_APART,
+    Observation,
+    Pattern,
+    PlateFrames,
+    observe,
+    press_plate,
+    smallest_spacing,
+    try_finest_first,
+)
+
+Filmed = tuple[Film, FittedDetector]
+"""A rendering of the film, and a detector of its own."""
+SPACING_MEASURES: dict[Pattern, str] = {"dots": "dot_spacing_mm", "lines": "line_spacing_mm"}
+SHOWN_GAPS = 3
+"""Nearest states of the approach that have a picture."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Parts:
+    """Everything that has been found out so far."""
+
+    measures: dict[str, Measured] = field(default_factory=dict)
+    curves: dict[str, Curve] = field(default_factory=dict)
+    pictures: dict[str, str] = field(default_factory=dict)
+    profile: dict[str, Any] = field(default_factory=dict)
+
+    def add(self, more: Self) -> None:
+        """Takes another part in."""
+        for name in ("measures", "curves", "pictures", "profile"):
+            getattr(self, name).update(getattr(more, name))
+
+
+def block_of(design: ElastomerDesign) -> Block:
+    """The block as it would be printed.
+
+    Raises:
+        GeometryError: The grid does not fit.
+    """
+    grid = resolve_grid(design)
+    cell: Any = None if grid is None else tuple(float(each) for each in grid.cell_mm)
+    return Block(
+        footprint_mm=design.footprint_mm,
+        height_mm=design.height_mm,
+        skin_mm=design.skin_mm,
+        wall_mm=design.wall_mm,
+        counts=None if grid is None else grid.counts,
+        cell_mm=cell,
+    )
+
+
+def printed(block: Block) -> Parts:
+    """Whether it can be printed."""
+    return Parts(measures={"printability": printability(block)})
+
+
+def indented(sensor: SweptSensor, sweep: SweepConfig) -> Parts:
+    """Its hardness."""
+    return Parts(measures={"shore_a": hardness(sensor.design, sweep.quality)})
+
+
+def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) -> Parts:
+    """Everything that one film serves.
+
+    Raises:
+        MagicsimError: The film has no valid frames.
+    """
+    seen = [each.sensor for each in renderings_of(sensor, sweep)]
+    films = film_design(seen, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
+    first = films[0]
+    parts = Parts(pictures=_pictures(first))
+    wanted, by_similarity = set(sweep.measures), ("sensitivity_per_mm", "sensitivity_per_n")
+    by_detector = ("proximity_range_mm", "contact_auc", "contact_accuracy")
+    if wanted & {"force_1mm_n", "stiffness_n_per_mm"}:
+        parts.add(_pressed(sensor, sweep, first))
+    if wanted & {"frame_seconds", "unknowns"}:
+        parts.add(_cost(sensor, sweep, first))
+    draws, seed = sweep.quality.draws, sweep.seed
+    if "localisation_mm" in wanted:
+        places, predicted = true_places(first), [predicted_places(film) for film in films]
+        parts.measures["localisation_mm"] = localisation_error(predicted, places, seed=seed)
+        parts.curves["localisation"] = {
+            "x_mm": places[:, 0].tolist(),
+            "y_mm": places[:, 1].tolist(),
+            "predicted_x_mm": predicted[0][:, 0].tolist(),
+            "predicted_y_mm": predicted[0][:, 1].tolist(),
+        }
+    if wanted & set(by_similarity):
+        try:
+            parts.add(_touched([(film, fixed_detector(film)) for film in films], draws, seed))
+        except FrameError as error:  # no pixel is bright enough
+            parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_similarity}
+    if wanted & set(by_detector):
+        try:
+            parts.add(_detected([(film, fit_detector(film)) for film in films], sweep.quality, seed))
+        except ConfigError as error:  # no option of the detector sees a grid
+            parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_detector}
+    return parts
+
+
+def wanted_patterns(measures: frozenset[str]) -> list[Pattern]:
+    """The patterns that some measure needs."""
+    return [pattern for pattern, measure in SPACING_MEASURES.items() if measure in measures]
+
+
+def textured(sensor: SweptSensor, sweep: SweepConfig, patterns: Sequence[Pattern], untouched: UntouchedStates) -> Parts:
+    """The smallest spacing of each pattern, each spacing compared with a plain plate of the same size."""
+
+    def pressed(pattern: Pattern | None, spacing_mm: float) -> PlateFrames:
+        return press_plate(
+            sensor, pattern, spacing_mm, sweep.quality, like=sweep.object, seed=sweep.seed, untouched=untouched
+        )
+
+    plain = cache(partial(pressed, None))
+    parts = Parts()
+    for pattern in patterns:
+        parts.add(_pattern(sweep, pattern, partial(pressed, pattern), plain))
+    return parts
+
+
+def _pattern(
+    sweep: SweepConfig,
+    pattern: Pattern,
+    pressed: Callable[[float], PlateFrames],
+    plain: Callable[[float], PlateFrames],
+) -> Parts:
+    """One pattern; a spacing that cannot be pressed counts as missed."""
+    quality, name = sweep.quality, SPACING_MEASURES[pattern]
+    observed: dict[float, Observation] = {}
+    pictures, notes = {}, []
+
+    def is_told_apart(spacing: float) -> bool:
+        try:
+            shown = pressed(spacing)
+            observed[spacing] = observe(shown, plain(spacing), pattern, spacing)
+        except MagicsimError as error:
+            notes.append(f"at {spacing:g} mm: {error}")
+            return False
+        pictures[f"{pattern} every {spacing:g} mm"] = data_uri(shown.picture)
+        return observed[spacing].d_prime() >= TOLD_APART
+
+    try_finest_first(quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm, is_told_apart)
+    if not observed:
+        return Parts(measures={name: Measured(value=None, note="; ".join(notes))})
+    spacings = sorted(observed, reverse=True)
+    found = smallest_spacing(np.array(spacings), [observed[each] for each in spacings], seed=sweep.seed)
+    found = replace(found, note="; ".join(text for text in (found.note, *notes) if text))
+    curve: Curve = {"spacing_mm": list(spacings), "d_prime": [observed[each].d_prime() for each in spacings]}
+    return Parts(measures={name: found}, curves={f"{pattern}_d_prime": curve}, pictures=pictures)
+
+
+def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
+    depths = np.array(sweep.quality.depths_mm)
+    force = np.array([each.force_n for each in film.press])
+    try:
+        last = float(force[depths == FORCE_DEPTH_MM][0])
+        error = spacing_error(sensor.design, sweep.object, last, cells_across=sweep.quality.cells_across)
+    except ConvergenceError:
+        error = float("nan")
+    found = press_curve(depths, force, relative_error=error)
+    return Parts(
+        measures={"force_1mm_n": found[0], "stiffness_n_per_mm": found[1]},
+        curves={"force": {"depth_mm": [0.0, *depths.tolist()], "force_n": [0.0, *force.tolist()]}},
+    )
+
+
+def _cost(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
+    """Cost of a touch on the design's own lattice, as `magicsim press` solves it, and of its rendering."""
+    own = press(sensor.design, sweep.object, depth_mm=sweep.quality.touch_depth_mm)
+    seconds = own.seconds + np.array([each.seconds for each in (*film.press, *film.touches)])
+    low, middle, high = np.quantile(seconds, [0.25, 0.5, 0.75]).tolist()
+    unknowns = float(own.unknowns)
+    return Parts(
+        measures={
+            "frame_seconds": Measured(value=middle, low=low, high=high),
+            "unknowns": Measured(value=unknowns, low=unknowns, high=unknowns),
+        }
+    )
+
+
+def _touched(films: Sequence[Filmed], draws: int, seed: int) -> Parts:
+    light = np.array([mean_similarity(film.light_touches, film, detector, draws) for film, detector in films])
+    firm = np.array([mean_similarity(film.touches, film, detector, draws) for film, detector in films])
+    film, detector = films[0]
+    first, last = film.light_touches[0], film.touches[0]
+    deeper, harder = (first.gap_mm or 0.0) - (last.gap_mm or 0.0), last.force_n - first.force_n
+    return Parts(
+        measures={
+            "sensitivity_per_mm": contact_sensitivity(light, firm, step=deeper, seed=seed),
+            "sensitivity_per_n": contact_sensitivity(light, firm, step=harder, seed=seed),
+        },
+        curves={
+            "similarity": {
+                "depth_mm": [-(each.gap_mm or 0.0) for each in film.press],
+                "similarity": mean_similarity(film.press, film, detector, draws).tolist(),
+            },
+        },
+    )
+
+
+def _detected(films: Sequence[Filmed], quality: Quality, seed: int) -> Parts:
+    approaches = [approach_curve(film, detector, quality.draws) for film, detector in films]
+    scores = [contact_scores(film, detector, quality.draws, drift=quality.drift) for film, detector in films]
+    entropy, correlation, rate = (
+        np.mean(values, axis=0).tolist()
+        for values in (
+            [each.entropy.mean(1) for each in approaches],
+            [each.correlation.mean(1) for each in approaches],
+            [each.all_rates() for each in approaches],
+        )
+    )
+    return Parts(
+        measures={
+            "proximity_range_mm": proximity_range(approaches, seed=seed),
+            "contact_auc": contact_auc(scores, seed=seed),
+            "contact_accuracy": contact_accuracy(scores, seed=seed),
+        },
+        curves={
+            "approach": {
+                "gap_mm": approaches[0].gaps_mm.tolist(),
+                "entropy": entropy,
+                "correlation": correlation,
+                "rate": rate,
+            }
+        },
+        profile={
+            name: value for name, value in asdict(films[0][1].profile).items()
+            if name.startswith("tau_") or name in {"polarity", "similarity", "grid_blur_px", "difference_blur_px"}
+        },
+    )  # fmt: skip
+
+
+def _pictures(film: Film) -> dict[str, str]:
+    shown = {"untouched": film.untouched}
+    shown |= {f"gap {each.gap_mm:g} mm": each for each in film.approach[-SHOWN_GAPS:]}
+    shown |= {f"depth {-(each.gap_mm or 0):g} mm": each for each in film.press}
+    return {caption: data_uri(film.frames(each, 1)[0]) for caption, each in shown.items()}

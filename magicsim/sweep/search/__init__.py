@@ -1,1 +1,0 @@
-"""Sweeps that choose their next designs in the knowledge of all before."""

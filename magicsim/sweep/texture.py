@@ -1,0 +1,241 @@
+"""The smallest spacing of dots and lines that a frame still shows.
+
+A plate with the pattern and one without are pressed alike in the middle of the face, and D is the difference of their
+frames on the plate's place in units of the untouched sensor's grey level: what only the pattern makes, the printed grid
+taken out. P is D's power at the pattern's spatial frequency along its own axes, P_0 the mean power at that frequency in
+other directions, where the pattern has none: noise of camera and rendering, and cells that moved otherwise. For a
+pattern of known frequency and phase in Gaussian clutter
+
+    d' = sqrt(2 (P - P_0) / P_0)
+
+(Green and Swets 1966), 0 where P is below P_0. A spacing is told apart at d' >= 2, so P >= 3 P_0, which clutter alone
+reaches in about exp(-3) = 5 % of cases.
+
+Plate, lattice and the part that is looked at grow with the spacing, so that every spacing is judged alike. Dots and
+lines are their own mirror images about the axis: a quarter of the block is solved.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from magicsim.arrays import Array, FloatImage, Index
+from magicsim.camera.exposure import expose
+from magicsim.camera.film import pixel_landing_mm
+from magicsim.detectors.frame import Frame
+from magicsim.errors import ConfigError
+from magicsim.geometry.objects.kinds import BoxObject, DotsObject, LinesObject, ObjectConfig
+from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.sampling.bootstrap import interval
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.simulation.sensor import Sensor, sensor_exposure
+from magicsim.sweep.designs import SweptSensor, camera_of, render_of
+from magicsim.sweep.measures import Measured, Quality
+from magicsim.sweep.mechanics import followed_finely, moved, press_centrally
+
+Pattern = Literal["dots", "lines"]
+PLATE_PERIODS = 5
+"""Side of the plates in units of the spacing."""
+LOOKED_AT_PERIODS = 4
+"""Side of the square of the face on which contrast is measured, in the same units: less than the plate, whose edges are
+no pattern, and enough for the peak of the pattern's frequency to be narrow."""
+CELLS_A_PERIOD = 3
+"""Lattice cells along one spacing below a pattern; half as many below a plain plate, which bends the face less."""
+MARGIN_PX = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlateFrames:
+    """Frames of one pressed plate on its place of the face."""
+
+    contrast: Array
+    """Change of grey level in units of the untouched sensor's mean, shape (draws, pixels, 3)."""
+    places_mm: Array
+    """Where the pixels look on the face, shape (pixels, 2) [mm]."""
+    picture: Frame
+    """The first frame, whole."""
+
+
+def plate(pattern: Pattern | None, spacing_mm: float, like: ObjectConfig | None = None) -> ObjectConfig:
+    """A plate with dots or lines half as wide as their spacing, or without, with the colour of another object."""
+    size = PLATE_PERIODS * spacing_mm
+    look = like.model_dump(include={"color", "specular", "roughness"}) if like is not None else {}
+    if pattern == "dots":
+        return DotsObject(kind="dots", radius_mm=spacing_mm / 4, spacing_mm=spacing_mm, size_mm=size, **look)
+    if pattern == "lines":
+        return LinesObject(kind="lines", width_mm=spacing_mm / 2, spacing_mm=spacing_mm, size_mm=size, **look)
+    return BoxObject(kind="box", size_mm=(size, size, 2.0), **look)
+
+
+def press_plate(
+    sensor: SweptSensor,
+    pattern: Pattern | None,
+    spacing_mm: float,
+    quality: Quality,
+    *,
+    like: ObjectConfig,
+    seed: int,
+    untouched: UntouchedStates,
+) -> PlateFrames:
+    """Presses a plate on the axis and looks at its place.
+
+    Args:
+        sensor: What is pressed.
+        pattern: What is on the plate.
+        spacing_mm: Of the pattern, or of the one that a plain plate is compared with [mm].
+        quality: Depth and images.
+        like: What the plate has its colour from.
+        seed: Of rendering and noise.
+        untouched: Untouched states that other scenes share.
+
+    Raises:
+        MagicsimError: The plate does not fit on the face, or the design, the deformation or an image is not valid.
+    """
+    if PLATE_PERIODS * spacing_mm > min(sensor.design.footprint_mm):
+        msg = f"a plate of {PLATE_PERIODS} x {spacing_mm:g} mm is larger than the face"
+        raise ConfigError(msg)
+    thing = plate(pattern, spacing_mm, like)
+    rig, design = plate_rig(sensor, spacing_mm, quality), followed_finely(sensor.design)
+    cells = CELLS_A_PERIOD if pattern is not None else CELLS_A_PERIOD / 2
+    pressed = press_centrally(
+        sensor.design, thing, quality.texture_depth_mm, cells_across=1, spacing_mm=spacing_mm / cells
+    )
+    state = replace(UNTOUCHED, gap_mm=-quality.texture_depth_mm)
+    simulated = Sensor(
+        design, rig, thing, render=render_of(sensor, quality), states=[state], seed=seed, untouched=untouched
+    )
+    rest = simulated.radiance(UNTOUCHED, simulated.rest)
+    image = simulated.radiance(state, moved(simulated, state, pressed))
+    camera, exposure = rig.camera, sensor_exposure(simulated, rest)
+
+    def frames(radiance: FloatImage, first: int) -> Array:
+        return np.stack(
+            [expose(radiance, exposure, camera, seed=seed, frame=first + draw) for draw in range(quality.draws)]
+        ).astype(float)
+
+    shown, reference = frames(image, 0), frames(rest, quality.draws).mean(0)
+    landing = pixel_landing_mm(design, rig.lens, rig.camera)
+    inside = np.abs(landing).max(2) <= LOOKED_AT_PERIODS * spacing_mm / 2
+    contrast = ((shown - reference) / reference[inside].mean(0))[:, inside]
+    return PlateFrames(contrast=contrast, places_mm=landing[inside], picture=shown[0].astype(np.uint8))
+
+
+def plate_rig(sensor: SweptSensor, spacing_mm: float, quality: Quality) -> Rig:
+    """The rig of a sensor, its camera reading out what lies around a plate of `PLATE_PERIODS` spacings."""
+    camera = camera_of(sensor, quality, scale=quality.texture_scale)
+    whole = sensor.rig.model_copy(update={"camera": camera})
+    near = np.abs(pixel_landing_mm(sensor.design, whole.lens, whole.camera)).max(2) <= PLATE_PERIODS * spacing_mm / 2
+    rows, columns = np.flatnonzero(near.any(1)), np.flatnonzero(near.any(0))
+    top, left = max(0, rows[0] - MARGIN_PX), max(0, columns[0] - MARGIN_PX)
+    bottom, right = min(camera.rows, rows[-1] + 1 + MARGIN_PX), min(camera.columns, columns[-1] + 1 + MARGIN_PX)
+    region = (int(left), int(top), int(right - left), int(bottom - top))
+    looking = camera.pixelwise().model_copy(update={"region_px": region})
+    return sensor.rig.model_copy(update={"camera": looking})
+
+
+TOLD_APART = 2.0
+"""Least d'."""
+ALONG_DEG: dict[Pattern, tuple[float, ...]] = {"lines": (0.0,), "dots": (0.0, 90.0)}
+"""Directions in which a pattern repeats [degrees]."""
+ACROSS_DEG: dict[Pattern, tuple[float, ...]] = {
+    "lines": tuple(float(each) for each in range(40, 141, 10)),
+    "dots": (35.0, 40.0, 45.0, 50.0, 55.0, 125.0, 130.0, 135.0, 140.0, 145.0),
+}
+"""Directions in which it does not, beyond the width of its peak."""
+
+
+def powers(difference: Array, places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float) -> Array:
+    """Power of a difference at one frequency in several directions, mean over frames and channels.
+
+    A Hann window over `LOOKED_AT_PERIODS` keeps the square's edges from leaking into other frequencies.
+
+    Args:
+        difference: Shape (draws, pixels, 3).
+        places_mm: Of the pixels on the face, shape (pixels, 2) [mm].
+        directions_deg: Of the wave, from x towards y [degrees].
+        frequency_per_mm: Waves a millimetre.
+
+    Returns:
+        Shape (directions,): the square of a plane wave's amplitude.
+    """
+    window = np.prod(np.cos(np.pi * places_mm * frequency_per_mm / LOOKED_AT_PERIODS) ** 2, axis=1)
+    turn = np.radians(directions_deg)
+    along = places_mm @ np.stack([np.cos(turn), np.sin(turn)])
+    waves = np.exp(2j * np.pi * frequency_per_mm * along) * window[:, None]
+    found = np.einsum("pw,dpc->wdc", waves, difference, optimize=True) * 2 / window.sum()
+    return np.asarray((np.abs(found) ** 2).mean((1, 2)))
+
+
+def observe(with_pattern: PlateFrames, plain: PlateFrames, pattern: Pattern, spacing_mm: float) -> "Observation":
+    """What the d' of one spacing is made of."""
+    difference = with_pattern.contrast - plain.contrast
+    return Observation(
+        pattern=float(powers(difference, plain.places_mm, ALONG_DEG[pattern], 1 / spacing_mm).mean()),
+        around=powers(difference, plain.places_mm, ACROSS_DEG[pattern], 1 / spacing_mm),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Observation:
+    """Powers at one spacing."""
+
+    pattern: float
+    """P."""
+    around: Array
+    """In directions without the pattern, shape (directions,)."""
+
+    def d_prime(self, directions: Index | None = None) -> float:
+        """See the module; with the clutter of some directions alone."""
+        clutter = float((self.around if directions is None else self.around[directions]).mean())
+        return float(np.sqrt(2 * max(0.0, self.pattern - clutter) / clutter))
+
+
+def try_finest_first(spacings_mm: Sequence[float], is_told_apart: Callable[[float], bool]) -> None:
+    """Tries spacings from the last and finest on until one is told apart.
+
+    Coarser ones say nothing of the smallest: a pattern near the pitch of the printed grid may be masked by it, and both
+    finer and coarser ones may not.
+    """
+    next((spacing for spacing in reversed(spacings_mm) if is_told_apart(spacing)), None)
+
+
+def smallest_spacing(spacings_mm: Array, observed: Sequence[Observation], *, seed: int) -> Measured:
+    """The spacing at which d' falls to 2, between tested ones by their logarithm.
+
+    Args:
+        spacings_mm: Tried ones, falling, shape (spacings,) [mm].
+        observed: One for each.
+        seed: Of the bootstrap over the clutter's directions.
+    """
+
+    def crossing(directions: Index) -> float:
+        return told_apart_to(spacings_mm, np.array([each.d_prime(directions) for each in observed]))
+
+    count = len(observed[0].around)
+    value = crossing(np.arange(count))
+    low, high = interval([crossing], count, seed=seed)
+    if value == np.inf:
+        note = f"above the largest spacing tried, {spacings_mm[0]:g} mm"
+        return Measured(value=None, low=float(spacings_mm[0]), note=note)
+    if value <= spacings_mm[-1]:
+        return Measured(value=value, high=_finite(high), note="at most: the smallest spacing tried is told apart")
+    return Measured(value=value, low=_finite(low), high=_finite(high))
+
+
+def told_apart_to(spacings_mm: Array, d_prime: Array) -> float:
+    """Smallest spacing with a d' of 2, between the finest told apart and the next finer one [mm]; infinite without."""
+    told = np.flatnonzero(d_prime >= TOLD_APART)
+    if not len(told):
+        return float("inf")
+    last = int(told[-1])
+    if last == len(d_prime) - 1:
+        return float(spacings_mm[-1])
+    share = (d_prime[last] - TOLD_APART) / (d_prime[last] - d_prime[last + 1])
+    return float(spacings_mm[last] * (spacings_mm[last + 1] / spacings_mm[last]) ** share)
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
