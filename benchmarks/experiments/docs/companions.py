@@ -16,9 +16,8 @@ from magicsim.robot.gripper import Gripper
 from magicsim.scenes.scene import load_scene
 from magicsim_experiments.assembly.trial import PLACE, SPACE, SQUEEZE_MM, base_of, check_plug
 from magicsim_experiments.task.hand import hand_pose
-from magicsim_experiments.task.item import load_item
 from magicsim_experiments.task.running import task_scene
-from magicsim_experiments.task.settings import GraspConfig
+from magicsim_experiments.task.settings import GraspConfig, load_item
 from magicsim_experiments.task.world import build_gripper
 
 GAP_MM, DEPTH_MM, STRONGER, GREY, EDGE_PX = 2.0, 8.0, 4, 128, 6

@@ -10,11 +10,9 @@ from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim_experiments.assembly.jack import jack_pose
 from magicsim_experiments.assembly.meeting import FORWARD, MetLoad
-from magicsim_experiments.assembly.misaligned import Misalignment
-from magicsim_experiments.assembly.pushing import MOST_SLIDE_MM, Pusher, Vector
-from magicsim_experiments.assembly.stages import Stage, Step
+from magicsim_experiments.assembly.pushing import MOST_SLIDE_MM, Pusher, Vector, carriage_ways, evenly_to, spread
+from magicsim_experiments.assembly.stages import Misalignment, Stage, Step
 from magicsim_experiments.assembly.trial import OPEN_MM, Gripped, Moment
-from magicsim_experiments.assembly.ways import carriage_ways, evenly_to, spread
 
 
 def play(

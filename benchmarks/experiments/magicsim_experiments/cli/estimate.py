@@ -22,7 +22,7 @@ def estimate(
     its own references.
     """
     from magicsim.cli.output.lines import lines_of
-    from magicsim_experiments.learn.packages import need_torch
+    from magicsim_experiments.learn.settings import need_torch
 
     refuse_settings(settings, "estimate")
     need_torch("estimate")

@@ -44,7 +44,7 @@ def study(
     if out is None:
         msg = "--out is missing: where does the result go?"
         raise ConfigError(msg)
-    from magicsim_experiments.study.folder import FOLDER
+    from magicsim_experiments.study.protocol import FOLDER
 
     FOLDER.check(out, resume=resume)
     from magicsim.cli.output.progress import show_progress

@@ -32,7 +32,7 @@ def grasp(
         msg = f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}"
         raise ConfigError(msg)
     from magicsim.config.models import apply_overrides, validate
-    from magicsim_experiments.task.folder import FOLDER
+    from magicsim_experiments.task.growing import FOLDER
     from magicsim_experiments.task.settings import GraspConfig
 
     asked = {"detector": detector, "room": room, "quality": quality} | ({} if seed is None else {"seed": seed})
@@ -62,15 +62,15 @@ def assembly(
     `task.offset_mm=[1,3]`.
     """
     from magicsim.scenes.scene import load_scene
-    from magicsim_experiments.task.assembly.settings import split_settings
-    from magicsim_experiments.task.folder import FOLDER
+    from magicsim_experiments.assembly.settings import split_settings
+    from magicsim_experiments.task.growing import FOLDER
 
     for_scene, config = split_settings(settings or [])
     loaded = load_scene(scene, for_scene, seed=seed)
     FOLDER.check(out, resume=resume)
     limit_threads(threads)
     from magicsim.cli.output.progress import show_progress
-    from magicsim_experiments.task.assembly.running import run_assembly
+    from magicsim_experiments.assembly.running import run_assembly
 
     with show_progress("task assembly") as progress:
         summary = run_assembly(
@@ -98,9 +98,9 @@ def alignment(
         msg = f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}"
         raise ConfigError(msg)
     from magicsim.config.models import apply_overrides, validate
-    from magicsim_experiments.learn.packages import need_torch
+    from magicsim_experiments.learn.settings import need_torch
     from magicsim_experiments.task.alignment.settings import MISSING_MODEL, AlignmentConfig
-    from magicsim_experiments.task.folder import FOLDER
+    from magicsim_experiments.task.growing import FOLDER
 
     if model is None:
         raise ConfigError(MISSING_MODEL)

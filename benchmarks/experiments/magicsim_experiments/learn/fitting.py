@@ -12,11 +12,9 @@ import pyarrow as pa
 from magicsim.arrays import Array
 from magicsim.folder.parquet import parquet_bytes
 from magicsim_experiments.learn.baselines import constant_answers, linear_answers, neighbour_answers
-from magicsim_experiments.learn.model_file import parse_config
-from magicsim_experiments.learn.outputs import model_config
-from magicsim_experiments.learn.samples import Samples
+from magicsim_experiments.learn.model_file import model_config, parse_config
+from magicsim_experiments.learn.samples import Samples, Split, fold
 from magicsim_experiments.learn.settings import LearningSettings
-from magicsim_experiments.learn.splitting import Split, fold
 
 Read = Callable[[Path, LearningSettings], Samples]
 """Importable by name: the samples of a dataset's folder."""

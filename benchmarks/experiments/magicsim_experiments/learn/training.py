@@ -10,16 +10,49 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import torch
+from torch.nn import functional
 
 from magicsim.arrays import Array, Index
-from magicsim_experiments.learn.losses import label_loss, scaled_targets
-from magicsim_experiments.learn.model_file import ModelConfig, save_model
-from magicsim_experiments.learn.networks import build_network, output_places
-from magicsim_experiments.learn.outputs import answers_of
-from magicsim_experiments.learn.samples import Label, Samples
+from magicsim_experiments.learn.model_file import ModelConfig, answers_of, save_model
+from magicsim_experiments.learn.networks import build_network, load_weights, open_network, output_places
+from magicsim_experiments.learn.samples import Label, Samples, Split
 from magicsim_experiments.learn.settings import LearningSettings
-from magicsim_experiments.learn.splitting import Split
-from magicsim_experiments.learn.weights import load_weights, open_network
+
+
+def label_loss(outputs: torch.Tensor, targets: torch.Tensor, labels: tuple[Label, ...]) -> torch.Tensor:
+    """Sum over labels of the mean loss of the frames that have them.
+
+    Smooth absolute errors of standardised numbers, cross entropies of flags and choices.
+
+    Args:
+        outputs: Shape (n, outputs), see `output_places`.
+        targets: Shape (n, labels), see `scaled_targets`; NaN where there is none.
+        labels: Of the columns.
+    """
+    total = outputs.sum() * 0
+    for place, (label, columns) in enumerate(zip(labels, output_places(labels), strict=True)):
+        there = torch.isfinite(targets[:, place])
+        if not bool(there.any()):
+            continue
+        found, wanted = outputs[there, columns], targets[there, place]
+        if label.kind == "number":
+            total = total + functional.smooth_l1_loss(found[:, 0], wanted)
+        elif label.kind == "flag":
+            total = total + functional.binary_cross_entropy_with_logits(found[:, 0], wanted)
+        else:
+            total = total + functional.cross_entropy(found, wanted.long())
+    return total
+
+
+def scaled_targets(samples: Samples, config: ModelConfig) -> npt.NDArray[np.float32]:
+    """Targets as the loss takes them, shape (n, labels): numbers standardised, choices by their place."""
+    found = (samples.targets - np.array(config.target_mean)) / np.array(config.target_sd)
+    for place, label in enumerate(samples.labels):
+        if label.kind == "choice":
+            values = samples.targets[:, place]
+            found[:, place] = np.where(np.isfinite(values), np.searchsorted(label.choices, values), np.nan)
+    return np.asarray(found, np.float32)
+
 
 LAST_RATE = 0.01
 """Learning rate of the last pass, in units of the first one's."""

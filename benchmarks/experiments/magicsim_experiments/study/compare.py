@@ -1,23 +1,117 @@
 """One study on several designs, or on one with single constants changed: their tables as one."""
 
+import re
 from collections.abc import Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from magicsim.config.models import Config, in_place, validate
 from magicsim.errors import ConfigError, MagicsimError
+from magicsim.folder.ledger import WORK
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
-from magicsim_experiments.study.design_name import DesignName
-from magicsim_experiments.study.kinds import study_class
-from magicsim_experiments.study.protocol import Stage, Study
+from magicsim.workers.run_folder import CONFIG, ERRORS
+from magicsim_experiments.study.protocol import (
+    DATA,
+    INDEX,
+    MODELS,
+    PIECES,
+    REPORT,
+    RESULTS,
+    TABLES,
+    Files,
+    Stage,
+    Study,
+    StudyConfig,
+    Workshop,
+)
 from magicsim_experiments.study.result import Cell, Column, Matrix, Row, StudyResult, Table
-from magicsim_experiments.study.settings import StudyConfig
-from magicsim_experiments.study.stages.within import Within
-from magicsim_experiments.study.study_file import merged, named_table, usual_rig, without_small_form
+from magicsim_experiments.study.study_file import merged, named_table, study_class, usual_rig, without_small_form
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Within:
+    """Runs a stage in a folder below the study's."""
+
+    folder: str
+    """Name of that folder."""
+    stage: Stage
+
+    @property
+    def name(self) -> str:
+        """Folder and name of the stage."""
+        return f"{self.folder}/{self.stage.name}"
+
+    def core_seconds(self, processes: int) -> float:
+        """Rough time on one core [s]."""
+        return self.stage.core_seconds(processes)
+
+    def is_done(self, folder: Path) -> bool:
+        """Whether the folder below has all of it."""
+        return self.stage.is_done(folder / self.folder)
+
+    def owns(self, name: str) -> bool:
+        """Whether the stage, or the log of its errors, answers for a file."""
+        first, _, rest = name.partition("/")
+        return first == self.folder and (rest == ERRORS or self.stage.owns(rest))
+
+    def run(self, workshop: Workshop) -> None:
+        """Does what is left, in the folder below.
+
+        Raises:
+            MagicsimError: It cannot be done, in one line.
+        """
+        (workshop.folder / self.folder).mkdir(exist_ok=True)
+        self.stage.run(replace(workshop, ledger=_Below(files=workshop.ledger, folder=self.folder)))
+        with suppress(OSError):  # not there, or something is in it
+            (workshop.folder / self.folder / WORK).rmdir()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Below:
+    """The files of a folder below another."""
+
+    files: Files
+    folder: str
+
+    @property
+    def out(self) -> Path:
+        """The folder below."""
+        return self.files.out / self.folder
+
+    def place(self, name: str, content: bytes) -> None:
+        """Gives a file its content."""
+        self.files.place(f"{self.folder}/{name}", content)
+
+    def remove(self, name: str) -> None:
+        """Removes a file."""
+        self.files.remove(f"{self.folder}/{name}")
+
+
+TAKEN = (CONFIG, DATA, ERRORS, INDEX, MODELS, PIECES, REPORT, RESULTS, TABLES)
+"""Files and folders of every study; some disks do not tell `Data` from `data`."""
+_FORM = re.compile(r"\w[\w .-]{0,59}")
+
+
+def _checked(name: str) -> str:
+    if not _FORM.fullmatch(name):
+        msg = (
+            f"'{name}' is not allowed as a name: must be letters, digits, '_', '-', '.' and spaces, at most 60, and "
+            "begin with one of the first three"
+        )
+        raise ValueError(msg)
+    if name.casefold() in {each.casefold() for each in TAKEN}:
+        msg = f"'{name}' is not allowed as a name: a study has a file or folder that is called so"
+        raise ValueError(msg)
+    return name
+
+
+DesignName = Annotated[str, AfterValidator(_checked)]
+
 
 ITSELF = "design"
 """What a design without a name is called."""

@@ -3,11 +3,73 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol
+from typing import Annotated, Any, ClassVar, Literal, Protocol
 
+from pydantic import Field
+
+from magicsim.config.models import Config
+from magicsim.config.named_files import config_digest
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import Seed
 from magicsim.workers.options import WorkerOptions
+from magicsim.workers.run_folder import CONFIG, RunFolder, RunIndex
 from magicsim_experiments.study.result import StudyResult
-from magicsim_experiments.study.settings import StudyConfig
+
+
+class StudyConfig(Config):
+    """Settings of a study."""
+
+    schema_version: Literal[1]
+    kind: str
+    """What is studied, a key of `magicsim_experiments.study.study_file.KINDS`."""
+    design: ElastomerDesign
+    """The block; a file or `--design` may give the name of a design preset instead."""
+    rig: Rig
+    """What surrounds it; a file may give the name of a rig preset instead. Left out, it is the rig of the scene that
+    has the design's name, or `digit-office`."""
+    seed: Seed = 0
+    """Seed of everything random."""
+    timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
+    """Longest time for one attempt at a part of the work [s]."""
+
+    @classmethod
+    def of_another_design(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Content of a file whose own design, a table, has been replaced by one that was named."""
+        return data
+
+    @classmethod
+    def completed(cls, data: dict[str, Any], *, folder: Path, quick: bool) -> dict[str, Any]:
+        """The file's content with what this kind of study names, such as a recipe, put in place.
+
+        Args:
+            data: Content; design and rig may still be names.
+            folder: Where the file stands.
+            quick: Whether the small form was asked for.
+        """
+        return data
+
+    def config_hash(self) -> str:
+        """SHA-256 of everything that the result depends on, the content of files that are named included."""
+        data = self.model_dump(mode="json", exclude={"timeout_s"})
+        return config_digest(data)
+
+
+INDEX, RESULTS, REPORT = "study.json", "results.json", "report.html"
+DATA, MODELS, PIECES, TABLES = "data", "models", "pieces", "tables"
+"""Folders below it: datasets, what is learned, pieces of other stages, and the result as Parquet."""
+
+
+class StudyIndex(RunIndex):
+    """What a folder's files belong to; those of datasets have a list of their own."""
+
+    kind: str
+
+
+FOLDER = RunFolder(
+    index=INDEX, model=StudyIndex, noun="study", content="study",
+    title=f"A study of magicsim, everything in place: `magicsim study {CONFIG}`",
+)  # fmt: skip
 
 
 class Files(Protocol):

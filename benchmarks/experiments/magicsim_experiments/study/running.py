@@ -12,9 +12,8 @@ from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.workers.options import WorkerOptions, choose_workers
 from magicsim.workers.run_folder import versions
-from magicsim_experiments.study.folder import FOLDER, INDEX, REPORT, StudyIndex
-from magicsim_experiments.study.kinds import package_versions
-from magicsim_experiments.study.protocol import Stage, Study, Workshop
+from magicsim_experiments.study.protocol import FOLDER, INDEX, REPORT, Stage, Study, StudyIndex, Workshop
+from magicsim_experiments.study.study_file import package_versions
 from magicsim_experiments.study.writing import write_result
 
 Progress = Callable[[float, float, str], None]

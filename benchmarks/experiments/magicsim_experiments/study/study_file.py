@@ -1,15 +1,108 @@
 """Reads the file of a study: the small form, the design and the rig put in place, checked."""
 
+import importlib
+import importlib.metadata
+import importlib.util
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Union, cast
+
+from pydantic import TypeAdapter
 
 from magicsim.config.models import apply_overrides, in_place, validate
 from magicsim.config.named_files import read_with_paths
 from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim_experiments.study.kinds import KINDS, study_class
-from magicsim_experiments.study.protocol import Study
+from magicsim_experiments.study.protocol import Study, StudyConfig
+
+BY_NAME = ("design", "rig", "recipe", "study", "moulded_design")
+"""Keys that may give the name of a file instead of its content."""
+FROM_ELSEWHERE = {"design", "rig", "moulded_design"}
+"""Keys that a file need not have: `--design` or a default gives them."""
+
+
+def study_schema() -> dict[str, Any]:
+    """Any kind of study; what a file may leave out or name, unlike the whole study, is so here."""
+    models = tuple(settings_of(kind) for kind in KINDS)
+    union: Any = Union[models]  # noqa: UP007 - of a list
+    schema: dict[str, Any] = TypeAdapter(union).json_schema()
+    settings = {model.__name__ for model in models}
+    tables = [table for name, table in schema.get("$defs", {}).items() if name in settings]
+    for table in tables or [schema]:
+        properties = table["properties"]
+        for name in BY_NAME:
+            if name in properties:
+                properties[name] = {"anyOf": [{"type": "string"}, properties[name]]}
+        if "others" in properties:  # names, or tables that leave out what the first design gives
+            properties["others"] = {"type": "array", "items": {"anyOf": [{"type": "string"}, {"type": "object"}]}}
+        if "rigs" in properties:
+            properties["rigs"] = {"anyOf": [{"type": "array", "items": {"type": "string"}}, properties["rigs"]]}
+        properties["study_changes"] = {"type": "object", "description": "Keys of the compared study that change."}
+        properties[QUICK] = {"type": "object", "description": "What --quick changes."}
+        properties["recipe_changes"] = {"type": "object", "description": "Keys of the recipe that this study changes."}
+        table["required"] = [name for name in table.get("required", []) if name not in FROM_ELSEWHERE]
+    return schema
+
+
+KINDS: dict[str, str] = {
+    "alignment": "magicsim_experiments.study.learned.alignment:Alignment",
+    "compare": "magicsim_experiments.study.compare:Compare",
+    "deformation-law": "magicsim_experiments.study.mechanics.deformation_law:DeformationLaw",
+    "fusion": "magicsim_experiments.study.fusion:Fusion",
+    "light-modes": "magicsim_experiments.study.lighting.light_modes:LightModes",
+    "limits": "magicsim_experiments.study.mechanics.limits:Limits",
+    "localisation": "magicsim_experiments.study.learned.localisation:Localisation",
+    "manufacturing": "magicsim_experiments.study.mechanics.manufacturing:Manufacturing",
+    "ranging": "magicsim_experiments.study.learned.ranging:Ranging",
+    "resolution": "magicsim_experiments.study.learned.resolution:Resolution",
+    "wear": "magicsim_experiments.study.learned.wear:Wear",
+}
+"""Kind of a study, as its file names it, and `module:class` of what does it."""
+EXTRAS = {"torch": "learn", "safetensors": "learn"}
+"""Package that a study may need, and the extra that brings it."""
+
+
+def study_class(kind: str, kinds: Mapping[str, str] | None = None) -> type[Study]:
+    """The class of a kind of study.
+
+    Args:
+        kind: What the file's key `kind` says.
+        kinds: Kinds to choose from; `KINDS` by default.
+
+    Raises:
+        ConfigError: No such kind.
+    """
+    kinds = KINDS if kinds is None else kinds
+    if kind not in kinds:
+        raise ConfigError(unknown_choice("kind of study", kind, kinds))
+    return _loaded(kinds[kind])
+
+
+def settings_of(kind: str) -> type[StudyConfig]:
+    """Model of the files of a kind of study, a key of `KINDS`."""
+    return _loaded(KINDS[kind]).settings
+
+
+def package_versions(study: Study) -> dict[str, str]:
+    """Versions of the packages that a study needs beside those of the program.
+
+    Raises:
+        ConfigError: One of them is not installed.
+    """
+    for package in study.packages:
+        if importlib.util.find_spec(package) is None:
+            extra = EXTRAS.get(package, package)
+            msg = (
+                f"study '{study.config.kind}' needs the package {package}: pip install 'magicsim-experiments[{extra}]'"
+            )
+            raise ConfigError(msg)
+    return {name: importlib.metadata.version(name) for name in study.packages}
+
+
+def _loaded(home: str) -> type[Study]:
+    module, _, name = home.partition(":")
+    return cast("type[Study]", getattr(importlib.import_module(module), name))
+
 
 DESIGN, RIG = "mini-magictac", "digit-office"
 """What is studied, and what surrounds it, where nothing else is said."""

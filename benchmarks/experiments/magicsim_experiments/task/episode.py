@@ -10,7 +10,7 @@ from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import MagicsimError
-from magicsim_experiments.task.policy import RELEASE_FRAMES, command
+from magicsim_experiments.task.carriage import RELEASE_FRAMES, command
 from magicsim_experiments.task.world import Happened, World
 
 AFTER_FRAMES = 3

@@ -1,5 +1,6 @@
 """A run of episodes into a folder: each is written whole, and a run that was stopped goes on where it was."""
 
+import hashlib
 import io
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,15 +13,100 @@ import pyarrow as pa
 from PIL import Image
 
 from magicsim.arrays import Frame
+from magicsim.config.models import Config
+from magicsim.config.named_files import file_hashes
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.parquet import parquet_bytes
 from magicsim.folder.result import output_errors
 from magicsim.light.variant import activate_variant
-from magicsim.workers.run_folder import versions
-from magicsim_experiments.task.folder import EPISODES, FOLDER, INDEX, TaskIndex, episode_name
-from magicsim_experiments.task.resolved import digest_of
+from magicsim.scenes.scene import SceneConfig
+from magicsim.workers.run_folder import RunFolder, RunIndex, versions
+from magicsim_experiments.task.settings import Item
+
+
+def resolved(
+    config: Config, *, items: Mapping[str, Item], scenes: Mapping[str, SceneConfig], profile: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Settings of a task, and under `resolved` what their names stand for.
+
+    Args:
+        config: As it was asked for.
+        items: By name.
+        scenes: Fingers and item, by the item's name; they differ in what the item says alone.
+        profile: What reads the frames; empty where the settings say it by themselves.
+
+    Returns:
+        Plain values, as TOML and JSON take them.
+
+    Raises:
+        OSError: A file cannot be read.
+    """
+    fingers = next(iter(scenes.values())).model_dump(mode="json", exclude={"object": True, "contact": {"friction"}})
+    files = {name: file_hashes(scene.model_dump(mode="json")) for name, scene in scenes.items()}
+    content = {
+        "profile": dict(profile),
+        "items": {name: item.model_dump(mode="json") for name, item in items.items()},
+        "fingers": fingers,
+        "sha256": {name: found for name, found in files.items() if found},
+    }
+    return plain_values(config.model_dump(mode="json") | {"resolved": content})
+
+
+def resolved_scene(scene: SceneConfig) -> dict[str, Any]:
+    """A scene with everything in place, and the SHA-256 of every file that it names.
+
+    Args:
+        scene: The scene.
+
+    Raises:
+        OSError: A file cannot be read.
+    """
+    values = scene.model_dump(mode="json")
+    found = file_hashes(values)
+    return {"scene": values} | ({"sha256": found} if found else {})
+
+
+def plain_values(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings as TOML and JSON take them: without keys that have no value."""
+    plain: dict[str, Any] = _without_none(settings)
+    return plain
+
+
+def digest_of(settings: Mapping[str, Any]) -> str:
+    """SHA-256 of a run's settings, so that a folder is not continued with another task."""
+    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
+
+
+def _without_none(value: Any) -> Any:  # noqa: ANN401 - plain values of any kind
+    """Tables without keys that have no value, which TOML cannot say."""
+    if isinstance(value, Mapping):
+        return {key: _without_none(each) for key, each in value.items() if each is not None}
+    return [_without_none(each) for each in value] if isinstance(value, list | tuple) else value
+
+
+INDEX, RESULTS, EPISODES = "task.json", "results.json", "episodes"
+FRAMES_TABLE, EPISODES_TABLE = "frames.parquet", "episodes.parquet"
+
+
+class TaskIndex(RunIndex):
+    """What a folder's episodes belong to."""
+
+    task: str = "grasp"
+    episodes: int
+
+
+FOLDER = RunFolder(
+    index=INDEX, model=TaskIndex, noun="task", content="run of a task",
+    title="Settings of a task of magicsim, everything in place",
+)  # fmt: skip
+
+
+def episode_name(episode: int) -> str:
+    """Name of an episode's file below the folder."""
+    return f"{EPISODES}/{episode:05d}.json"
+
 
 SummaryT = TypeVar("SummaryT")
 Progress = Callable[[float, float, str], None]
@@ -64,7 +150,7 @@ def grow(
 
     Args:
         out: The folder.
-        settings: What episodes depend on, see `magicsim_experiments.task.resolved`; they are written beside the result.
+        settings: What episodes depend on, see `magicsim_experiments.task.growing`; they are written beside the result.
         run: How many, in which order.
         play: One episode by its number.
         conclude: The summary, and the result's files by name, from the content of all episodes in the order of their

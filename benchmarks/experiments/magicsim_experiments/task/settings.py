@@ -1,11 +1,46 @@
 """Everything that a run of grasps depends on."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Literal, Self
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from magicsim.config.models import Config
+from magicsim.config.models import Config, load_preset
+from magicsim.geometry.objects.kinds import ObjectConfig
+
+
+class Item(Config):
+    """An everyday thing between the fingers. It is rigid: what gives way is the skin of the sensors alone."""
+
+    schema_version: Literal[1]
+    object: ObjectConfig
+    """Shape, colour and how it lies between the fingers, in the gripper's frame."""
+    mass_g: Annotated[float, Field(gt=0, le=2000)]
+    """Mass [g]."""
+    friction: Annotated[float, Field(gt=0, le=2)]
+    """Coulomb's coefficient between it and the skin of the sensors."""
+    crush_n: Annotated[float, Field(gt=0, le=1000)]
+    """Normal force of a finger from which it counts as crushed [N]."""
+
+
+def load_item(name: str | Path) -> Item:
+    """Reads an item.
+
+    Args:
+        name: Item preset, such as `orange`, or TOML file.
+
+    Raises:
+        PresetError: It does not exist.
+        ConfigError: The content is not acceptable.
+    """
+    return load_preset(Item, "item", name)
+
+
+def item_schema() -> dict[str, Any]:
+    """JSON Schema of the files of items."""
+    return Item.model_json_schema()
+
 
 PositiveMm = Annotated[float, Field(gt=0, le=1000)]
 Speed = Annotated[float, Field(gt=0, le=1000)]
@@ -98,7 +133,7 @@ class GraspConfig(Config):
     light_share: Annotated[float, Field(ge=0, le=1)] = 0.5
     """Chance of a flashlight before the approach, and again during transport; of each of two with `any`."""
     flashlight: Literal["usual", "any"] = "usual"
-    """When flashlights shine: before the approach and in transport, or at any stage, see `task.flashlight`."""
+    """When flashlights shine: before the approach and in transport, or at any stage, see `task.story`."""
 
     @model_validator(mode="after")
     def _check_scene(self) -> Self:

@@ -11,13 +11,10 @@ from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
-from magicsim_experiments.task.carriage import Carriage, driven
-from magicsim_experiments.task.flashlight import Since
+from magicsim_experiments.task.carriage import Carriage, Command, driven
 from magicsim_experiments.task.hand import WAY_MM, hand_mesh, hand_pose
-from magicsim_experiments.task.item import Item
-from magicsim_experiments.task.policy import Command
-from magicsim_experiments.task.settings import GraspConfig
-from magicsim_experiments.task.story import Story
+from magicsim_experiments.task.settings import GraspConfig, Item
+from magicsim_experiments.task.story import Since, Story
 
 FARTHEST_MM = 60.0
 """Widest gap between an item and a finger [mm]."""

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from magicsim_experiments.assembly.base_body import APART_MM, HIGH_MM, base_body
 from magicsim_experiments.assembly.jack import Jack
+from magicsim_experiments.assembly.trial import APART_MM, HIGH_MM, base_body
 
 
 def test_base_is_closed_and_its_mouth_and_hole_are_those_of_the_contact():

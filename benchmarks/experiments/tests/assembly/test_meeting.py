@@ -8,8 +8,7 @@ import pytest
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.pose import Pose
 from magicsim_experiments.assembly.jack import Jack, jack_pose
-from magicsim_experiments.assembly.meeting import FORWARD, Contact, MetLoad
-from magicsim_experiments.assembly.surface import plug_elements
+from magicsim_experiments.assembly.meeting import FORWARD, Contact, MetLoad, plug_elements
 
 PLUG = parse_object("plug:radius_mm=5")
 TIP_MM = 16.0

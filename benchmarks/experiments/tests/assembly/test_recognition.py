@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from magicsim_experiments.assembly.cues import Cues
-from magicsim_experiments.assembly.misaligned import Misalignment, Spread, draw_misalignments
-from magicsim_experiments.assembly.recognition import CUES, Rate, change, recognise, unrecognised
-from magicsim_experiments.assembly.stages import Stage
+from magicsim_experiments.assembly.stages import Misalignment, Spread, Stage, draw_misalignments
+from magicsim_experiments.assembly.summary import CUES, Rate, change, recognise, unrecognised
 
 SPREAD = Spread()
 

@@ -8,9 +8,8 @@ from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim_experiments.assembly.misaligned import Misalignment
 from magicsim_experiments.assembly.playing import play
-from magicsim_experiments.assembly.stages import Stage, Step
+from magicsim_experiments.assembly.stages import Misalignment, Stage, Step
 from magicsim_experiments.assembly.trial import Setup, base_of, check_plug, take_plug
 
 SMALL = [

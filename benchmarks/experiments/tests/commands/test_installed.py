@@ -13,7 +13,7 @@ from magicsim.config.presets import find_preset, preset_names
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.scenes.scene import load_scene
 from magicsim_experiments.study.study_file import load_study
-from magicsim_experiments.task.item import load_item
+from magicsim_experiments.task.settings import load_item
 
 RECIPES = {"cylinders", "localisation", "ranging", "textures", "wear"}
 PRESETS = [(kind, name) for kind in ("study", "item") for name in preset_names(kind)]

@@ -84,8 +84,7 @@ def test_weights_that_do_not_fit_are_refused_by_name():
     torch = pytest.importorskip("torch")
     pytest.importorskip("safetensors")
     from magicsim_experiments.learn.model_file import save_model
-    from magicsim_experiments.learn.networks import build_network
-    from magicsim_experiments.learn.weights import open_network
+    from magicsim_experiments.learn.networks import build_network, open_network
 
     config, network = parse_config(as_file(GOOD)), build_network("small", 3)
     weights = network.state_dict()

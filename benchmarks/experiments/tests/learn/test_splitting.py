@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim_experiments.learn.splitting import fold
+from magicsim_experiments.learn.samples import fold
 
 PRESS = np.repeat(np.arange(20), 3)
 UNIT = PRESS // 5

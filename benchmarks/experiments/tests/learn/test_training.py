@@ -11,8 +11,7 @@ pytest.importorskip("torch")
 pytest.importorskip("safetensors")
 
 from magicsim_experiments.learn.fitting import Fit, split_of
-from magicsim_experiments.learn.model_file import read_model
-from magicsim_experiments.learn.outputs import model_config
+from magicsim_experiments.learn.model_file import model_config, read_model
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.learn.training import answer, train
 

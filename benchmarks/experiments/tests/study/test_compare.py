@@ -5,9 +5,9 @@ import pytest
 import tomli_w
 
 from magicsim.errors import ConfigError
-from magicsim_experiments.study import kinds
-from magicsim_experiments.study.design_name import TAKEN
-from magicsim_experiments.study.folder import FOLDER
+from magicsim_experiments.study import study_file
+from magicsim_experiments.study.compare import TAKEN
+from magicsim_experiments.study.protocol import FOLDER
 from magicsim_experiments.study.running import run_study
 from magicsim_experiments.study.study_file import load_study
 
@@ -25,7 +25,7 @@ forces_n = [5.0]
 @pytest.fixture
 def file(tmp_path: Path, monkeypatch) -> Path:
     for kind, home in KINDS.items():
-        monkeypatch.setitem(kinds.KINDS, kind, home)
+        monkeypatch.setitem(study_file.KINDS, kind, home)
     path = tmp_path / "mine.toml"
     path.write_text(FILE.format(beam=Path(__file__).with_name("beam.toml").as_posix()))
     return path

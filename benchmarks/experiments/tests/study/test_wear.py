@@ -7,7 +7,7 @@ from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import load_design
 from magicsim.scenes.rig import load_rig
-from magicsim_experiments.study.learned.drifts import Drift, Pits, worn
+from magicsim_experiments.study.learned.wear_settings import Drift, Pits, worn
 from magicsim_experiments.study.study_file import load_study
 
 from .made_study import made, rows, run

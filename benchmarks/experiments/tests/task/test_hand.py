@@ -3,7 +3,7 @@ import pytest
 
 from magicsim.robot.fingers import ObjectPlace, half_extents_mm, object_pose
 from magicsim_experiments.task.hand import CLEAR_MM, MOST, SKIN, hand_mesh, hand_pose
-from magicsim_experiments.task.item import load_item
+from magicsim_experiments.task.settings import load_item
 
 ITEMS = {name: load_item(name).object for name in ("orange", "banana", "biscuit-packet", "pen")}
 

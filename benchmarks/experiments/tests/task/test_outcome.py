@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from magicsim_experiments.task.episode import FrameRow, Recorded
-from magicsim_experiments.task.film import contact_sheet, film
-from magicsim_experiments.task.item import load_item
-from magicsim_experiments.task.outcome import Outcome, judge_episode
-from magicsim_experiments.task.settings import GraspConfig
+from magicsim_experiments.task.running import contact_sheet, film
+from magicsim_experiments.task.settings import GraspConfig, load_item
 from magicsim_experiments.task.story import draw_story
-from magicsim_experiments.task.summary import summarise
+from magicsim_experiments.task.summary import Outcome, judge_episode, summarise
 
 ORANGE, STORY = load_item("orange"), replace(draw_story(GraspConfig(), 0), item="orange")
 EMPTY = FrameRow(

@@ -8,7 +8,7 @@ import tomli_w
 from PIL import Image
 
 from magicsim.detectors.profile import load_profile, save_profile
-from magicsim_experiments.task.resolved import digest_of
+from magicsim_experiments.task.growing import digest_of
 from magicsim_experiments.task.running import Stage
 from magicsim_experiments.task.settings import GraspConfig
 

@@ -1,8 +1,7 @@
 from dataclasses import replace
 
-from magicsim_experiments.task.flashlight import Since
 from magicsim_experiments.task.settings import GraspConfig
-from magicsim_experiments.task.story import draw_story
+from magicsim_experiments.task.story import Since, draw_story
 
 CONFIG = GraspConfig(seed=3)
 

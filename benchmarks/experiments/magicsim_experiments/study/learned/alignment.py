@@ -18,9 +18,8 @@ from magicsim_experiments.study.learned.error_tables import answer_figures, comp
 from magicsim_experiments.study.learned.learned_study import LearnedStudy
 from magicsim_experiments.study.learned.localisation import touched_frames
 from magicsim_experiments.study.learned.settings import LearnedConfig
-from magicsim_experiments.study.protocol import Stage
+from magicsim_experiments.study.protocol import Stage, StudyConfig
 from magicsim_experiments.study.result import StudyResult
-from magicsim_experiments.study.settings import StudyConfig
 from magicsim_experiments.study.stages.dataset_stage import DatasetStage
 
 LABELS = (

@@ -9,8 +9,8 @@ import numpy as np
 
 from magicsim.dataset.recipes.path_recipe import PathRecipe
 from magicsim_experiments.learn.fitting import ANSWERS, Read
-from magicsim_experiments.learn.packages import PACKAGES
 from magicsim_experiments.learn.samples import Label
+from magicsim_experiments.learn.settings import PACKAGES
 from magicsim_experiments.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
 from magicsim_experiments.study.learned.beyond import beyond_rows, beyond_tables
 from magicsim_experiments.study.learned.data import count_objects, data_stages, learning_stage, refuse_few
@@ -21,9 +21,8 @@ from magicsim_experiments.study.learned.error_tables import (
     methods_table,
 )
 from magicsim_experiments.study.learned.settings import LearnedConfig
-from magicsim_experiments.study.protocol import Stage
+from magicsim_experiments.study.protocol import Stage, StudyConfig
 from magicsim_experiments.study.result import Cell, Table
-from magicsim_experiments.study.settings import StudyConfig
 from magicsim_experiments.study.stages.learning_stage import LearningStage
 
 

@@ -27,8 +27,8 @@ from magicsim_experiments.study.learned.error_tables import (
 from magicsim_experiments.study.learned.learned_study import LearnedStudy
 from magicsim_experiments.study.learned.settings import LearnedConfig
 from magicsim_experiments.study.plots import plot_series
+from magicsim_experiments.study.protocol import StudyConfig
 from magicsim_experiments.study.result import Column, Figure, Matrix, Row, StudyResult, Table
-from magicsim_experiments.study.settings import StudyConfig
 
 THERE = Label(name="there", kind="flag")
 NUMBERS = (Label(name="x", unit="mm"), Label(name="y", unit="mm"), Label(name="gap", unit="mm"))

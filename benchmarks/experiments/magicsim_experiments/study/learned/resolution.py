@@ -11,19 +11,17 @@ from pydantic import Field
 
 from magicsim.errors import ConfigError
 from magicsim_experiments.learn.baselines import change_features
-from magicsim_experiments.learn.packages import PACKAGES
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim_experiments.learn.scores import mean_score
-from magicsim_experiments.learn.settings import LearningSettings
+from magicsim_experiments.learn.settings import PACKAGES, LearningSettings
 from magicsim_experiments.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
 from magicsim_experiments.study.learned.beyond import beyond_rows, beyond_tables
 from magicsim_experiments.study.learned.data import data_stages, learning_stage, refuse_few, share_name
 from magicsim_experiments.study.learned.error_tables import SAID, error_series
 from magicsim_experiments.study.learned.settings import LearnedConfig
 from magicsim_experiments.study.plots import plot_series
-from magicsim_experiments.study.protocol import Stage
+from magicsim_experiments.study.protocol import Stage, StudyConfig
 from magicsim_experiments.study.result import Column, Figure, Matrix, Row, StudyResult, Table
-from magicsim_experiments.study.settings import StudyConfig
 from magicsim_experiments.study.stages.dataset_stage import DatasetStage
 from magicsim_experiments.study.stages.learning_stage import LearningStage
 

@@ -9,7 +9,7 @@ from magicsim.config.models import validate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError
 from magicsim_experiments.learn.settings import LearningSettings
-from magicsim_experiments.study.settings import StudyConfig
+from magicsim_experiments.study.protocol import StudyConfig
 
 OF_STUDY = ("schema_version", "design", "rig", "seed", "splits", "split_by")
 """Keys of a recipe that the study gives."""

@@ -15,19 +15,20 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.scenes.scene import RenderSettings
-from magicsim_experiments.study.mechanics.law_measures import (
+from magicsim_experiments.study.mechanics.law_scene import (
+    LawTask,
+    Touch,
     angle_between_deg,
     direction_deg,
     extent_mm,
     moved_places,
     optical_flow_px,
+    touch_fields,
     turn_deg,
 )
-from magicsim_experiments.study.mechanics.law_scene import LawTask, Touch, touch_fields
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Stage
+from magicsim_experiments.study.protocol import Stage, StudyConfig
 from magicsim_experiments.study.result import Cell, Column, Figure, Row, StudyResult, Table
-from magicsim_experiments.study.settings import StudyConfig
 from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
 
 Fields = Mapping[str, npt.NDArray[Any]]

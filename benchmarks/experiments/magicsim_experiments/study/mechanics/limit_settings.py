@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from magicsim.config.models import Config
 from magicsim.geometry.design import ElastomerDesign
-from magicsim_experiments.study.settings import StudyConfig
+from magicsim_experiments.study.protocol import StudyConfig
 
 Length = Annotated[float, Field(gt=0, le=25)]
 Depths = Annotated[tuple[Length, ...], Field(min_length=1, max_length=200)]

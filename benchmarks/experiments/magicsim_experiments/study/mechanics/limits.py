@@ -20,9 +20,8 @@ from magicsim_experiments.study.mechanics.limit_press import (
 )
 from magicsim_experiments.study.mechanics.limit_settings import LimitsConfig
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Stage
+from magicsim_experiments.study.protocol import Stage, StudyConfig
 from magicsim_experiments.study.result import Cell, Column, Figure, Row, StudyResult, Table
-from magicsim_experiments.study.settings import StudyConfig
 from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
 
 UNITS = {"fx_n": "N", "fy_n": "N", "fz_n": "N", "skin_von_mises_mpa": "MPa"}

@@ -11,8 +11,7 @@ from magicsim.dataset.recipes.estimate import estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import OutputError
 from magicsim.folder.lock import LOCK
-from magicsim_experiments.study.folder import DATA
-from magicsim_experiments.study.protocol import Workshop
+from magicsim_experiments.study.protocol import DATA, Workshop
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

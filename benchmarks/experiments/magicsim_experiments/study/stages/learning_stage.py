@@ -22,8 +22,7 @@ from magicsim_experiments.learn.fitting import (
     prepare_learning,
 )
 from magicsim_experiments.learn.settings import LearningSettings
-from magicsim_experiments.study.folder import MODELS
-from magicsim_experiments.study.protocol import Workshop
+from magicsim_experiments.study.protocol import MODELS, Workshop
 from magicsim_experiments.study.stages.dataset_stage import dataset_folder
 
 START_S = 6.0

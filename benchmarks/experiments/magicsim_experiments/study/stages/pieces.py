@@ -11,8 +11,7 @@ from magicsim.errors import OutputError
 from magicsim.workers.attempt import FailureKind, Outcome, Prepare, bound_threads
 from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import run_tasks
-from magicsim_experiments.study.folder import PIECES
-from magicsim_experiments.study.protocol import Workshop
+from magicsim_experiments.study.protocol import PIECES, Workshop
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from magicsim.arrays import Frame
 from magicsim.errors import ConfigError
-from magicsim_experiments.learn.frame_reader import FrameReader
+from magicsim_experiments.learn.reading import FrameReader
 from magicsim_experiments.learn.samples import Images
 from magicsim_experiments.task.alignment.settings import HOW
 

@@ -13,7 +13,7 @@ from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim_experiments.learn.model_file import ModelConfig
 from magicsim_experiments.task.alignment.settings import AlignmentConfig
-from magicsim_experiments.task.item import Item
+from magicsim_experiments.task.settings import Item
 
 STREAM = 38
 """Keeps the draws of episodes apart from others of a seed."""

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim_experiments.study.mechanics.law_measures import (
+from magicsim_experiments.study.mechanics.law_scene import (
     angle_between_deg,
     direction_deg,
     extent_mm,

@@ -5,7 +5,7 @@ from magicsim.deform.lattice.spot import resolved_lattice
 from magicsim.deform.lattice.zone import Zone
 from magicsim.geometry.design import load_design
 from magicsim.geometry.grid import resolve_grid, symmetric_place
-from magicsim_experiments.study.mechanics.layer_shear import layer_shear
+from magicsim_experiments.study.mechanics.limit_press import layer_shear
 
 
 def test_shear_of_each_layer_of_the_cube_below_a_place():

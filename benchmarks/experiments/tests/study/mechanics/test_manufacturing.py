@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim_experiments.study.mechanics.manufacturing import Manufacturing, TouchCurve, drawn_unit, touch_curve
-from magicsim_experiments.study.mechanics.manufacturing_settings import UnitTolerances
+from magicsim_experiments.study.mechanics.manufacturing import (
+    Manufacturing,
+    TouchCurve,
+    UnitTolerances,
+    drawn_unit,
+    touch_curve,
+)
 from magicsim_experiments.study.mechanics.surfaces import (
     UnitShape,
     depth_at,

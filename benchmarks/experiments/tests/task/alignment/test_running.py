@@ -19,7 +19,7 @@ from magicsim_experiments.task.alignment.angle_reader import ReadAngle
 from magicsim_experiments.task.alignment.episode import play
 from magicsim_experiments.task.alignment.grip import Grip, build_gripper, grip_scene
 from magicsim_experiments.task.alignment.settings import AlignmentConfig
-from magicsim_experiments.task.item import load_item
+from magicsim_experiments.task.settings import load_item
 
 ITEM = """schema_version = 1
 mass_g = 10.0

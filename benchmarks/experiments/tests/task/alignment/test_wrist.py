@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from magicsim_experiments.task.alignment.wrist import down_at, line_angle_deg, turned_deg
+from magicsim_experiments.task.alignment.episode import down_at, line_angle_deg, turned_deg
 
 CONTROL = {"dt_s": 0.1, "gain_per_s": 4.0, "most_deg_s": 60.0}
 

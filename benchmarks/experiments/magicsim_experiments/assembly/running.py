@@ -17,15 +17,22 @@ from magicsim.robot.live import MAX_SEED
 from magicsim.robot.quality import find_quality
 from magicsim.scenes.scene import SceneConfig
 from magicsim_experiments.assembly.cues import PROFILE, Reader, check_references, structural_similarity
-from magicsim_experiments.assembly.misaligned import Misalignment, draw_misalignments
 from magicsim_experiments.assembly.playing import play
+from magicsim_experiments.assembly.settings import AssemblyConfig
+from magicsim_experiments.assembly.stages import Misalignment, draw_misalignments
+from magicsim_experiments.assembly.summary import AssemblySummary, Trial, draw_series, played_out, summarise
 from magicsim_experiments.assembly.trial import SPACE, Gripped, Moment, base_of, check_plug, take_plug
-from magicsim_experiments.task.assembly.series_plot import draw_series
-from magicsim_experiments.task.assembly.settings import AssemblyConfig
-from magicsim_experiments.task.assembly.summary import AssemblySummary, Trial, played_out, summarise
-from magicsim_experiments.task.folder import RESULTS
-from magicsim_experiments.task.growing import Played, Progress, Run, as_json, as_png, grow
-from magicsim_experiments.task.resolved import plain_values, resolved_scene
+from magicsim_experiments.task.growing import (
+    RESULTS,
+    Played,
+    Progress,
+    Run,
+    as_json,
+    as_png,
+    grow,
+    plain_values,
+    resolved_scene,
+)
 
 MOST_TRIALS, MOST_SAMPLES = 1000, 20
 NOISE = 41

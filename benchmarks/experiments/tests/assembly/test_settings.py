@@ -1,10 +1,9 @@
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim_experiments.assembly.misaligned import draw_misalignments
-from magicsim_experiments.assembly.stages import Stage, timeline
+from magicsim_experiments.assembly.settings import AssemblyConfig, split_settings
+from magicsim_experiments.assembly.stages import Stage, draw_misalignments, timeline
 from magicsim_experiments.assembly.trial import Setup
-from magicsim_experiments.task.assembly.settings import AssemblyConfig, split_settings
 
 
 def test_defaults_are_those_of_what_is_played():

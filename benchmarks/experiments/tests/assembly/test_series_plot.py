@@ -1,7 +1,6 @@
 from magicsim_experiments.assembly.cues import Cues
-from magicsim_experiments.assembly.misaligned import Misalignment
-from magicsim_experiments.assembly.stages import Stage
-from magicsim_experiments.task.assembly.series_plot import draw_series, stage_ends_s
+from magicsim_experiments.assembly.stages import Misalignment, Stage
+from magicsim_experiments.assembly.summary import draw_series, stage_ends_s
 
 LONG = (Stage.GRIP, Stage.FIRST, Stage.FIRST, Stage.FIRST, Stage.SECOND, Stage.OPEN)
 SHORT = (Stage.GRIP, Stage.FIRST, Stage.SECOND, Stage.SECOND)

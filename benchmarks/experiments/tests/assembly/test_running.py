@@ -12,12 +12,11 @@ from magicsim.errors import ConfigError, ConvergenceError, OutputError
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Hold
 from magicsim.scenes.scene import SceneConfig, load_scene
+from magicsim_experiments.assembly import running
 from magicsim_experiments.assembly.cues import Reader
-from magicsim_experiments.assembly.misaligned import Misalignment
-from magicsim_experiments.assembly.stages import timeline
+from magicsim_experiments.assembly.stages import Misalignment, timeline
+from magicsim_experiments.assembly.summary import AssemblySummary
 from magicsim_experiments.assembly.trial import Moment
-from magicsim_experiments.task.assembly import running
-from magicsim_experiments.task.assembly.summary import AssemblySummary
 
 TEXTURE = np.random.default_rng(0).integers(90, 110, (64, 48, 3), np.uint8)
 Run = Callable[..., AssemblySummary]

@@ -8,8 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 from magicsim.config.models import Config, apply_overrides, validate
 from magicsim_experiments.assembly.jack import LIMITS, Jack
 from magicsim_experiments.assembly.meeting import Contact
-from magicsim_experiments.assembly.misaligned import Spread
-from magicsim_experiments.assembly.stages import timeline
+from magicsim_experiments.assembly.stages import Spread, timeline
 from magicsim_experiments.assembly.trial import MASS_G, SPEED_MM_S, SQUEEZE_MM, Setup
 from magicsim_experiments.task.settings import in_order
 
