@@ -14,6 +14,8 @@ from magicsim.errors import GeometryError
 from magicsim.geometry.design import CELL_MM, HEIGHT_MM, ElastomerDesign
 from magicsim.geometry.flaws import MIN_WALL_MM
 
+Planes = tuple[Array, Array, Array]
+"""Increasing node planes along x, y and z [mm]."""
 ROUNDING = 1e-9
 """Slack of what is compared with a round number: 0.85 of 1 mm is 15 % off, and allowed."""
 MAX_CELL_DEVIATION = 0.15 + ROUNDING
@@ -176,7 +178,7 @@ def node_spacing_mm(design: ElastomerDesign) -> float:
     return design.lattice.spacing_mm or (float(grid.pitch_mm.max()) if grid is not None else 1.0)
 
 
-def lattice_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[npt.NDArray[np.float64], ...]:
+def lattice_planes(design: ElastomerDesign, grid: CellGrid | None) -> Planes:
     """Node planes of the deformation lattice along x, y and z: the grid planes and outer faces, refined.
 
     Each interval is split evenly so that no spacing exceeds `lattice.spacing_mm` by more than 5 % (the pitch of whole
@@ -193,7 +195,8 @@ def lattice_planes(design: ElastomerDesign, grid: CellGrid | None) -> tuple[npt.
         coarse = np.array([low, *inner, high])
         pitch = float(grid.pitch_mm[axis]) if grid is not None else 1.0
         planes.append(_split(coarse, design.lattice.spacing_mm or pitch))
-    return tuple(planes)
+    x, y, z = planes
+    return x, y, z
 
 
 SPACING_SLACK = 0.05

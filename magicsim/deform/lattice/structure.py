@@ -16,7 +16,7 @@ from magicsim.deform.lattice.zone import Zone, graded_planes
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.face_shape import Dome, HeightMap, flattened
-from magicsim.geometry.grid import CellGrid, lattice_planes, node_spacing_mm, resolve_grid
+from magicsim.geometry.grid import CellGrid, Planes, lattice_planes, node_spacing_mm, resolve_grid
 
 COARSEST_EDGE, EDGE_STEP = 30.0, 1.15
 """Factor of the spacing at edges at which it is given up to have more planes there, and of one that is tried to the
@@ -48,7 +48,7 @@ class TableTop:
 class Lattice:
     """Box cells at rest, in the sensor's frame."""
 
-    planes_mm: tuple[Array, Array, Array]
+    planes_mm: Planes
     """Increasing node planes along x, y and z [mm]."""
     nodes_mm: Array
     """Rest positions of the nodes, shape (nodes, 3) [mm]."""
@@ -107,7 +107,7 @@ class Lattice:
         return held
 
 
-def box_lattice(planes_mm: tuple[Array, Array, Array], *, shear_modulus_mpa: float, lame_mpa: float) -> Lattice:
+def box_lattice(planes_mm: Planes, *, shear_modulus_mpa: float, lame_mpa: float) -> Lattice:
     """A lattice of one material.
 
     Args:
@@ -149,16 +149,16 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
     """
     grid = resolve_grid(design)
     if zone is None:
-        whole = _as_triple(lattice_planes(design, grid))
+        whole = lattice_planes(design, grid)
         _check_size(whole, MAX_NODES)
         return lattice_on(whole, design)
-    planes = _graded(_as_triple(lattice_planes(_fine_enough(design, zone), grid)), zone, design)
+    planes = _graded(lattice_planes(_fine_enough(design, zone), grid), zone, design)
     planes = _split_at_edges(planes, zone, design)
     _check_size(planes, MAX_GRADED_NODES)
     return replace(lattice_on(planes, design), zone=zone)
 
 
-def lattice_on(planes_mm: tuple[Array, Array, Array], design: ElastomerDesign) -> Lattice:
+def lattice_on(planes_mm: Planes, design: ElastomerDesign) -> Lattice:
     """A design's stiffness on given node planes, those between skin and core among them.
 
     Args:
@@ -215,7 +215,7 @@ def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
     return design.model_copy(update=update) if asked < usual else design
 
 
-def _graded(planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDesign) -> tuple[Array, Array, Array]:
+def _graded(planes: Planes, zone: Zone, design: ElastomerDesign) -> Planes:
     options, skin = design.lattice, design.skin_mm
     margin = options.margin * float(max(np.diff(planes[axis]).max() for axis in range(3)))
     fine = zone.grown(margin)
@@ -229,26 +229,20 @@ def _graded(planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDes
     return x, y, z
 
 
-def _split_at_edges(
-    planes: tuple[Array, Array, Array], zone: Zone, design: ElastomerDesign
-) -> tuple[Array, Array, Array]:
+def _split_at_edges(planes: Planes, zone: Zone, design: ElastomerDesign) -> Planes:
     """Planes with more of them at the edges of what touches, as fine as `edge_nodes` lets them be."""
     edges, options = zone.edges, design.lattice
     if edges is None or options.cells_across == 0:
         return planes
-    scale = 1.0
+    scale, below = 1.0, zone.grown(BESIDE_MM)
     while scale < COARSEST_EDGE:
-        x, y, z = planes
-        found = (
-            edges.split(x, 0, scale=scale), edges.split(y, 1, scale=scale), edges.split_depth(z, scale=scale)
-        )  # fmt: skip
-        below = zone.grown(BESIDE_MM)
+        x, y = (edges.split(planes[axis], axis, scale=scale) for axis in range(2))
         counts = [
             int(((each >= low) & (each <= high)).sum())
-            for each, low, high in zip(found, below.low_mm, below.high_mm, strict=False)
+            for each, low, high in zip((x, y), below.low_mm, below.high_mm, strict=True)
         ]
         if math.prod(counts) <= options.edge_nodes:
-            return found
+            return x, y, edges.split_depth(planes[2], scale=scale)
         scale *= EDGE_STEP
     return planes
 
@@ -259,7 +253,7 @@ def _inside_core(lattice: Lattice, grid: CellGrid) -> Mask:
     return np.asarray(((centres > grid.origin_mm) & (centres < far)).all(1))
 
 
-def _check_size(planes: tuple[Array, Array, Array], most: int) -> None:
+def _check_size(planes: Planes, most: int) -> None:
     nodes = math.prod(len(each) for each in planes)
     if nodes > most:
         msg = (
@@ -267,8 +261,3 @@ def _check_size(planes: tuple[Array, Array, Array], most: int) -> None:
             "growth, a smaller margin or fine_depth, or a smaller block"
         )
         raise GeometryError(msg)
-
-
-def _as_triple(planes: tuple[Array, ...]) -> tuple[Array, Array, Array]:
-    x, y, z = planes
-    return x, y, z

@@ -27,6 +27,8 @@ small change."""
 
 FEW = 2
 """Solutions for which nothing is eliminated where the face is not large: most contacts settle in as few."""
+SETTLED = ("multipliers_mpa", "limit_mpa", "normal")
+"""What contact remembers of each point, and changes while it settles."""
 WORTH = 0.8
 """Touched nodes, in units of those that are left, below which the others are eliminated anew."""
 
@@ -66,32 +68,18 @@ class FacePart:
     def memory(self, whole: ContactMemory) -> ContactMemory:
         """What contact remembers of these points."""
         excess = whole.limit_excess_mpa
-        return replace(
-            whole,
-            multipliers_mpa=whole.multipliers_mpa[self.points],
-            anchors_mm=whole.anchors_mm[self.points],
-            limit_mpa=whole.limit_mpa[self.points],
-            normal=whole.normal[self.points],
-            limit_excess_mpa=None if excess is None else excess[self.points],
-        )
+        own = {name: getattr(whole, name)[self.points] for name in (*SETTLED, "anchors_mm")}
+        return replace(whole, **own, limit_excess_mpa=None if excess is None else excess[self.points])
 
     def put_back(self, own: ContactMemory, whole: ContactMemory) -> ContactMemory:
-        """The memory of the whole face with that of these points put in."""
-
-        def put(values: Array, part: Array) -> Array:
-            result = values.copy()
-            result[self.points] = part
-            return result
-
-        excess = own.limit_excess_mpa
-        return replace(
-            own,
-            multipliers_mpa=put(whole.multipliers_mpa, own.multipliers_mpa),
-            anchors_mm=whole.anchors_mm,
-            limit_mpa=put(whole.limit_mpa, own.limit_mpa),
-            normal=put(whole.normal, own.normal),
-            limit_excess_mpa=None if excess is None else put(np.zeros_like(whole.limit_mpa), excess),
-        )
+        """The memory of the whole face with that of these points put in; anchors stay until a load step ends."""
+        excess = None if own.limit_excess_mpa is None else np.zeros_like(whole.limit_mpa)
+        if excess is not None:
+            excess[self.points] = own.limit_excess_mpa
+        settled = {name: getattr(whole, name).copy() for name in SETTLED}
+        for name, values in settled.items():
+            values[self.points] = getattr(own, name)
+        return replace(own, **settled, anchors_mm=whole.anchors_mm, limit_excess_mpa=excess)
 
 
 def near_facets(face: ContactFace, iterate: Iterate, near_mm: float) -> Index:
