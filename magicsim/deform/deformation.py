@@ -49,8 +49,8 @@ class PathFigures(SolveFigures):
 
 def figures_last(result: SolveFigures) -> dict[str, Any]:
     """All fields of a result: its own first, the figures that it shares with others after them."""
-    found = asdict(result)
-    return {name: found[name] for name in type(result).__slots__} | found
+    values = asdict(result)
+    return {name: values[name] for name in type(result).__slots__} | values
 
 
 TOUCHING_GAP_MM = 0.01

@@ -72,9 +72,7 @@ def burial_fault(lattice: Lattice, indenter: Indenter) -> str | None:
         spacing = min(float(np.diff(planes).min()) for planes in lattice.planes_mm[:2])
         radius = extent / 2
         most = max(extent, STRETCH_DEPTH * radius * (MOST_STRETCHED * radius / spacing - 1))
-        if (
-            depth <= most or spacing > extent or radius >= FOLLOWED_MM
-        ):  # a ball between the nodes is told by where it lies
+        if depth <= most or spacing > extent or radius >= FOLLOWED_MM:  # where a ball between the nodes lies tells
             return None
         return (
             f"the object is pressed {depth:.3g} mm deep and measures {extent:.3g} mm: the face stretches around it to "
@@ -105,16 +103,16 @@ def overlap_fault(lattice: Lattice, face: ContactFace, state: Deformation, inden
     if depth[worst] <= limit[worst]:
         return None
     x, y, z = inside.points_mm[chosen][worst].tolist()
-    told = f"the object lies {depth[worst]:.2g} mm inside the block at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
+    place = f"the object lies {depth[worst]:.2g} mm inside the block at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
     if is_felt[worst]:
         return (
-            f"{told}: at most {limit[worst]:.2g} mm is allowed around an edge or a tip, {EDGE_SHARE:g} of the node "
+            f"{place}: at most {limit[worst]:.2g} mm is allowed around an edge or a tip, {EDGE_SHARE:g} of the node "
             f"spacing of {spacing[worst]:.2g} mm there; press less deep, blunt it, or set a smaller lattice.spacing_mm"
         )
     nearest = int(cKDTree(state.contact_points_mm).query(feet[worst])[1])
     between = float(np.sqrt(face.area_mm2[nearest]))
     return (
-        f"{told}, and no contact point near it presses: they are {between:.2g} mm apart there and find tips and balls "
+        f"{place}, and no contact point near it presses: they are {between:.2g} mm apart there and find tips and balls "
         f"with radii from {smallest_radius_mm(between):.2g} mm on{_remedy(indenter.shape.feature_mm, spacing[worst])}"
     )
 
@@ -156,8 +154,8 @@ def points_inside(lattice: Lattice, displacements_mm: Array, indenter: Indenter)
     beside = np.einsum("qi,qai->qa", away, along) / np.einsum("qai,qai->qa", along, along)
     step = [places[0][1] - places[0][0], places[1][1] - places[1][0]]
     depth = np.minimum(depth, _to_side_mm(lattice, rest + np.clip(beside, np.negative(step), step)))
-    found = np.flatnonzero(depth > 0)
-    return Inside(points_mm=points[found], depth_mm=depth[found], feet_mm=samples[nearest[found]], rest_mm=rest[found])
+    below = np.flatnonzero(depth > 0)
+    return Inside(points_mm=points[below], depth_mm=depth[below], feet_mm=samples[nearest[below]], rest_mm=rest[below])
 
 
 @lru_cache(maxsize=8)
@@ -204,10 +202,10 @@ def _places(planes: Array, low: float, high: float) -> Array:
 
 def _to_side_mm(lattice: Lattice, rest: Array) -> Array:
     """Distance of places at rest to the nearest side of the block [mm]; planes of symmetry are no sides."""
-    ways = [planes[-1] - rest[:, axis] for axis, planes in enumerate(lattice.planes_mm[:2])]
+    sides = [planes[-1] - rest[:, axis] for axis, planes in enumerate(lattice.planes_mm[:2])]
     if not lattice.is_mirrored:
-        ways += [rest[:, axis] - planes[0] for axis, planes in enumerate(lattice.planes_mm[:2])]
-    return np.asarray(np.min(ways, axis=0))
+        sides += [rest[:, axis] - planes[0] for axis, planes in enumerate(lattice.planes_mm[:2])]
+    return np.asarray(np.min(sides, axis=0))
 
 
 def _interval_mm(planes: Array, places: Array) -> Array:

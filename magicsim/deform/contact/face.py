@@ -219,8 +219,8 @@ def axis_weights(planes_mm: Array, places_mm: Array) -> tuple[Array, Array]:
     t = (places_mm - planes_mm[interval]) / np.diff(planes_mm)[interval]
     stencil = _first_planes(len(planes_mm))[interval][:, None] + np.arange(min(STENCIL, len(planes_mm)))
     weights, slopes = np.zeros((2, len(places_mm), len(planes_mm)))
-    for dense, found in zip((weights, slopes), _weights(planes_mm, interval, t), strict=True):
-        np.put_along_axis(dense, stencil, found, axis=1)
+    for dense, part in zip((weights, slopes), _weights(planes_mm, interval, t), strict=True):
+        np.put_along_axis(dense, stencil, part, axis=1)
     return weights, slopes
 
 
@@ -270,9 +270,9 @@ def _hermite(planes: Array, interval: Index, t: Array) -> tuple[Array, Array]:
 def _slopes(planes: Array) -> Array:
     """Weights of the slope at each plane: of the chord between its neighbours, shape (planes, planes)."""
     number = np.arange(len(planes))
-    before, after = np.maximum(number - 1, 0), np.minimum(number + 1, len(planes) - 1)
+    lower, upper = np.maximum(number - 1, 0), np.minimum(number + 1, len(planes) - 1)
     values = np.eye(len(planes))
-    return np.asarray((values[after] - values[before]) / (planes[after] - planes[before])[:, None])
+    return np.asarray((values[upper] - values[lower]) / (planes[upper] - planes[lower])[:, None])
 
 
 def _product(along_y: Array, along_x: Array) -> Array:

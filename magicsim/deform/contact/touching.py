@@ -70,9 +70,9 @@ def touching_points(
     is_between = np.zeros(len(apart), bool)
     for number, near in enumerate(around):
         if len(near) >= LEAST_AROUND:
-            ways = own[near] - points_mm[apart[number], :2]
-            ways /= np.maximum(np.linalg.norm(ways, axis=1), 1e-12)[:, None]
-            is_between[number] = np.linalg.norm(ways.mean(0)) < ONE_SIDED
+            directions = own[near] - points_mm[apart[number], :2]
+            directions /= np.maximum(np.linalg.norm(directions, axis=1), 1e-12)[:, None]
+            is_between[number] = np.linalg.norm(directions.mean(0)) < ONE_SIDED
     touching[apart[is_between]] = True
     return touching
 

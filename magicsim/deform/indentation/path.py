@@ -185,14 +185,14 @@ def left_by_mirrors(force_n: Array, torque_nmm: Array, planes: tuple[bool, bool]
         planes: Whether x = 0 and y = 0 mirror the contact.
         reach_mm: Largest lever of the force [mm].
     """
-    found = np.stack([force_n, torque_nmm]).astype(np.float64)
+    components = np.stack([force_n, torque_nmm]).astype(np.float64)
     least = FORCE_SHARE * float(np.linalg.norm(force_n)) * np.array([1.0, reach_mm])
     for axis, mirrors in enumerate(planes):
         gone = np.zeros((2, 3), bool)
         gone[0, axis] = gone[1, 1 - axis] = gone[1, 2] = True
-        if mirrors and (np.abs(found) <= least[:, None])[gone].all():
-            found[gone] = 0.0
-    return found
+        if mirrors and (np.abs(components) <= least[:, None])[gone].all():
+            components[gone] = 0.0
+    return components
 
 
 def _is_mirrored(lattice: Lattice, face_mm: Array, indenter: Indenter, axis: int) -> bool:

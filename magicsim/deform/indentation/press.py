@@ -17,7 +17,7 @@ from magicsim.deform.lattice.relaxation import body_branches
 from magicsim.deform.lattice.structure import box_lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.effort import Progress, part_of
-from magicsim.deform.solve.ladder import Rung, named
+from magicsim.deform.solve.ladder import Rung, rung_names
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
@@ -221,7 +221,7 @@ def follow(
         cutbacks=sum(each.cutbacks for each in states),
         restarts=sum(each.restarts for each in states),
         shifted=sum(each.shifted for each in states),
-        rungs=named(frozenset(Rung(name) for each in states for name in each.rungs)),
+        rungs=rung_names(frozenset(Rung(name) for each in states for name in each.rungs)),
         unknowns=end.unknowns,
         seconds=seconds,
         converged=end.converged,

@@ -116,15 +116,15 @@ def pressed_edges(
         return None
     depth = max(indenter.top_mm() for indenter in touching)
     least = max(FINEST_EDGE_MM, FINE_SHARE * half_width_mm, DEEP_SHARE * depth)
-    ways = list(pairwise(poses)) or [(poses[0], poses[0])]
-    low = [np.minimum(first[0], last[0])[reaches, :2] for first, last in ways]
-    high = [np.maximum(first[0], last[0])[reaches, :2] for first, last in ways]
-    across = [np.maximum(_horizontal(first[1]), _horizontal(last[1]))[reaches] for first, last in ways]
+    legs = list(pairwise(poses)) or [(poses[0], poses[0])]
+    low = [np.minimum(first[0], last[0])[reaches, :2] for first, last in legs]
+    high = [np.maximum(first[0], last[0])[reaches, :2] for first, last in legs]
+    across = [np.maximum(_horizontal(first[1]), _horizontal(last[1]))[reaches] for first, last in legs]
     return Edges(
         low_mm=np.concatenate(low),
         high_mm=np.concatenate(high),
         across=np.concatenate(across),
-        radius_mm=np.tile(np.maximum(radius[reaches], least), len(ways)),
+        radius_mm=np.tile(np.maximum(radius[reaches], least), len(legs)),
     )
 
 
@@ -173,10 +173,10 @@ def _reaches(places: Array, outward: Array, half_face_mm: tuple[float, float]) -
 
 def _has_room(places: Array, outward: Array, chosen: Mask, room_mm: float) -> Mask:
     """Which samples have no edge of the opposite side near behind them, nor one beside them that has, (samples,)."""
-    found = np.zeros(len(places), bool)
+    has_room = np.zeros(len(places), bool)
     own = np.flatnonzero(chosen)
     if len(own) == 0:
-        return found
+        return has_room
     flat, away = places[own, :2], outward[own, :2]
     away = away / np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
     # one sample of each place and direction is enough to be met by
@@ -190,8 +190,8 @@ def _has_room(places: Array, outward: Array, chosen: Mask, room_mm: float) -> Ma
         is_free[kept[number]] = not (is_opposite & is_behind).any()
     beside = tree.query_ball_point(flat[kept], room_mm / 2)
     is_free = np.array([is_free[kept[near]].all() for near in beside])
-    found[own] = is_free[tree.query(flat)[1]]
-    return found
+    has_room[own] = is_free[tree.query(flat)[1]]
+    return has_room
 
 
 def _horizontal(outward: Array) -> Array:

@@ -104,14 +104,14 @@ def _invariants(tangents: Array) -> tuple[Array, Array, Array]:
 def _curvature(tangents: Array) -> Array:
     """Half the second derivative of det C by the tangents, shape (..., 2, 3, 2, 3)."""
     one, other = tangents[..., 0, :], tangents[..., 1, :]
-    found = np.empty((*tangents.shape, *tangents.shape[-2:]))
+    curvature = np.empty((*tangents.shape, *tangents.shape[-2:]))
     mixed = 2 * one[..., :, None] * other[..., None, :] - other[..., :, None] * one[..., None, :]
     mixed -= (one * other).sum(-1)[..., None, None] * np.eye(3)
-    found[..., 0, :, 1, :], found[..., 1, :, 0, :] = mixed, mixed.swapaxes(-1, -2)
+    curvature[..., 0, :, 1, :], curvature[..., 1, :, 0, :] = mixed, mixed.swapaxes(-1, -2)
     for axis, along in ((0, other), (1, one)):
         length = (along * along).sum(-1)[..., None, None]
-        found[..., axis, :, axis, :] = length * np.eye(3) - along[..., :, None] * along[..., None, :]
-    return found
+        curvature[..., axis, :, axis, :] = length * np.eye(3) - along[..., :, None] * along[..., None, :]
+    return curvature
 
 
 def _inverse(square: Array) -> tuple[Array, Array, Array]:

@@ -86,5 +86,5 @@ def _pair_keys(groups: Index, free: int) -> Index:
 
 def _places(keys: Index, pairs: Index, first: Index, free: int) -> Indices:
     """Place of each pair's block within its block row, -1 where there is none."""
-    found = np.searchsorted(pairs, np.maximum(keys, 0)) - first[np.maximum(keys, 0) // free]
-    return np.where(keys >= 0, found, -1).astype(np.int32)
+    place = np.searchsorted(pairs, np.maximum(keys, 0)) - first[np.maximum(keys, 0) // free]
+    return np.where(keys >= 0, place, -1).astype(np.int32)

@@ -48,8 +48,8 @@ class FactorStore:
         self._part: FacePart | None = None
         self._condenser: SymmetricCondenser | None = None
         self._stiffness: Array = np.empty((0, 0))
-        self.made = 0
-        """Factorisations so far."""
+        self.factorisations = 0
+        """How many there were so far."""
 
     def part(self, problem: Problem, facets: Index) -> FacePart | None:
         """Some facets with the analysis of what is condensed onto them; None where there are none, or too many."""
@@ -78,12 +78,12 @@ class FactorStore:
                 shift=linearisation.shift,
             )  # fmt: skip
             problem.body_pattern.hold(values)
-            found = self._condenser.factorise(values)
-            self.made += 1
-            self._held = None if found is None else linearisation
-            if found is None:
+            stiffness = self._condenser.factorise(values)
+            self.factorisations += 1
+            self._held = None if stiffness is None else linearisation
+            if stiffness is None:
                 return None
-            self._stiffness = found
+            self._stiffness = stiffness
         return part, self._condenser, self._stiffness
 
 
@@ -136,7 +136,8 @@ class Body:
         self._inner = np.empty((0, 0))
         """E^T A^-1 E of the eliminated parts of the columns E [mm/N]."""
         self._step: _Step | None = None
-        self._after: Iterate | None = None
+        """The last step, and where it led."""
+        self._end: Iterate | None = None
         self._load = self._reduced = self._beside = np.empty(0)
         self._set(np.empty((0, 0)))
 
@@ -149,8 +150,8 @@ class Body:
         """Condensed stiffness, shape (kept, kept) [N/mm], and load without contact, shape (kept,) [N], at a state."""
         load = self._problem.free_forces(-iterate.elastic.gradient).ravel()
         reduced = self._condenser.reduce(load)
-        if self._step is not None and self._after is not None and self._after.positions is iterate.positions:
-            self._learn(self._step, self._after, load, reduced)
+        if self._step is not None and self._end is not None and self._end.positions is iterate.positions:
+            self._learn(self._step, self._end, load, reduced)
         self._load, self._reduced = load, reduced
         self._beside = self._condenser.inner(self._matrix, reduced)
         return self._stiffness, self._condensed_load()
@@ -168,22 +169,23 @@ class Body:
         amounts = self._inverse @ (self._matrix[self._condenser.kept].T @ motion + self._beside)
         return self._condenser.expand(self._reduced - self._matrix @ amounts, motion)
 
-    def took(self, after: Iterate) -> None:
+    def took(self, end: Iterate) -> None:
         """Notes where the step led."""
-        self._after = after
+        self._end = end
 
     def _condensed_load(self) -> Array:
         kept = self._condenser.kept
         return np.asarray(self._reduced[kept] - self._matrix[kept] @ (self._inverse @ self._beside))
 
-    def _learn(self, step: _Step, after: Iterate, load: Array, reduced: Array) -> None:
+    def _learn(self, step: _Step, end: Iterate, load: Array, reduced: Array) -> None:
         """Corrects the model by what a step left."""
         if len(self._columns) >= MOST_SECANTS:
             return
-        share, kept = after.taken, self._condenser.kept
+        # after a share of the step the model leaves as much of the load less, and of the contact's forces more
+        share, kept = end.taken, self._condenser.kept
         error = (1 - share) * step.load - load
         error[kept] -= share * step.contact
-        motion = (after.positions - step.before.positions).ravel()[: len(load)]
+        motion = (end.positions - step.before.positions).ravel()[: len(load)]
         size, curvature = float(np.linalg.norm(error)), float(error @ motion)
         if not abs(curvature) > LEAST_COSINE * size * float(np.linalg.norm(motion)):
             return
@@ -197,6 +199,7 @@ class Body:
         inner[count, :count] = inner[:count, count] = self._condenser.inner(self._matrix, column)
         inner[count, count] = self._condenser.inner(column, column)
         curvatures = np.array([*self._curvatures, curvature])
+        # the inner parts may not change how many corrections soften, or the model would be another than it was checked as
         spectrum = np.linalg.eigvalsh(np.diag(curvatures) + inner)
         is_regular = np.abs(spectrum).min() > LEAST_PIVOT * np.abs(spectrum).max()
         if not is_regular or (spectrum < 0).sum() != (curvatures < 0).sum():

@@ -180,10 +180,10 @@ class Condenser:
         return Rung.INDEFINITE
 
     def _body_of(self, problem: Problem, linearisation: Linearisation) -> Body | None:
-        found = self.store.factor(problem, linearisation)
-        if found is None:
+        factor = self.store.factor(problem, linearisation)
+        if factor is None:
             return None
-        self._part, condenser, stiffness = found
+        self._part, condenser, stiffness = factor
         return Body(problem, condenser, stiffness, shift=linearisation.shift)
 
 

@@ -68,16 +68,16 @@ class SuperluCondenser:
 
     def reduce(self, forces: Array) -> Array:
         """See `PardisoCondenser.reduce`."""
-        found = np.concatenate([forces, forces])
-        found[self._interior] = self._factor.solve(forces[self._interior])
-        found[self.kept] -= self._coupling.T @ found[self._interior]
-        return found
+        result = np.concatenate([forces, forces])
+        result[self._interior] = self._factor.solve(forces[self._interior])
+        result[self.kept] -= self._coupling.T @ result[self._interior]
+        return result
 
     def lifted(self, forces: Array) -> Array:
         """See `PardisoCondenser.lifted`."""
-        found = np.zeros(2 * self._size)
-        found[self.kept] = found[self._size + self.kept] = forces
-        return found
+        result = np.zeros(2 * self._size)
+        result[self.kept] = result[self._size + self.kept] = forces
+        return result
 
     def inner(self, first: Array, second: Array) -> Array:
         """See `PardisoCondenser.inner`."""
@@ -85,10 +85,10 @@ class SuperluCondenser:
 
     def expand(self, reduced: Array, motion: Array) -> Array:
         """See `PardisoCondenser.expand`."""
-        found = reduced[: self._size].copy()
-        found[self.kept] = motion
-        found[self._interior] -= self._followed @ motion
-        return found
+        result = reduced[: self._size].copy()
+        result[self.kept] = motion
+        result[self._interior] -= self._followed @ motion
+        return result
 
 
 def _definite_factor(matrix: sp.csc_matrix) -> Any:  # noqa: ANN401

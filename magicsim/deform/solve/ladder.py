@@ -56,7 +56,7 @@ WHY_PLAIN = frozenset({Rung.UNTOUCHED, Rung.LARGE, Rung.INDEFINITE, Rung.UNSOLVE
 """Reasons for a plain step: what a condensed one says instead of a result."""
 
 
-def named(rungs: frozenset[Rung]) -> tuple[str, ...]:
+def rung_names(rungs: frozenset[Rung]) -> tuple[str, ...]:
     """Their names in the order of the ladder."""
     return tuple(rung.value for rung in Rung if rung in rungs)
 

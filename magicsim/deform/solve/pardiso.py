@@ -98,10 +98,10 @@ class PardisoSolver:
 
     def solve(self, right: Array) -> Array:
         """Solution for one right-hand side, shape (size,), with the last factor."""
-        found = self.call(SOLVE, right)
-        if found is None:
+        result = self.call(SOLVE, right)
+        if result is None:
             raise RuntimeError("PARDISO has no factor to solve with")
-        return found
+        return result
 
     def call(self, phase: int, right: Array, values: Array | None = None) -> Array | None:
         """One call of PARDISO; what it wrote, or None where it failed.
@@ -114,16 +114,16 @@ class PardisoSolver:
         if values is not None:
             self._values = np.ascontiguousarray(values, dtype=self._type)
         given = np.ascontiguousarray(right, dtype=self._type)
-        found = np.zeros_like(given)
+        result = np.zeros_like(given)
         previous = self._library.MKL_Set_Num_Threads_Local(self._threads)
         try:
             whole = ANALYSE_TOO if phase == FACTORISE and not self._is_analysed else phase
             matrix = (self._values, self._indptr, self._indices, self._kept)
-            error = _pardiso(self._library, self._handle, self._options, whole, self.size, matrix, (given, found))
+            error = _pardiso(self._library, self._handle, self._options, whole, self.size, matrix, (given, result))
         finally:
             self._library.MKL_Set_Num_Threads_Local(previous)
             self._is_analysed = True
-        return np.asarray(found, np.float64) if error == 0 else None
+        return np.asarray(result, np.float64) if error == 0 else None
 
 
 def _pardiso(
@@ -179,10 +179,10 @@ class PardisoCondenser:
         count, held = len(self.kept), values.copy()
         stiffness = HOLDING * float(np.abs(values[self._diagonal]).max())
         held[self._diagonal] += stiffness
-        found = self._plain.call(FACTORISE, np.zeros(max(count * count, self._plain.size)), held)
-        if found is None:
+        result = self._plain.call(FACTORISE, np.zeros(max(count * count, self._plain.size)), held)
+        if result is None:
             return None
-        schur = found[: count * count].reshape(count, count)
+        schur = result[: count * count].reshape(count, count)
         schur[np.diag_indices(count)] -= stiffness
         return schur
 
@@ -193,15 +193,15 @@ class PardisoCondenser:
         """
         interior = forces.copy()
         interior[self.kept] = 0.0
-        found = self._half(FORWARD, interior)
-        found[self.kept] += forces[self.kept]
-        return found
+        result = self._half(FORWARD, interior)
+        result[self.kept] += forces[self.kept]
+        return result
 
     def lifted(self, forces: Array) -> Array:
         """Reduced form of forces on the kept unknowns alone, shape (kept,)."""
-        found = np.zeros(self._plain.size)
-        found[self.kept] = forces
-        return found
+        result = np.zeros(self._plain.size)
+        result[self.kept] = forces
+        return result
 
     def inner(self, first: Array, second: Array) -> Array:
         """f^T A^-1 g of the eliminated parts of reduced forces f, or some of them as columns, and g, A their block."""
@@ -213,12 +213,12 @@ class PardisoCondenser:
         """Motion of all unknowns under reduced forces where the kept ones move as given, shape (size,)."""
         right = reduced.copy()
         right[self.kept] = motion
-        found = self._half(BACKWARD, right)
-        found[self.kept] = motion
-        return found
+        result = self._half(BACKWARD, right)
+        result[self.kept] = motion
+        return result
 
     def _half(self, phase: int, right: Array) -> Array:
-        found = self._plain.call(phase, right)
-        if found is None:
+        result = self._plain.call(phase, right)
+        if result is None:
             raise RuntimeError("PARDISO refused half of a solution")
-        return found
+        return result

@@ -31,7 +31,7 @@ from magicsim.deform.solve.effort import (
 )
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.deform.solve.iterate import Iterate
-from magicsim.deform.solve.ladder import Care, Rung, Strides, named
+from magicsim.deform.solve.ladder import Care, Rung, Strides, rung_names
 from magicsim.deform.solve.load_step import (
     first_contact,
     has_converged,
@@ -212,7 +212,7 @@ class ContactSolver:
     @property
     def factorisations(self) -> int:
         """How many matrices this solver has factorised with the contact condensed."""
-        return self._condenser.store.made
+        return self._condenser.store.factorisations
 
     def force_within_n(self, state: Deformation, centre_mm: tuple[float, float], radius_mm: float) -> Array:
         """Force on the points of the face that lie, deformed, within a distance of a vertical axis, shape (3,) [N]."""
@@ -305,7 +305,7 @@ class ContactSolver:
             iterations=effort.iterations,
             cutbacks=effort.cutbacks,
             restarts=effort.restarts,
-            rungs=named(effort.rungs),
+            rungs=rung_names(effort.rungs),
             shifted=effort.shifted,
             unknowns=problem.pattern.size,
             converged=True,

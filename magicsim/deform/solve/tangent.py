@@ -66,10 +66,10 @@ def contact_tangent(problem: Problem, store: FactorStore, state: Deformation, in
         shift=0.0,
         facets=np.unique(problem.face.facet[near]),
     )
-    found = store.factor(problem, linearisation)
-    if found is None:
+    factor = store.factor(problem, linearisation)
+    if factor is None:
         return None
-    part, _, stiffness = found
+    part, _, stiffness = factor
     own = part.memory(memory)
     contact = evaluate_contact(part.face, positions[part.nodes], indenter.distance, own, problem.law)
     acting, held = contact.acting, problem.pattern.held[part.unknowns]
