@@ -199,7 +199,7 @@ class Body:
         inner[count, :count] = inner[:count, count] = self._condenser.inner(self._matrix, column)
         inner[count, count] = self._condenser.inner(column, column)
         curvatures = np.array([*self._curvatures, curvature])
-        # the inner parts may not change how many corrections soften, or the model would be another than it was checked as
+        # the inner parts may not change how many corrections soften: the model was checked for those
         spectrum = np.linalg.eigvalsh(np.diag(curvatures) + inner)
         is_regular = np.abs(spectrum).min() > LEAST_PIVOT * np.abs(spectrum).max()
         if not is_regular or (spectrum < 0).sum() != (curvatures < 0).sum():
