@@ -69,8 +69,8 @@ def wheel(session: nox.Session) -> None:
     session.run("python", "-m", "build", "--wheel", "--outdir", str(out))
     session.install(*[str(path) for path in out.glob("magicsim-*.whl")])
     with session.chdir(out):
-        session.run("magicsim", "doctor")
-        session.run("magicsim", "plan", "demo", "--json", silent=True)
+        session.run("magicsim", "info", "doctor")
+        session.run("magicsim", "simulate", "plan", "demo", "--json", silent=True)
 
 
 @nox.session

@@ -1,6 +1,6 @@
 """How many rows a second `magicsim.dataset.torch` gives to a training loop, with frames of the demo.
 
-magicsim demo --out demo
+magicsim simulate demo --out demo
 python benchmarks/frame_loading.py demo        # a minute; needs the extra `learn`
 """
 
@@ -61,7 +61,7 @@ def rows_a_second(samples: TouchDataset, *, workers: int) -> float:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("run", type=Path, help="what `magicsim demo --out` wrote")
+    parser.add_argument("run", type=Path, help="what `magicsim simulate demo --out` wrote")
     torch.set_num_threads(1)
     with tempfile.TemporaryDirectory() as keep:
         frames = table_of(parser.parse_args().run, Path(keep))

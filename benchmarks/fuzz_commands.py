@@ -257,7 +257,7 @@ def main() -> None:
     if options.serve:
         serve()
         return
-    from magicsim.cli.answers.schema import schema_of
+    from magicsim.cli.schema import schema_of
 
     schemas = {kind: schema_of(kind) for kind in ("scene", "design", "recipe", "object")}
     draw = random.Random(options.seed)

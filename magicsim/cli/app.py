@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter, Token, convert
 
 import magicsim
-from magicsim.cli.output.lines import lines_of
+from magicsim.cli.lines import lines_of
 from magicsim.errors import ConfigError
 
 

@@ -1,4 +1,4 @@
-"""Commands that write and check datasets: `dataset RECIPE`, `dataset verify`, `dataset export`."""
+"""Commands of datasets: `dataset RECIPE`, `dataset import` of recorded frames, `dataset verify`, `dataset export`."""
 
 import sys
 import time
@@ -50,7 +50,7 @@ def dataset(
         _preview(config, out, preview, options, as_json=json)
         return
     check_folder(out, resume=resume)
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.dataset.generate import generate_dataset
 
     with show_progress(f"{recipe}: {config.episodes} episodes") as progress:
@@ -83,6 +83,34 @@ def export(
 
     refuse_settings(settings, "dataset export")
     print_result(fields_of(export_dataset(folder, out, format)), as_json=json)
+
+
+@dataset_app.command(name="import")
+def import_frames(
+    description: Path, *,
+    out: Annotated[Path | None, Parameter(help="Folder of the dataset; without it frames are only looked at.")] = None,
+    resume: Annotated[bool, Parameter(negative="", help="Go on with what a stopped run has left there.")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Make a dataset of recorded frames and their labels, or say what a description of them should set.
+
+    The description is a TOML file that names frames (folders or videos), CSV files and their columns. The dataset has
+    the columns of a simulated one: `detect`, `evaluate --on`, `calibrate`, `fit` and `estimate` read it alike.
+    """
+    from magicsim.cli.progress import show_progress
+    from magicsim.dataset.real.description import load_real
+    from magicsim.dataset.real.inspection import inspect_real
+    from magicsim.dataset.real.writing import write_real
+    from magicsim.detectors.video import quiet_opencv
+
+    source = load_real(description, settings or [])
+    with quiet_opencv():
+        if out is None:
+            print_result(fields_of(inspect_real(source)), as_json=json)
+            return
+        with show_progress(f"{description}: frames"):
+            summary = write_real(source, out, resume=resume)
+    print_result(fields_of(summary), as_json=json)
 
 
 def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", *, as_json: bool) -> None:

@@ -1,6 +1,6 @@
 """What the installed command runs: parse, call, and report an error as one line.
 
-The command modules are imported for their registration alone.
+The command modules, one a command, are imported for their registration alone.
 """
 
 import logging
@@ -12,19 +12,16 @@ from cyclopts import CycloptsError
 from cyclopts.exceptions import UnknownCommandError
 
 from magicsim.cli import (  # noqa: F401
-    benchmark,
-    calibrate,
-    catalogue,
     dataset,
-    design,
     detect,
+    evaluate,
+    export,
     fit,
-    light,
+    info,
     live,
-    machine,
-    mechanics,
-    real,
-    scene,
+    press,
+    render,
+    simulate,
     sweep,
 )
 from magicsim.cli.app import app
@@ -35,6 +32,21 @@ from magicsim.light.variant import VARIANT_VARIABLE, VARIANTS
 for _name, _point in extensions(COMMANDS).items():
     app.command(_point.load(), name=_name)
 
+EARLIER = {
+    "demo": ("simulate", "demo"),
+    "plan": ("simulate", "plan"),
+    "durometer": ("press", "durometer"),
+    "calibrate": ("fit", "profile"),
+    "calibration": ("info", "camera"),
+    "real": ("dataset", "import"),
+    "list": ("info", "list"),
+    "schema": ("info", "schema"),
+    "doctor": ("info", "doctor"),
+    "completion": ("info", "completion"),
+}
+"""Earlier names of commands, which still work, and what they are now."""
+FITS = ("optics", "profile")
+"""What `fit` fits; without a word of these, as earlier, it fits `optics`."""
 STOPPED, UNREAD, TERMINATED = 130, 141, 143
 """Exit codes after SIGINT, SIGPIPE and SIGTERM, as a shell gives them."""
 
@@ -46,8 +58,12 @@ def main() -> None:
     handler.setFormatter(_OneLine("magicsim: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[handler])
     try:
-        app(_with_variant(sys.argv[1:]), exit_on_error=False, print_error=False)
+        asked = _with_variant(sys.argv[1:])
+        words = present_words(asked)
+        _call(words)
         sys.stdout.flush()
+        if words != asked:  # not beside an error, which is one line
+            sys.stderr.write(f"magicsim: '{asked[0]}' is '{' '.join(words[:2])}' now\n")
     except UnknownCommandError as error:
         word = (error.unused_tokens or [""])[0]
         choices = [name for name in app if name[0] != "-"]
@@ -64,6 +80,25 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.stderr.write("magicsim: stopped\n")
         sys.exit(STOPPED)
+
+
+def _call(words: list[str]) -> None:
+    """Runs a command; returns where it ended well."""
+    try:
+        app(words, exit_on_error=False, print_error=False)
+    except SystemExit as stop:
+        if stop.code:
+            raise
+
+
+def present_words(words: list[str]) -> list[str]:
+    """The words of a command line with the command's present name in place of an earlier one."""
+    first, rest = words[:1], words[1:]
+    if first and first[0] in EARLIER:
+        return [*EARLIER[first[0]], *rest]
+    if first == ["fit"] and rest and not set(rest) & {*FITS, "--help", "-h"}:
+        return ["fit", "optics", *rest]
+    return words
 
 
 def _with_variant(words: list[str]) -> list[str]:

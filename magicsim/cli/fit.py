@@ -1,16 +1,19 @@
-"""The command that fits assumed constants to a real sensor: `fit`."""
+"""The commands that fit numbers to frames: `fit optics` those of the light, `fit profile` those of the detectors."""
 
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
 from magicsim.cli.app import Json, Out, Seed, Settings, Threads, app, fields_of, limit_threads, print_result
 from magicsim.errors import ConfigError
 
+fit_app = App(name="fit", help="Fit a detector profile to labelled frames, or optical constants to a real sensor.")
+app.command(fit_app)
 
-@app.command
-def fit(
+
+@fit_app.command
+def optics(
     references: Path, *, out: Out, scene: str = "rest",
     frame: Annotated[
         list[str] | None,
@@ -29,7 +32,7 @@ def fit(
     fitted too. --starts is the number of searches, from the scene's own constants and from other places; --evaluations
     bounds the points that each one tries beside those of its derivatives.
     """
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.detectors.video import quiet_opencv
     from magicsim.fit.fitting import DEFAULT_FREE, fit_constants
     from magicsim.fit.observation import read_observation
@@ -46,6 +49,31 @@ def fit(
             evaluations=evaluations, seed=config.seed,
         )  # fmt: skip
     print_result(fields_of(result), as_json=json)
+
+
+@fit_app.command
+def profile(
+    *episodes: Path, out: Out, base: str = "published", settings: Settings = None, seed: Seed = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Fit a detector profile to labelled episodes of one sensor: runs, datasets, images with a labels.csv.
+
+    --base names the profile that gives what is not fitted. --set narrows the search, as in `--set tau_b=[35,50]` or
+    `--set polarity=dark`, or changes another option of the base.
+    """
+    from magicsim.detectors.video import quiet_opencv
+    from magicsim.evaluation.existing import labelled_episodes
+    from magicsim.judge.profile_fit import calibrate
+
+    if not episodes:
+        msg = "episodes are missing; give at least one folder of a labelled episode"
+        raise ConfigError(msg)
+    with quiet_opencv():
+        summary = fields_of(calibrate(episodes, out, base=base, settings=settings or [], read=labelled_episodes))
+    if not json:
+        for separation in summary["roc"].values():
+            del separation["curve"]
+    print_result(summary, as_json=json)
 
 
 def _frame(text: str) -> tuple[int, str]:

@@ -27,7 +27,7 @@ def sweep(
     config = load_sweep(sweep, settings or [], seed=seed)
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
     FOLDER.check(out, resume=resume)
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.sweep.comparison import run_sweep
     from magicsim.sweep.designs import count_designs
 

@@ -222,7 +222,7 @@ def fuse_grid(
         side = "at or below" if polarity == "dark" else "above"
         msg = (
             f"reference frames show no grid: no pixel is {side} tau_b = {tau_b} (polarity '{polarity}') of the "
-            "detector profile; fit one to this sensor (magicsim calibrate)"
+            "detector profile; fit one to this sensor (magicsim fit profile)"
         )
         raise FrameError(msg)
     return GridReference(

@@ -44,7 +44,7 @@ class Separation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitSummary:
-    """What `magicsim calibrate` reports."""
+    """Report of `magicsim fit profile`."""
 
     profile: str
     """File of the fitted profile."""

@@ -30,7 +30,7 @@ LATTICE, MARKERS = "lattice.parquet", "markers.parquet"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary:
-    """What `magicsim demo` and `magicsim simulate` report."""
+    """Summary of a simulation, as `magicsim simulate` prints it."""
 
     frames: int
     """Frames written, references included."""

@@ -48,7 +48,7 @@ def test_every_module_imports_without_what_windows_lacks():
         "for name in ('sysconf', 'sched_getaffinity', 'fork', 'getuid'):\n    delattr(os, name)\n"
         f"for name in {names}:\n    try:\n        importlib.import_module(name)\n"
         f"    except ModuleNotFoundError as error:\n        assert error.name.split('.')[0] in {EXTRAS}, name\n"
-        "from magicsim.cli.answers.foresight import check_memory\nfrom magicsim.scenes.scene import load_scene\n"
+        "from magicsim.cli.foresight import check_memory\nfrom magicsim.scenes.scene import load_scene\n"
         "check_memory(load_scene('demo'))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

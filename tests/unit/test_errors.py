@@ -4,7 +4,7 @@ import pickle
 import pytest
 
 from magicsim.cli.entry import _OneLine
-from magicsim.cli.output.lines import lines_of
+from magicsim.cli.lines import lines_of
 from magicsim.errors import LINE_LENGTH, ConfigError, ConvergenceError, one_line, shortened, unknown_choice, visible
 
 

@@ -1,4 +1,4 @@
-"""What a user says of recorded frames: the configuration of `magicsim real`."""
+"""What a user says of recorded frames: the configuration of `magicsim dataset import`."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -55,7 +55,7 @@ class RealRecording:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inspection:
-    """What `magicsim real` reports without `--out`."""
+    """What `magicsim dataset import` reports without `--out`."""
 
     recordings: list[RealRecording]
     told: list[str]

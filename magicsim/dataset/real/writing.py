@@ -38,7 +38,7 @@ NEVER = "recorded"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RealSummary:
-    """What `magicsim real --out` reports."""
+    """What `magicsim dataset import --out` reports."""
 
     samples: int
     """Rows in the dataset."""

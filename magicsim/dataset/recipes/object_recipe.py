@@ -24,7 +24,7 @@ NOT_DRAWN = frozenset({"path", "axis", "flutes", "file_colors"})
 
 
 class ObjectRecipe(Config):
-    """One kind of object; the keys are those of the kind (`magicsim schema object`), numbers may be distributions."""
+    """One kind of object; its keys are those of `magicsim info schema object`, and numbers may be distributions."""
 
     kind: Kind
     weight: Weight = 1.0

@@ -69,7 +69,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DurometerResult(SolveFigures):
-    """What `magicsim durometer` reports."""
+    """What `magicsim press durometer` reports."""
 
     shore_a: float
     """Hardness S, 0 to 100."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import magicsim
-from magicsim.cli.entry import app
+from magicsim.cli.entry import EARLIER, app, present_words
 from magicsim.config.extensions import COMMANDS as ADDED_COMMANDS
 from magicsim.config.extensions import EXPERIMENTS, extensions
 from magicsim.folder import result_folder
@@ -14,9 +14,18 @@ from magicsim.folder import result_folder
 from .conftest import Shell
 
 COMMANDS = tuple(command for command in app if not command.startswith("-") and app[command].show)
-ANSWERS_ABOUT_ITSELF = ("completion", "list")
+ANSWERS_ABOUT_ITSELF = (("info", "completion"), ("info", "list"))
 """Commands that compute nothing, so that there is nothing to set."""
-RUN = [each for each in COMMANDS if each not in ANSWERS_ABOUT_ITSELF and each not in EXPERIMENTS]
+
+
+def forms() -> list[tuple[str, ...]]:
+    """Every command, and every form of those that have several."""
+    inner = {name: [each for each in app[name] if not each.startswith("-")] for name in COMMANDS}
+    found = [(name,) for name in COMMANDS if app[name].default_command is not None]
+    return [*found, *((name, each) for name, below in inner.items() for each in below)]
+
+
+RUN = [each for each in forms() if each not in ANSWERS_ABOUT_ITSELF and each[0] not in EXPERIMENTS]
 
 COARSE = ["uniform-block", "--set", "lattice.spacing_mm=2", "--set", "lattice.cells_across=0"]
 BALL = ["--object", "sphere:radius_mm=4"]
@@ -29,9 +38,9 @@ def test_help_names_every_command(shell: Shell):
         assert f" {command} " in done.out
 
 
-@pytest.mark.parametrize("command", RUN)
-def test_every_command_takes_json_set_and_seed(shell: Shell, command: str):
-    done = shell(command, "--help")
+@pytest.mark.parametrize("command", RUN, ids=" ".join)
+def test_every_command_takes_json_set_and_seed(shell: Shell, command: tuple[str, ...]):
+    done = shell(*command, "--help")
     assert done.code == 0
     assert all(option in done.out for option in ("--json", "--set", "--seed"))
 
@@ -48,6 +57,24 @@ def test_word_of_the_experiments_says_what_to_install(shell: Shell, words: str):
     named = next(word for word in words.split() if word in EXPERIMENTS)
     line = f"magicsim: '{named}' comes with magicsim-experiments, which is not installed: "
     assert shell.refusal(*words.split()) == f"{line}pip install ./benchmarks/experiments\n"
+
+
+@pytest.mark.parametrize(("earlier", "now"), EARLIER.items())
+def test_earlier_name_of_a_command_is_known(shell: Shell, earlier: str, now: tuple[str, str]):
+    assert present_words([earlier, "--json"]) == [*now, "--json"]
+    assert f"│ {earlier} " not in shell("--help").out
+
+
+def test_earlier_name_works_and_says_the_present_one(shell: Shell):
+    done = shell("calibration", "rest", "--json")
+    assert (done.code, done.err) == (0, "magicsim: 'calibration' is 'info camera' now\n")
+    assert done.out == shell("info", "camera", "rest", "--json").out
+    assert shell.refusal("plan", "nera") == shell.refusal("simulate", "plan", "nera")
+
+
+def test_fit_without_a_word_fits_optics(shell: Shell):
+    assert present_words(["fit", "images", "--out", "x"]) == ["fit", "optics", "images", "--out", "x"]
+    assert present_words(["fit", "profile", "run"]) == ["fit", "profile", "run"]
 
 
 def test_version_is_that_of_the_package(shell: Shell):

@@ -38,7 +38,7 @@ def test_plan_of_a_design_is_that_of_the_demo_on_it_with_warnings(shell: Shell, 
 def test_earlier_result_is_told_of_before_any_work(shell: Shell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     arguments = ["simulate", "rest", "--out", "out", *settings("output.report=false", "output.preview=false")]
     assert "earlier result" not in shell(*arguments).err
-    monkeypatch.setattr("magicsim.cli.scene.limit_threads", lambda _: sys.exit(9))  # what comes right after
+    monkeypatch.setattr("magicsim.cli.simulate.limit_threads", lambda _: sys.exit(9))  # what comes right after
     done = shell(*arguments)
     assert done.code == 9
     assert done.err.startswith("'out' holds an earlier result: it stays until the new one is whole")

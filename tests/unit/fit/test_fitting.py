@@ -44,7 +44,7 @@ def test_images_of_a_sensor_with_another_constant_give_it_back(tmp_path: Path):
     levels = 255 * (radiance.mean((0, 1)) * meter(radiance, camera).gain)
     assert levels == pytest.approx(shown.mean.mean((0, 1)), rel=0.05)
     assert (tmp_path / "mine.png").read_bytes().startswith(b"\x89PNG")
-    assert out.read_text().startswith("# Written by magicsim fit from 8 frames of 1 states")
+    assert out.read_text().startswith("# Written by magicsim fit optics from 8 frames of 1 states")
 
 
 @pytest.fixture

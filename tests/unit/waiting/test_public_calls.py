@@ -8,7 +8,7 @@ import pytest
 
 import magicsim
 import magicsim.waiting as module
-from magicsim.cli.output.progress import show_progress
+from magicsim.cli.progress import show_progress
 from magicsim.geometry.design import load_design
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import load_scene

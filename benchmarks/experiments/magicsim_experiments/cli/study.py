@@ -47,7 +47,7 @@ def study(
     from magicsim_experiments.study.protocol import FOLDER
 
     FOLDER.check(out, resume=resume)
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim_experiments.study.running import run_study
 
     with show_progress(f"study {Path(name).stem}") as progress:

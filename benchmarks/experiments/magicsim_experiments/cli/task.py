@@ -38,7 +38,7 @@ def grasp(
     asked = {"detector": detector, "room": room, "quality": quality} | ({} if seed is None else {"seed": seed})
     config = validate(GraspConfig, apply_overrides(asked, settings or []), source="task grasp")
     FOLDER.check(out, resume=resume)
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim_experiments.task.running import run_grasps
 
     with show_progress("task grasp") as progress:
@@ -69,7 +69,7 @@ def assembly(
     loaded = load_scene(scene, for_scene, seed=seed)
     FOLDER.check(out, resume=resume)
     limit_threads(threads)
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim_experiments.assembly.running import run_assembly
 
     with show_progress("task assembly") as progress:
@@ -108,7 +108,7 @@ def alignment(
     config = validate(AlignmentConfig, apply_overrides(asked, settings or []), source="task alignment")
     need_torch("task alignment")
     FOLDER.check(out, resume=resume)
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim_experiments.task.alignment.running import run_alignment
 
     with show_progress("task alignment") as progress:

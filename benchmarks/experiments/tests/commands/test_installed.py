@@ -4,10 +4,10 @@ import json
 from typing import Any
 
 import pytest
-from cli.answers.test_schema import accepts
 from cli.conftest import Shell
+from cli.test_schema import accepts
 
-from magicsim.cli.answers.schema import schema_of
+from magicsim.cli.schema import schema_of
 from magicsim.config.documents import read_toml
 from magicsim.config.presets import find_preset, preset_names
 from magicsim.dataset.recipes.recipe import load_recipe

@@ -58,7 +58,7 @@ def evaluate(
     check_target(out)
     if save_baseline is not None:
         check_file(save_baseline)
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.evaluation.evaluate import evaluate_suite
     from magicsim.evaluation.page import describe, write_results
 

@@ -1,4 +1,4 @@
-"""Commands of light and camera: `render`, `calibration`."""
+"""The command that renders one radiance image: `render`."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -28,7 +28,7 @@ def render(
     choices += [f"render.particles={particles}"] if particles is not None else []
     config = load_scene(scene, [*(settings or []), *choices], seed=seed)
     limit_threads(threads)
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.simulation.still import render_still, with_care
 
     if relative_error is None:
@@ -36,15 +36,3 @@ def render(
     with show_progress(f"{scene}: frame {frame}"):
         still = render_still(config, frame, out, basis=basis, relative_error=relative_error)
     print_result(fields_of(still), as_json=json)
-
-
-@app.command
-def calibration(
-    scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False,
-) -> None:  # fmt: skip
-    """Intrinsics, distortion and millimetres per pixel at every layer of a scene's sensor."""
-    from magicsim.camera.calibration import calibrate_camera
-    from magicsim.scenes.scene import load_scene
-
-    config = load_scene(scene, settings or [], seed=seed)
-    print_result(fields_of(calibrate_camera(config.design, config.rig)), as_json=json)

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.cli.answers import doctor
-from magicsim.cli.answers.doctor import examine
-from magicsim.cli.answers.parts import EXTRAS, optional_parts
+from magicsim.cli import doctor
+from magicsim.cli.doctor import EXTRAS, examine, optional_parts
 from magicsim.light.variant import LLVM_VARIABLE, LLVM_VARIANT, SCALAR_VARIANT, find_llvm, probe_llvm
 
 ROOT = Path(__file__).parents[4]

@@ -3,8 +3,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from magicsim.cli.output import progress
-from magicsim.cli.output.progress import show_progress
+from magicsim.cli import progress
+from magicsim.cli.progress import show_progress
 
 
 @pytest.fixture

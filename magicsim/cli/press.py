@@ -1,9 +1,9 @@
-"""Commands that solve contacts: `press`, `durometer`."""
+"""The commands that solve contacts: `press`, `press durometer`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
 from magicsim.cli.app import Json, Seed, Settings, app, print_result
 from magicsim.errors import ConfigError
@@ -13,7 +13,11 @@ if TYPE_CHECKING:
     from magicsim.geometry.objects.kinds import ObjectBase
 
 
-@app.command
+press_app = App(name="press")
+app.command(press_app)
+
+
+@press_app.default
 def press(
     design: str, *, object: Annotated[str, Parameter(name="--object", help="KIND:key=value,...")],
     depth_mm: float,
@@ -42,7 +46,7 @@ def press(
         values = _curve(block, thing, depth_mm, points, friction, curve, title)
         print_result(values, as_json=json)
         return
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.deform.indentation.press import press as solve
 
     with show_progress(f"{design}: press") as progress:
@@ -53,7 +57,7 @@ def press(
     print_result(result.as_dict(), as_json=json)
 
 
-@app.command
+@press_app.command
 def durometer(
     design: str, *, place: Literal["cell", "wall"] = "cell",
     base: Annotated[Literal["table", "bonded"], Parameter(help="What the sample does below.")] = "table",
@@ -68,7 +72,7 @@ def durometer(
     from magicsim.geometry.design import ElastomerDesign
 
     block = load_preset(ElastomerDesign, "design", design, settings or [])
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.deform.deformation import figures_last
     from magicsim.deform.indentation.durometer import durometer as test
 
@@ -87,7 +91,7 @@ def _curve(
     target: Path,
     title: str,
 ) -> dict[str, Any]:
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.progress import show_progress
     from magicsim.config.ranges import check_number
     from magicsim.deform.indentation.press import MAX_POINTS, check_depth, press_curve
     from magicsim.report.curve_file import check_curve_file, write_curve

@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from magicsim.cli.answers.foresight import check_memory, episode_bytes, long_work
+from magicsim.cli.foresight import check_memory, episode_bytes, long_work
 from magicsim.errors import ConfigError
 from magicsim.scenes.scene import MAX_FRAMES, load_scene
 

@@ -3,7 +3,7 @@ from typing import Any
 
 import pytest
 
-from magicsim.cli.answers.schema import schema_of
+from magicsim.cli.schema import schema_of
 from magicsim.config.documents import read_toml
 from magicsim.config.presets import FOLDERS, find_preset, preset_names
 

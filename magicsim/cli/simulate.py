@@ -1,30 +1,27 @@
-"""Commands that take a scene: `demo`, `simulate`, `plan`."""
+"""The command that simulates a scene, `simulate`, and the one that says what that needs, `simulate plan`."""
 
 import sys
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, Threads, app, fields_of, limit_threads, print_result
+from magicsim.cli.app import Json, Seed, Settings, Threads, app, fields_of, limit_threads, print_result
 
-
-@app.command
-def demo(
-    *, out: Out = Path("magicsim-demo"), settings: Settings = None, seed: Seed = None, threads: Threads = None,
-    json: Json = False,
-) -> None:  # fmt: skip
-    """Run the main job on defaults: approach, touch, press, shear, release, flashlight; frames, verdicts, report."""
-    _run("demo", out, settings, seed, threads, as_json=json)
+simulate_app = App(name="simulate")
+app.command(simulate_app)
 
 
-@app.command
+@simulate_app.default
 def simulate(
-    scene: str, *, out: Annotated[Path | None, Parameter(name="--out")] = None,
+    scene: str = "demo", *, out: Annotated[Path | None, Parameter(name="--out")] = None,
     mcap: Annotated[bool, Parameter(negative="", help="Write episode.mcap too; sets output.mcap.")] = False,
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Simulate any scene file or preset: frames, ground truth, verdicts, report."""
+    """Simulate a scene, a file or a preset: frames, ground truth, verdicts, report.
+
+    `demo` is the main job on defaults: approach, touch, press, shear, release, flashlight.
+    """
     settings = [*(settings or []), *(["output.mcap=true"] if mcap else [])]
     _run(scene, out or Path(f"magicsim-{Path(scene).stem}"), settings, seed, threads, as_json=json)
 
@@ -32,8 +29,8 @@ def simulate(
 def _run(
     name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
 ) -> None:
-    from magicsim.cli.answers.foresight import check_memory, long_work
-    from magicsim.cli.output.progress import show_progress
+    from magicsim.cli.foresight import check_memory, long_work
+    from magicsim.cli.progress import show_progress
     from magicsim.folder import MARKER, check_target
     from magicsim.scenes.scene import load_scene
 
@@ -58,7 +55,7 @@ def _run(
     print_result(fields_of(summary), as_json=as_json)
 
 
-@app.command
+@simulate_app.command
 def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
     """Explain what a scene needs and what is left out, and why; warn of what does not fit the block.
 
