@@ -8,7 +8,7 @@ from magicsim.cli import doctor
 from magicsim.cli.doctor import EXTRAS, examine, optional_parts
 from magicsim.light.variant import LLVM_VARIABLE, LLVM_VARIANT, SCALAR_VARIANT, find_llvm, probe_llvm
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 
 
 def pretend(monkeypatch: pytest.MonkeyPatch, library: Path | None, reason: str | None) -> None:
