@@ -1,13 +1,19 @@
+import logging
 import os
+import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
+from magicsim.config.models import load_preset
+from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.files import mesh_file
-from magicsim.geometry.files.mesh_file import load_mesh
+from magicsim.geometry.files.mesh_file import crossing_edges, inside_out_parts, load_mesh
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.shapes.entry import EntrySide
 
@@ -125,3 +131,172 @@ def test_missing_file_and_folder_are_refused(tmp_path: Path):
             ConfigError, match=r"does not exist \(paths start beside the TOML file, or in the current folder\)"
         ):
             load_mesh(str(tmp_path / name))
+
+
+SHOWN_OFTEN = b'{"nodes":[%s],"meshes":[{"primitives":[{"indices":0}]}],"accessors":[{"count":900000}]}' % b",".join(
+    [b'{"mesh":0}'] * 10
+)
+"""A mesh of 300,000 triangles that ten nodes show."""
+
+
+def glb(tree: bytes, *, length: int | None = None) -> bytes:
+    whole = 20 + len(tree)
+    return b"glTF" + struct.pack("<III", 2, whole if length is None else length, len(tree)) + b"JSON" + tree
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "named"),
+    [
+        ("cut.stl", bytes(80) + struct.pack("<I", 320) + bytes(100), "a binary one of the 320 triangles"),
+        ("many.stl", bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(100), "this one has 184"),
+        ("none.stl", bytes(84), "has no triangles"),
+        ("latin.stl", b"solid caf\xe9\nfacet\0", "bytes that are no text"),
+        ("noise.stl", b"\xff\xfe", "this one has 2"),
+        ("many.obj", b"v 0 0 0\n" + b"f 1 1 1\n" * 500_001, "has 500001 triangles: at most 500000"),
+        ("bytes.obj", b"v 0 0 0\0", "no text"),
+        ("many.ply", b"ply\nelement vertex 4\nelement face 999999999\nend_header\n", "more than its"),
+        ("vertices.ply", b"ply\nelement vertex 99999999\nelement face 4\nend_header\n", "more than its"),
+        ("head.ply", b"plyx", "does not begin with a PLY header"),
+        ("cut.glb", glb(b"{}", length=900), "its header promises 900 bytes"),
+        ("many.glb", glb(b'{"accessors":[{"count":9000000000}]}'), "9000000000 values of one kind"),
+        ("deep.glb", glb(b"[" * 9000 + b"]" * 9000), "nested too deeply"),
+        ("odd.glb", glb(b"[]"), "no glTF"),
+        ("shown.glb", glb(SHOWN_OFTEN), "has 3000000 triangles"),
+        ("empty.stl", b"", "is empty"),
+    ],
+)
+def test_header_that_cannot_be_kept_is_refused_with_the_name_of_the_file(
+    tmp_path: Path, name: str, content: bytes, named: str
+):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(ConfigError) as caught:
+        load_mesh(str(path))
+    assert str(caught.value).startswith(f"mesh '{path}'")
+    assert named in str(caught.value)
+    assert "charset" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["large.stl", "large.obj", "large.ply", "large.glb"])
+def test_large_file_is_refused_unread(tmp_path: Path, name: str):
+    path = tmp_path / name
+    path.touch()
+    os.truncate(path, 1_000_000_084)
+    with pytest.raises(ConfigError, match="has 1000 MB: at most 200 MB are allowed"):
+        load_mesh(str(path))
+
+
+def test_path_with_a_null_byte_is_a_file_that_does_not_exist():
+    with pytest.raises(ConfigError, match=r"mesh 'a\\x00b\.stl' does not exist"):
+        load_mesh("a\0b.stl")
+
+
+def box(*shift: float) -> trimesh.Trimesh:
+    made = trimesh.creation.box((4.0, 4.0, 4.0))
+    made.apply_translation(shift or (0.0, 0.0, 0.0))
+    return made
+
+
+def ball(x: float = 0.0, radius: float = 3.0, *, inverted: bool = False) -> trimesh.Trimesh:
+    made = trimesh.creation.icosphere(radius=radius, subdivisions=2)
+    made.apply_translation((x, 0.0, 0.0))
+    if inverted:
+        made.invert()
+    return made
+
+
+def together(*parts: trimesh.Trimesh) -> trimesh.Trimesh:
+    return trimesh.util.concatenate(parts)
+
+
+def figure_eight() -> trimesh.Trimesh:
+    """A tube along a curve that crosses itself."""
+    t = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    centre = np.stack([4 * np.sin(t), 4 * np.sin(t) * np.cos(t), 0 * t], axis=1)
+    along = np.roll(centre, -1, 0) - np.roll(centre, 1, 0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    side = np.stack([-along[:, 1], along[:, 0], 0 * t], axis=1)
+    around = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+    ring = np.cos(around)[None, :, None] * side[:, None] + np.sin(around)[None, :, None] * np.array([0.0, 0.0, 1.0])
+    i, j = np.meshgrid(np.arange(60), np.arange(16), indexing="ij")
+    a, b, c, d = (((i + p) % 60 * 16 + (j + q) % 16).ravel() for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return trimesh.Trimesh((centre[:, None] + 0.6 * ring).reshape(-1, 3), faces, process=False)
+
+
+def surface(mesh: trimesh.Trimesh) -> SurfaceMesh:
+    return SurfaceMesh(vertices=np.asarray(mesh.vertices), faces=np.asarray(mesh.faces, np.int32))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "crosses"),
+    [
+        (box(), False),
+        (ball(), False),
+        (together(box(), box(9.0, 0.0, 0.0)), False),
+        (together(ball(), ball(radius=1.0, inverted=True)), False),
+        (trimesh.creation.torus(4.0, 1.0), False),
+        (together(box(), box(2.0, 1.0, 1.0)), True),
+        (together(box(), box(2.0, 0.0, 0.0)), True),
+        (together(ball(), ball(3.0)), True),
+        (figure_eight(), True),
+    ],
+)
+def test_surface_that_passes_through_itself_is_found(mesh: trimesh.Trimesh, crosses: bool):
+    assert (crossing_edges(surface(mesh)) > 0) == crosses
+
+
+@pytest.mark.parametrize(
+    ("mesh", "count"),
+    [
+        (together(ball(), ball(10.0)), 0),
+        (together(ball(), ball(radius=1.0, inverted=True)), 0),
+        (together(ball(), ball(10.0, inverted=True)), 1),
+        (together(ball(), ball(10.0, inverted=True), ball(20.0, radius=1.0, inverted=True)), 2),
+    ],
+)
+def test_parts_inside_out_are_those_that_are_no_cavities(mesh: trimesh.Trimesh, count: int):
+    assert inside_out_parts(surface(mesh)) == count
+
+
+def test_mesh_that_passes_through_itself_is_warned_about(tmp_path: Path, caplog: pytest.LogCaptureFixture):
+    together(box(), box(2.0, 1.0, 1.0)).export(tmp_path / "two.stl")
+    with caplog.at_level(logging.WARNING, logger="magicsim"):
+        load_mesh(str(tmp_path / "two.stl"))
+    (line,) = [record.getMessage() for record in caplog.records]
+    assert "two.stl' passes through itself" in line
+
+
+def test_parts_that_overlap_press_as_the_solid_that_they_make(tmp_path: Path):
+    parts = [trimesh.creation.icosphere(radius=3.0, subdivisions=3) for _ in range(2)]
+    parts[1].apply_translation((1.5, 0.3, 0.1))
+    together(*parts).export(tmp_path / "two.stl")
+    trimesh.boolean.union(parts, engine="manifold").export(tmp_path / "one.stl")
+    block = load_preset(ElastomerDesign, "design", "uniform-block", ["lattice.spacing_mm=2", "lattice.cells_across=0"])
+    two, one = (
+        press(block, parse_object(f"mesh:path={tmp_path / name}"), depth_mm=0.5, tolerance_mm=1e-5).force_n
+        for name in ("two.stl", "one.stl")
+    )
+    assert two == pytest.approx(one, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        (lambda mesh: mesh.apply_translation((0, 0, 1e6)), "from its origin"),
+        (lambda mesh: mesh.apply_scale((1, 1, 0)), "measures 6 x 6 x 0 mm"),
+        (lambda mesh: mesh.apply_scale(1e-4), "change scale"),
+        (lambda mesh: mesh.apply_scale(1e20), "change scale"),
+        (lambda mesh: mesh.vertices.__setitem__(3, np.nan), "not finite"),
+        (lambda mesh: mesh.vertices.__setitem__(3, np.inf), "not finite"),
+    ],
+)
+def test_mesh_whose_corners_cannot_be_used_says_why(tmp_path: Path, change, named: str):
+    mesh = ball()
+    change(mesh)
+    (tmp_path / "a.obj").write_text(
+        "".join(f"v {x} {y} {z}\n" for x, y, z in np.asarray(mesh.vertices))
+        + "".join(f"f {a} {b} {c}\n" for a, b, c in mesh.faces + 1)
+    )
+    with pytest.raises(ConfigError, match=named):
+        load_mesh(str(tmp_path / "a.obj"))
