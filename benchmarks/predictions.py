@@ -43,7 +43,8 @@ from magicsim.folder import result_file
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import symmetric_place
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.objects.kinds import ObjectBase, parse_object
+from magicsim.geometry.objects.kinds import parse_object
+from magicsim.geometry.objects.rigid_object import ObjectBase
 
 HERE = Path(__file__).resolve().parent
 DOCS = HERE.parent / "docs"

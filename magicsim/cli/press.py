@@ -10,7 +10,7 @@ from magicsim.errors import ConfigError
 
 if TYPE_CHECKING:
     from magicsim.geometry.design import ElastomerDesign
-    from magicsim.geometry.objects.kinds import ObjectBase
+    from magicsim.geometry.objects.rigid_object import ObjectBase
 
 
 press_app = App(name="press")

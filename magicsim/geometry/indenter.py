@@ -7,7 +7,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.face_shape import Dome, HeightMap
-from magicsim.geometry.objects.kinds import ObjectBase
+from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.solids import Shape
 

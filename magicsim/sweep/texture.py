@@ -26,7 +26,9 @@ from magicsim.camera.exposure import expose
 from magicsim.camera.film import pixel_landing_mm
 from magicsim.detectors.frame import Frame
 from magicsim.errors import ConfigError
-from magicsim.geometry.objects.kinds import BoxObject, DotsObject, LinesObject, ObjectConfig
+from magicsim.geometry.objects.kinds import ObjectConfig
+from magicsim.geometry.objects.plain import BoxObject
+from magicsim.geometry.objects.textured import DotsObject, LinesObject
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.sampling.bootstrap import interval
 from magicsim.scenes.rig import Rig

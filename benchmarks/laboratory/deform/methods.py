@@ -29,7 +29,7 @@ from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.objects.kinds import SphereObject
+from magicsim.geometry.objects.plain import SphereObject
 
 GRADED, FELUPE, QUARTER = "graded lattice", "felupe", "quarter"
 STEEP = {"growth": 2.0, "margin": 0.0, "fine_depth": 0.5}

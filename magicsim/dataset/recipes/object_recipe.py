@@ -9,7 +9,8 @@ from pydantic import Field, model_validator
 from magicsim.config.models import Config, validate
 from magicsim.config.named_files import MESH_SUFFIXES
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.geometry.objects.kinds import OBJECT_KINDS, ObjectBase
+from magicsim.geometry.objects.kinds import OBJECT_KINDS
+from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.sampling.distribution import Number, choose
 
 Draw = Callable[[str, Number], float]

@@ -22,7 +22,8 @@ from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.objects.kinds import ObjectBase, SphereObject
+from magicsim.geometry.objects.plain import SphereObject
+from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 MAX_TWIST_DEG = 360.0

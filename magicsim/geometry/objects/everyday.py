@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import from_manifold
-from magicsim.geometry.objects.rigid_object import SHELL_MM, SHELL_SHARE, ObjectBase, Size, check_edge
+from magicsim.geometry.objects.rigid_object import ObjectBase, Size, check_edge
 from magicsim.geometry.shapes.solids import Shape
 
 if TYPE_CHECKING:
@@ -154,8 +154,7 @@ class EverydayObject(ObjectBase):
     """An object whose solid is a mesh that is built from a few dimensions."""
 
     def _pressing(self, build: Callable[..., Manifold], *dimensions: float, feature_mm: float) -> Shape:
-        solid = _shape(build, dimensions, feature_mm)
-        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * feature_mm))
+        return self.entered_from_above(_shape(build, dimensions, feature_mm))
 
 
 class SpannerObject(EverydayObject):

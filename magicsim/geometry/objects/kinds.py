@@ -1,8 +1,8 @@
-"""Rigid objects that approach and press: all kinds that a user may write, and how their line is read."""
+"""All kinds of rigid objects that approach and press, and how a user's line or file is read."""
 
 import re
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import Field, TypeAdapter
 
@@ -16,66 +16,20 @@ from magicsim.geometry.objects.pointed import ConeObject, DomedCylinderObject
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.objects.textured import DotsObject, LinesObject
 
-__all__ = [
-    "OBJECT_KINDS",
-    "BananaObject",
-    "BoxObject",
-    "ConeObject",
-    "CylinderObject",
-    "DomedCylinderObject",
-    "DotsObject",
-    "LinesObject",
-    "MeshObject",
-    "ObjectBase",
-    "ObjectConfig",
-    "PlugObject",
-    "PunchObject",
-    "ScissorsObject",
-    "ScrewdriverObject",
-    "SpannerObject",
-    "SphereObject",
-    "find_object",
-    "parse_object",
-]
-
 SEQUENCES = frozenset({"size_mm", "color"})
 """Keys whose value may be several numbers."""
 _BETWEEN = re.compile(r",(?![^\[]*\])")
 """A comma that is not in brackets."""
 
 AnyObject = (
-    SphereObject
-    | CylinderObject
-    | PunchObject
-    | BoxObject
-    | DomedCylinderObject
-    | ConeObject
-    | DotsObject
-    | LinesObject
-    | SpannerObject
-    | ScrewdriverObject
-    | ScissorsObject
-    | BananaObject
-    | PlugObject
-    | MeshObject
-)
+    SphereObject | CylinderObject | PunchObject | BoxObject | DomedCylinderObject | ConeObject | DotsObject
+    | LinesObject | SpannerObject | ScrewdriverObject | ScissorsObject | BananaObject | PlugObject | MeshObject
+)  # fmt: skip
 ObjectConfig = Annotated[AnyObject, Field(discriminator="kind")]
 OBJECT_KINDS: dict[str, type[ObjectBase]] = {
-    "sphere": SphereObject,
-    "cylinder": CylinderObject,
-    "punch": PunchObject,
-    "box": BoxObject,
-    "domed_cylinder": DomedCylinderObject,
-    "cone": ConeObject,
-    "dots": DotsObject,
-    "lines": LinesObject,
-    "spanner": SpannerObject,
-    "screwdriver": ScrewdriverObject,
-    "scissors": ScissorsObject,
-    "banana": BananaObject,
-    "plug": PlugObject,
-    "mesh": MeshObject,
+    get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in get_args(AnyObject)
 }
+"""Every kind by the name that a user writes."""
 
 
 def parse_object(text: str) -> AnyObject:
@@ -110,7 +64,7 @@ def parse_object(text: str) -> AnyObject:
 
 
 def _numbers(text: str) -> str | list[str]:
-    """Parts of `4x4x8` or `[4, 4, 8]`; what is neither stays as it is."""
+    """Parts of `4x4x8` or `[4, 4, 8]`; any other text stays as it is."""
     inner = text.strip()
     if inner.startswith("[") and inner.endswith("]"):
         return [part.strip() for part in inner[1:-1].split(",")]
@@ -133,10 +87,7 @@ def find_object(name: str | Path) -> AnyObject:
 
 
 def load_object(name: str | Path) -> AnyObject:
-    """Reads an object: a preset, a TOML file, or a line such as `sphere:radius_mm=4`.
-
-    Args:
-        name: As the option `--object` takes it.
+    """Reads an object as `--object` takes it: a preset, a TOML file, or a line such as `sphere:radius_mm=4`.
 
     Raises:
         PresetError: No such preset or file.

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.geometry.objects.rigid_object import SHELL_MM, SHELL_SHARE, ObjectBase, Size
+from magicsim.geometry.objects.rigid_object import ObjectBase, Size
 from magicsim.geometry.shapes.solids import Shape
 
 
@@ -45,5 +45,4 @@ class MeshObject(ObjectBase):
         """
         from magicsim.geometry.files.mesh_file import load_mesh
 
-        solid = load_mesh(self.path, scale=self.scale, feature_mm=self.feature_mm)
-        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * solid.feature_mm))
+        return self.entered_from_above(load_mesh(self.path, scale=self.scale, feature_mm=self.feature_mm))

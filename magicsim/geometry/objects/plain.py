@@ -1,4 +1,4 @@
-"""Balls, cylinders, punches and boxes: what a user writes for them, and the shape it stands for."""
+"""Balls, cylinders, punches, boxes and plugs: what a user writes for them, and the shape it stands for."""
 
 from dataclasses import dataclass
 from typing import Literal, Self
@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
-from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM, SHELL_MM, SHELL_SHARE, ObjectBase, Size, check_edge
+from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM, ObjectBase, Size, check_edge
 from magicsim.geometry.shapes.solids import TRIANGLE_MM, RoundedBox, RoundedCylinder, Shape, Sphere
 
 
@@ -24,15 +24,14 @@ class SphereObject(ObjectBase):
 
 
 class RoundObject(ObjectBase):
-    """What cylinders and punches have in common: a rounded cylinder."""
+    """A rounded cylinder, as cylinders and punches are."""
 
     radius_mm: Size
     length_mm: Size
     edge_radius_mm: Size = EDGE_RADIUS_MM
 
     def _solid(self, axis: Literal["x", "y", "z"]) -> Shape:
-        solid = RoundedCylinder(self.radius_mm, self.length_mm, axis, self.edge_radius_mm)
-        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * solid.feature_mm))
+        return self.entered_from_above(RoundedCylinder(self.radius_mm, self.length_mm, axis, self.edge_radius_mm))
 
     @model_validator(mode="after")
     def _check_rim(self) -> Self:
@@ -77,8 +76,7 @@ class BoxObject(ObjectBase):
 
     def shape(self) -> Shape:
         """The solid, centred on its origin."""
-        solid = RoundedBox(self.sizes_mm, self.edge_radius_mm)
-        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * solid.feature_mm))
+        return self.entered_from_above(RoundedBox(self.sizes_mm, self.edge_radius_mm))
 
     @model_validator(mode="after")
     def _check_edges(self) -> Self:
@@ -104,8 +102,7 @@ class Plug:
     @property
     def pin_centre_mm(self) -> Array:
         """Middle of the pin's cylinder, which begins a rim's radius inside the handle, shape (3,) [mm]."""
-        overlap = self.handle.edge_radius_mm
-        return np.array([0.0, (self.handle.length_mm + self.pin.length_mm) / 2 - overlap, 0.0])
+        return np.array([0.0, (self.handle.length_mm + self.pin.length_mm) / 2 - self.handle.edge_radius_mm, 0.0])
 
     def distance(self, points: Array) -> tuple[Array, Array]:
         """See `Shape.distance`."""
@@ -121,8 +118,7 @@ class Plug:
 
     def mesh(self) -> SurfaceMesh:
         """See `Shape.mesh`."""
-        handle = self.handle.manifold()
-        whole = handle + self.pin.manifold().translate(tuple(self.pin_centre_mm))
+        whole = self.handle.manifold() + self.pin.manifold().translate(tuple(self.pin_centre_mm))
         return from_manifold(whole.refine_to_length(TRIANGLE_MM))
 
 
@@ -149,14 +145,13 @@ class PlugObject(ObjectBase):
 
     def shape(self) -> Shape:
         """The solid with contact by the side of entry."""
-        solid = self.solid()
-        return self.entered_from_above(solid, shell_mm=min(SHELL_MM, SHELL_SHARE * solid.feature_mm))
+        return self.entered_from_above(self.solid())
 
     @model_validator(mode="after")
     def _check_sizes(self) -> Self:
         check_edge(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
-        if self.pin_radius_mm >= self.radius_mm - self.edge_radius_mm:
-            most = self.radius_mm - self.edge_radius_mm
+        most = self.radius_mm - self.edge_radius_mm
+        if self.pin_radius_mm >= most:
             msg = f"pin_radius_mm = {self.pin_radius_mm:g} is not allowed: must be below the handle's end, {most:g}"
             raise ValueError(msg)
         return self

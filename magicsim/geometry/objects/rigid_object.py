@@ -1,4 +1,4 @@
-"""What every rigid object has beside its shape, and the checks that several kinds share."""
+"""Colour, gloss and orientation of a rigid object, and the checks that several kinds share."""
 
 from typing import Annotated
 
@@ -28,7 +28,7 @@ REACH_FEATURES = 2.0
 
 
 class ObjectBase(Config):
-    """What every object has beside its shape."""
+    """Fields that every object has beside its shape."""
 
     color: tuple[Reflectance, Reflectance, Reflectance] = (0.7, 0.7, 0.7)
     """Diffuse reflectance in linear RGB, 0..1."""
@@ -51,25 +51,24 @@ class ObjectBase(Config):
         """Triangles of the solid, as the renderer draws them."""
         return self.shape().mesh()
 
-    def entered_from_above(self, solid: Shape, *, shell_mm: float, reach_mm: float | None = None) -> Shape:
+    def entered_from_above(
+        self, solid: Shape, *, shell_mm: float | None = None, reach_mm: float | None = None
+    ) -> Shape:
         """The solid with contact by the side of entry, its approach along the sensor's +z in this orientation.
 
         Args:
             solid: The exact solid.
-            shell_mm: See `EntrySide.shell_mm`.
+            shell_mm: See `EntrySide.shell_mm`; by default 0.05 mm or a quarter of a feature.
             reach_mm: See `EntrySide.reach_mm`; by default 0.5 mm or two features.
         """
         x, y, z = Pose.from_degrees(np.zeros(3), roll=self.roll_deg, pitch=self.pitch_deg).rotation[2].tolist()
+        shell = shell_mm if shell_mm is not None else min(SHELL_MM, SHELL_SHARE * solid.feature_mm)
         reach = reach_mm if reach_mm is not None else min(REACH_MM, REACH_FEATURES * solid.feature_mm)
-        return EntrySide(solid, (x, y, z), shell_mm, reach)
+        return EntrySide(solid, (x, y, z), shell, reach)
 
 
 def check_edge(edge_radius_mm: float, *half_sizes_mm: float) -> None:
-    """Refuses an edge radius that leaves nothing between the edges.
-
-    Raises:
-        ValueError: The radius is not below all half sizes.
-    """
+    """Raises ValueError where an edge radius is not below all half sizes and leaves nothing between the edges."""
     if edge_radius_mm >= min(half_sizes_mm):
         msg = f"edge_radius_mm = {edge_radius_mm:g} is not allowed: must be below {min(half_sizes_mm):g} mm"
         raise ValueError(msg)

@@ -1,4 +1,9 @@
-"""Plates with dots or ridges on their upper face: what a user writes for them, and the shape they stand for."""
+"""Plates that press with bumps on their upper face, hemispheres or ridges: what a user writes for them, and the shape.
+
+A plate is a rounded box; every bump stands on the flat part of its upper face. Outside, the distance to the union is
+the smaller of the distances to plate and nearest bump. Inside, the face below a bump is no surface: there the nearest
+surface of the upper side is the bump's outline on the face.
+"""
 
 from dataclasses import dataclass
 from typing import Literal, Self
@@ -12,6 +17,11 @@ from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM, SHELL_MM, SHELL_SHARE, ObjectBase, Size
 from magicsim.geometry.shapes.solids import EDGE_SEGMENTS, TINY, TRIANGLE_MM, RoundedBox, Shape, around_axis, rounded
 
+MAX_DOTS = 2500
+"""More would not fit in memory as meshes that are round enough."""
+MAX_RIDGES = 200
+RIDGE_EDGE_SHARE = 0.25
+"""Radius of a ridge's edges in units of its width, where none is given."""
 DOT_TRIANGLES = 45_000
 """Triangles that all dots of a plate share."""
 RIDGE_SEGMENTS = 16
@@ -44,12 +54,9 @@ class Plate:
         return self.box.distance(points + np.array([0, 0, self.thickness_mm / 2]))
 
     def below_bump(self, points: Array, inset: Array, outward: Array) -> tuple[Array, Array]:
-        """Signed distance and normal of points inside the plate and below a bump.
+        """Signed distance and normal of points inside the plate that lie `inset` [mm] within a bump's outline.
 
-        Args:
-            points: Positions, shape (count, 3) [mm].
-            inset: Distance inside the bump's outline, in the face's plane, shape (count,) [mm].
-            outward: Direction to the nearest point of the outline, shape (count, 2).
+        The nearest point of the outline is in the direction `outward`, shape (count, 2).
         """
         # The plate without its upper face, then the outline
         height = self.thickness_mm + 4 * self.size_mm
@@ -208,15 +215,8 @@ def _assemble(plate: Plate, face_mm: float, bumps: list[manifold3d.Manifold]) ->
     return from_manifold(union.translate((0, 0, face_mm)).refine_to_length(TRIANGLE_MM))
 
 
-MAX_DOTS = 2500
-"""More would not fit in memory as meshes that are round enough."""
-MAX_RIDGES = 200
-RIDGE_EDGE_SHARE = 0.25
-"""Radius of a ridge's edges in units of its width, where none is given."""
-
-
 class PlateObject(ObjectBase):
-    """What plates have in common."""
+    """A square plate with something on it."""
 
     size_mm: Size = 6.0
     """Side of the square plate [mm]."""
@@ -252,7 +252,7 @@ class DotsObject(PlateObject):
 
     def shape(self) -> Shape:
         """The solid, centred on its origin."""
-        return self.entered_from_above(self._solid(), shell_mm=min(SHELL_MM, SHELL_SHARE * self.radius_mm))
+        return self.entered_from_above(self._solid())
 
     @model_validator(mode="after")
     def _check_dots(self) -> Self:
@@ -304,9 +304,6 @@ class LinesObject(PlateObject):
     def _solid(self) -> RidgePlate:
         edge = self.edge_radius_mm or RIDGE_EDGE_SHARE * min(self.width_mm, self._height_mm)
         return RidgePlate(
-            width_mm=self.width_mm,
-            spacing_mm=self.spacing_mm,
-            height_mm=self._height_mm,
-            edge_radius_mm=edge,
+            width_mm=self.width_mm, spacing_mm=self.spacing_mm, height_mm=self._height_mm, edge_radius_mm=edge,
             plate=self.plate(),
-        )
+        )  # fmt: skip

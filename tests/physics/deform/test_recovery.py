@@ -8,7 +8,7 @@ from magicsim.deform.lattice.structure import build_lattice
 from magicsim.deform.solve.path import RECOVERED_MM, ContactSolver
 from magicsim.geometry.design import load_design
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects.kinds import SphereObject
+from magicsim.geometry.objects.plain import SphereObject
 
 DEPTH_MM = 0.4
 TIME_S = 1.0

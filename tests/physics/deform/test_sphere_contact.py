@@ -13,7 +13,8 @@ from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import FAR_FIELD_BOUND, ElastomerDesign
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects.kinds import SphereObject, parse_object
+from magicsim.geometry.objects.kinds import parse_object
+from magicsim.geometry.objects.plain import SphereObject
 
 SYMMETRY = 1e-6
 """Departure from symmetry that residuals of 1e-8 of the contact force leave [mm, N, N mm]."""

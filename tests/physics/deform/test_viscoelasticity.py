@@ -12,7 +12,7 @@ from magicsim.deform.lattice.relaxation import FULL, Branches, Relaxation, Relax
 from magicsim.deform.lattice.structure import box_lattice
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.objects.kinds import SphereObject
+from magicsim.geometry.objects.plain import SphereObject
 
 MU, LAME = 0.4, 9.0
 TIMES_S, MODULI = np.array([0.05, 0.8]), np.array([1.5, 0.7])

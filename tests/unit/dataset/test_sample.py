@@ -18,7 +18,7 @@ from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors
 from magicsim.dataset.rows import SampleTask, simulate_sample
 from magicsim.dataset.verify import verify_dataset
-from magicsim.geometry.objects.kinds import SphereObject
+from magicsim.geometry.objects.plain import SphereObject
 from magicsim.light.records.untouched_states import shared_states
 from magicsim.workers.options import WorkerOptions
 
