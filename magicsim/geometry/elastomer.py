@@ -22,6 +22,7 @@ from magicsim.geometry.printed_cells import (
     printed_cells,
 )
 
+EDGES = ((0, 1), (1, 2), (2, 0))
 FACE_EDGE_MM = 0.5
 """Length to which the edges of the block are split [mm]: fine enough to bend around a fingertip-sized object.
 Diagonals of the triangles inside a face are up to twice as long."""
@@ -77,9 +78,7 @@ class Elastomer:
 def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> Elastomer:
     """Builds the meshes of a design and checks them against the closed form.
 
-    Args:
-        design: The block.
-        facet_mm: Length to which the edges of the contact face are split; cells no larger than this stay whole [mm].
+    The edges of the contact face are split to `facet_mm`; cells no larger than this stay whole.
 
     Raises:
         GeometryError: The grid does not fit, or a mesh is not watertight or has the wrong volume.
@@ -93,28 +92,27 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
             _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
         return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
     radius_mm = design.unevenness.crossing_radius_mm
-    infill = _cells(grid, subdivision(design, grid, facet_mm), radius_mm)
+    cell = cell_mesh(grid.cell_mm, subdivision(design, grid, facet_mm), radius_mm)
+    first = np.arange(grid.cell_count, dtype=np.int32) * len(cell.vertices)
+    infill = SurfaceMesh(
+        vertices=(grid.centres_mm()[:, None] + cell.vertices).reshape(-1, 3),
+        faces=(first[:, None, None] + cell.faces).reshape(-1, 3),
+    )
     if radius_mm == 0:
         _check("infill", infill, grid.infill_volume_mm3)
     else:
         _check("infill", infill, grid.cell_count * cell_volume_mm3(grid.cell_mm, radius_mm), FACET_TOLERANCE)
-    first = infill.vertices[: len(infill.vertices) // grid.cell_count]
-    inclusions = draw_inclusions(design.inclusions, grid, first)
+    drawn = infill.vertices[: len(cell.vertices)]
+    inclusions = draw_inclusions(design.inclusions, grid, drawn)
     fused = draw_fused_cells(design.unevenness.torn_share, design.unevenness.seed, grid, infill)
-    infill = replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness))
-    infill = _lifted(infill, design)
+    infill = _lifted(replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness)), design)
     if design.face is not None:
         _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
     return Elastomer(
-        design=design,
-        grid=grid,
-        body=body,
-        infill=infill,
-        triangles_per_cell=len(infill.faces) // grid.cell_count,
-        inclusions=inclusions,
-        fused=fused,
-        drawn_cell_mm=first - grid.centres_mm()[0] if design.unevenness.shifts_cells else None,
-    )
+        design=design, grid=grid, body=body, infill=infill, triangles_per_cell=len(infill.faces) // grid.cell_count,
+        inclusions=inclusions, fused=fused,
+        drawn_cell_mm=drawn - grid.centres_mm()[0] if design.unevenness.shifts_cells else None,
+    )  # fmt: skip
 
 
 def _block(design: ElastomerDesign, facet_mm: float) -> SurfaceMesh:
@@ -145,38 +143,29 @@ def subdivision(design: ElastomerDesign, grid: CellGrid, facet_mm: float = FACET
     return max(least, *(split_count(pitch, design.lattice.spacing_mm or pitch) for pitch in grid.pitch_mm.tolist()))
 
 
-def _cells(grid: CellGrid, parts: int, radius_mm: float) -> SurfaceMesh:
-    cell = cell_mesh(grid.cell_mm, parts, radius_mm)
-    vertices = (grid.centres_mm()[:, None] + cell.vertices).reshape(-1, 3)
-    first = np.arange(grid.cell_count, dtype=np.int32) * len(cell.vertices)
-    return SurfaceMesh(vertices=vertices, faces=(first[:, None, None] + cell.faces).reshape(-1, 3))
-
-
 def _check(name: str, mesh: SurfaceMesh, volume_mm3: float, tolerance: float = VOLUME_TOLERANCE) -> None:
     if not mesh.is_watertight():
         msg = f"the {name} mesh is not watertight"
         raise GeometryError(msg)
     error = mesh.volume_mm3() / volume_mm3 - 1
     if abs(error) > tolerance:
-        found = f"{mesh.volume_mm3():.6g} mm3, {error:+.2g} off the closed form {volume_mm3:.6g} mm3"
-        msg = f"the {name} mesh has volume {found}"
+        off = f"{error:+.2g} off the closed form {volume_mm3:.6g} mm3"
+        msg = f"the {name} mesh has volume {mesh.volume_mm3():.6g} mm3, {off}"
         raise GeometryError(msg)
 
 
-EDGES = ((0, 1), (1, 2), (2, 0))
-
-
 def refined_face(mesh: SurfaceMesh, is_face: Mask, parts: int) -> SurfaceMesh:
-    """The mesh with the edges of one face divided.
+    """A closed mesh with every edge of one face divided into equal parts, while the rest of it stays as it is.
+
+    Around what presses, the face bends over tenths of a millimetre, and each flat triangle would be a facet of its own
+    to the light. Every triangle of the face becomes a triangular lattice of smaller ones; triangles that stand on its
+    rim become fans over the divided edge, so that the mesh stays closed. The vertices of `mesh` come first.
 
     Args:
         mesh: Closed mesh.
         is_face: Which vertices lie on the face, its rim included, shape (vertices,); triangles beside it have two of
             them at most.
-        parts: Into how many equal parts every edge of the face is divided, at least 1.
-
-    Returns:
-        A closed mesh of the same surface. The vertices of `mesh` come first, in their order.
+        parts: At least 1.
     """
     if parts == 1:
         return mesh

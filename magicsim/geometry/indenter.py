@@ -1,4 +1,4 @@
-"""A rigid object in a pose, as contact sees it: signed distance and normal at points of the sensor's frame."""
+"""A rigid object in a pose, as contact sees it, and how far it travels until it touches a curved face."""
 
 from dataclasses import dataclass
 
@@ -15,43 +15,6 @@ COARSE_MM, FINE = 0.25, 25
 """Spacing of the places that are looked at first [mm], and how much finer those are that follow."""
 CLOSE_MM = 1e-7
 MOST_STEPS = 200
-
-
-def first_touch_mm(shape: Shape, pose: Pose, face: Dome | HeightMap, footprint_mm: tuple[float, float]) -> float:
-    """Travel along z until the object touches, from where its highest point is at z = 0; never negative [mm].
-
-    Conservative advancement: an object whose nearest place of the face is at distance d may rise by d. One that passes
-    beside the block touches nothing; it counts from the highest place of the face.
-
-    Args:
-        shape: The object.
-        pose: With its highest point at z = 0.
-        face: Shape of the contact face.
-        footprint_mm: Of the block [mm].
-    """
-    axes = [np.linspace(-size / 2, size / 2, round(size / COARSE_MM) + 1) for size in footprint_mm]
-    places = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
-    highest = float(face.rise_mm(places).max())
-    travel, nearest = _advance(shape, pose, face, places, 0.0, highest)
-    local = np.linspace(-COARSE_MM, COARSE_MM, 2 * FINE + 1)
-    fine = nearest + np.stack(np.meshgrid(local, local), -1).reshape(-1, 2)
-    half = np.array(footprint_mm) / 2
-    return _advance(shape, pose, face, np.clip(fine, -half, half), max(0.0, travel - COARSE_MM), highest)[0]
-
-
-def _advance(
-    shape: Shape, pose: Pose, face: Dome | HeightMap, places: Array, start: float, most: float
-) -> tuple[float, Array]:
-    points = np.column_stack([places, face.rise_mm(places)])
-    travel, nearest = start, places[0]
-    for _ in range(MOST_STEPS):
-        distance = shape.distance(pose.to_object(points - [0.0, 0.0, travel]))[0]
-        number = int(distance.argmin())
-        nearest = places[number]
-        if distance[number] < CLOSE_MM or travel >= most:
-            break
-        travel += float(distance[number])
-    return min(travel, most), nearest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,23 +43,14 @@ class Indenter:
         What lies in the object above the face, however high, was passed by it on its way up: a ball pressed deeper than
         its diameter still touches. Empty when all of it is below the face.
         """
-        top = self.top_mm()
-        return (
-            np.linspace(0, top, int(np.ceil(top / self.shape.feature_mm)), endpoint=False) if top > 0 else np.empty(0)
-        )
+        top = max(0.0, self.top_mm())
+        return np.linspace(0, top, int(np.ceil(top / self.shape.feature_mm)), endpoint=False)
 
 
 def place_object(
-    config: ObjectBase,
-    *,
-    gap_mm: float,
-    x_mm: float = 0.0,
-    y_mm: float = 0.0,
-    twist_deg: float = 0.0,
-    tilt_x_deg: float = 0.0,
-    tilt_y_deg: float = 0.0,
-    design: ElastomerDesign | None = None,
-) -> Indenter:
+    config: ObjectBase, *, gap_mm: float, x_mm: float = 0.0, y_mm: float = 0.0, twist_deg: float = 0.0,
+    tilt_x_deg: float = 0.0, tilt_y_deg: float = 0.0, design: ElastomerDesign | None = None,
+) -> Indenter:  # fmt: skip
     """Puts an object under the contact face.
 
     Args:
@@ -112,13 +66,41 @@ def place_object(
     """
     shape: Shape = config.shape()
     turned = Pose.from_degrees(
-        np.array([x_mm, y_mm, 0.0]),
-        roll=config.roll_deg,
-        pitch=config.pitch_deg,
-        yaw=config.yaw_deg + twist_deg,
+        np.array([x_mm, y_mm, 0.0]), roll=config.roll_deg, pitch=config.pitch_deg, yaw=config.yaw_deg + twist_deg
     ).tilted((tilt_x_deg, tilt_y_deg))
     z_mm = -gap_mm - shape.support_mm(turned.rotation[2])
     if design is not None and design.face is not None:
         level = Pose(position_mm=np.array([x_mm, y_mm, z_mm + gap_mm]), rotation=turned.rotation)
         z_mm += first_touch_mm(shape, level, design.face, design.footprint_mm)
     return Indenter(shape=shape, pose=Pose(position_mm=np.array([x_mm, y_mm, z_mm]), rotation=turned.rotation))
+
+
+def first_touch_mm(shape: Shape, pose: Pose, face: Dome | HeightMap, footprint_mm: tuple[float, float]) -> float:
+    """Travel along z until an object touches a curved face, from a pose with its highest point at z = 0 [mm].
+
+    Conservative advancement: an object whose nearest place of the face is at distance d may rise by d. One that passes
+    beside the block touches nothing; it counts from the highest place of the face. The travel is never negative.
+    """
+    axes = [np.linspace(-size / 2, size / 2, round(size / COARSE_MM) + 1) for size in footprint_mm]
+    places = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
+    highest = float(face.rise_mm(places).max())
+    travel, nearest = _advance(shape, pose, face, places, 0.0, highest)
+    local = np.linspace(-COARSE_MM, COARSE_MM, 2 * FINE + 1)
+    fine = nearest + np.stack(np.meshgrid(local, local), -1).reshape(-1, 2)
+    half = np.array(footprint_mm) / 2
+    return _advance(shape, pose, face, np.clip(fine, -half, half), max(0.0, travel - COARSE_MM), highest)[0]
+
+
+def _advance(
+    shape: Shape, pose: Pose, face: Dome | HeightMap, places: Array, start: float, most: float
+) -> tuple[float, Array]:
+    points = np.column_stack([places, face.rise_mm(places)])
+    travel, nearest = start, places[0]
+    for _ in range(MOST_STEPS):
+        distance = shape.distance(pose.to_object(points - [0.0, 0.0, travel]))[0]
+        number = int(distance.argmin())
+        nearest = places[number]
+        if distance[number] < CLOSE_MM or travel >= most:
+            break
+        travel += float(distance[number])
+    return min(travel, most), nearest

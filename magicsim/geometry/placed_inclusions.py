@@ -21,9 +21,12 @@ TRIES = 50
 """Places that are tried for each; one for which a cell has no more room is left out."""
 
 
+_CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Placed:
-    """Inclusions where they are in one state of the cells, cell after cell."""
+class PlacedInclusions:
+    """Inclusions in one state of the cells, cell after cell."""
 
     cell: Index
     """Number of each one's cell, shape (inclusions,)."""
@@ -63,12 +66,8 @@ class DrawnInclusions:
     cells: int
     """Number of cells."""
 
-    def placed(self, vertices: Array) -> Placed:
-        """Where they are.
-
-        Args:
-            vertices: Of all cells, cell after cell, shape (vertices, 3) [mm].
-        """
+    def placed(self, vertices: Array) -> PlacedInclusions:
+        """The inclusions in cells with these vertices, cell after cell, shape (vertices, 3) [mm]."""
         cells = vertices.reshape(self.cells, -1, 3)[self.cell][:, self.corners]
         weights, slopes = _trilinear(self.places)
         centres = np.einsum("ic,icd->id", weights, cells)
@@ -76,22 +75,16 @@ class DrawnInclusions:
         gradient = np.einsum("ica,icd->ida", slopes, cells) / self.half_mm
         shrunk = np.minimum(np.linalg.svd(gradient, compute_uv=False)[:, -1], 1)
         turned = np.einsum("iad,ia->id", np.linalg.inv(gradient), self.normals)
-        return Placed(
-            cell=self.cell,
-            centres_mm=centres,
-            radii_mm=self.radii_mm * shrunk,
+        return PlacedInclusions(
+            cell=self.cell, centres_mm=centres, radii_mm=self.radii_mm * shrunk, is_bubble=self.is_bubble,
             normals=turned / np.linalg.norm(turned, axis=1, keepdims=True),
-            is_bubble=self.is_bubble,
-        )
+        )  # fmt: skip
 
 
 def draw_inclusions(inclusions: Inclusions, grid: CellGrid, cell_vertices: Array) -> DrawnInclusions | None:
     """The bubbles and flakes of a print, None where there are none.
 
-    Args:
-        inclusions: How many, how large.
-        grid: The cells.
-        cell_vertices: Of the first cell as drawn, shape (vertices of a cell, 3) [mm].
+    `cell_vertices` are those of the first cell as drawn, shape (vertices of a cell, 3) [mm].
     """
     if inclusions.is_clean:
         return None
@@ -106,9 +99,8 @@ def draw_inclusions(inclusions: Inclusions, grid: CellGrid, cell_vertices: Array
              (False, inclusions.flakes_per_mm3, inclusions.flake_radius_mm))  # fmt: skip
     radii, bubbles = [], []
     for filled, density, (low, high) in kinds:
-        found = random.uniform(low, high, random.poisson(density * volume))
-        radii.append(found)
-        bubbles.append(np.full(len(found), filled))
+        radii.append(random.uniform(low, high, random.poisson(density * volume)))
+        bubbles.append(np.full(len(radii[-1]), filled))
     radius, is_bubble = np.concatenate(radii), np.concatenate(bubbles)
     cell, directions = random.integers(grid.cell_count, size=len(radius)), random.standard_normal((len(radius), 3))
     tried = random.uniform(-1, 1, (len(radius), TRIES, 3))
@@ -118,18 +110,9 @@ def draw_inclusions(inclusions: Inclusions, grid: CellGrid, cell_vertices: Array
     order = np.flatnonzero(kept)[np.argsort(cell[kept], kind="stable")]
     normals = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     return DrawnInclusions(
-        cell=cell[order],
-        places=places[order],
-        radii_mm=radius[order],
-        normals=normals[order],
-        is_bubble=is_bubble[order],
-        half_mm=half,
-        corners=corners,
-        cells=grid.cell_count,
-    )
-
-
-_CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+        cell=cell[order], places=places[order], radii_mm=radius[order], normals=normals[order],
+        is_bubble=is_bubble[order], half_mm=half, corners=corners, cells=grid.cell_count,
+    )  # fmt: skip
 
 
 def _apart(cell: Index, radius: Array, tried: Array, half: Array) -> tuple[Array, Mask]:

@@ -26,11 +26,7 @@ class Pose:
         return (points - self.position_mm) @ self.rotation
 
     def tilted(self, tilt_deg: tuple[float, float]) -> Self:
-        """Turned about the origin of the object's frame.
-
-        Args:
-            tilt_deg: Rotation vector along the sensor's x and y [degrees].
-        """
+        """Turned about the origin of the object's frame by a rotation vector along the sensor's x and y [degrees]."""
         if not any(tilt_deg):
             return self
         size = float(np.hypot(*tilt_deg))
@@ -57,10 +53,8 @@ class Pose:
     @classmethod
     def from_degrees(cls, position_mm: Array, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Self:
         """Rotations about the fixed axes x (roll), then y (pitch), then z (yaw) [degrees]."""
-        (sr, sp, sy), (cr, cp, cy) = (
-            np.sin(np.radians([roll, pitch, yaw])),
-            np.cos(np.radians([roll, pitch, yaw])),
-        )
+        angles = np.radians([roll, pitch, yaw])
+        (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
         about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
         about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
         about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])

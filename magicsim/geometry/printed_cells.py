@@ -34,50 +34,31 @@ turn is one facet, and what lies under the facets is what lies under the round."
 
 
 def cell_mesh(edges_mm: Array, parts: int, radius_mm: float) -> SurfaceMesh:
-    """Surface of one cell around its centre.
-
-    Args:
-        edges_mm: Of the cuboid, shape (3,) [mm].
-        parts: Into which its edges are split, beside the fillets.
-        radius_mm: Of the fillets, 0 for a cuboid [mm].
-    """
+    """Surface of one cell around its centre, its edges split into parts beside fillets of a radius, 0 for a cuboid."""
     cube = manifold3d.Manifold.cube(tuple(edges_mm), True)
     if radius_mm == 0:
         return from_manifold(cube.refine(parts) if parts > 1 else cube)
     cell, half, steps = from_manifold(cube.refine(parts + 2)), np.asarray(edges_mm) / 2, parts + 2
     line = np.rint((cell.vertices / half + 1) / 2 * steps).astype(int)
     inner = half - radius_mm
-    places = np.stack([_lines(half[axis], inner[axis], parts)[line[:, axis]] for axis in range(3)], 1)
+    # Places of the mesh lines along an axis: the ends, and the flat part split evenly
+    lines = [np.array([-end, *np.linspace(-flat, flat, parts + 1), end]) for end, flat in zip(half, inner, strict=True)]
+    places = np.stack([lines[axis][line[:, axis]] for axis in range(3)], 1)
     core = np.clip(places, -inner, inner)
     away = places - core
     reach = radius_mm * REACH[(np.abs(away) > radius_mm / 2).sum(1)] / np.linalg.norm(away, axis=1)
     return SurfaceMesh(vertices=core + reach[:, None] * away, faces=cell.faces)
 
 
-def _lines(half: float, inner: float, parts: int) -> Array:
-    """Places of the mesh lines along an axis: the ends, and the flat part split evenly."""
-    return np.array([-half, *np.linspace(-inner, inner, parts + 1), half])
-
-
 def cell_volume_mm3(edges_mm: Array, radius_mm: float) -> float:
-    """Volume of a cuboid with round edges and corners (Steiner's formula) [mm3].
-
-    Args:
-        edges_mm: Of the cuboid, shape (3,) [mm].
-        radius_mm: Of its edges [mm].
-    """
+    """Volume of a cuboid with round edges and corners (Steiner's formula) [mm3]."""
     a, b, c = (float(edge) - 2 * radius_mm for edge in edges_mm)
     r = radius_mm
     return a * b * c + 2 * r * (a * b + b * c + c * a) + np.pi * r**2 * (a + b + c) + 4 / 3 * np.pi * r**3
 
 
 def facing_vertices(cell: Array, axis: int) -> tuple[Index, Index]:
-    """Vertices of a cell on its upper face along an axis, and those opposite them; a printed face is not quite flat.
-
-    Args:
-        cell: All of its vertices, shape (vertices, 3) [mm].
-        axis: 0 to 2.
-    """
+    """Vertices of a cell on its upper face along an axis, and those opposite them; a printed face is not quite flat."""
     places, rows = cell[:, axis], np.sqrt((len(cell) - 2) / 6)
     slack = np.ptp(places) / (2 * rows)  # half of the way to the next row of vertices
     high, low = np.flatnonzero(places > places.max() - slack), np.flatnonzero(places < places.min() + slack)
@@ -87,13 +68,7 @@ def facing_vertices(cell: Array, axis: int) -> tuple[Index, Index]:
 
 
 def printed_cells(vertices: Array, grid: CellGrid, unevenness: Unevenness) -> Array:
-    """Vertices of all cells as printed, shape (vertices, 3) [mm].
-
-    Args:
-        vertices: As drawn, cell after cell, of the same shape [mm].
-        grid: The cells.
-        unevenness: How the print differs.
-    """
+    """Vertices of all cells as printed, from those as drawn, cell after cell, shape (vertices, 3) [mm]."""
     if unevenness.is_even:
         return vertices
     random = np.random.default_rng(np.random.SeedSequence([unevenness.seed, CELL_STREAM]))
@@ -135,29 +110,22 @@ def _waves(places: Array, spread: float, length: float, count: int, random: np.r
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FusedCells:
-    """How the cells hang together where walls are missing."""
+    """Connections of cells where walls are missing."""
 
     pairs: Index
     """Cells below and above each missing wall, shape (walls, 2); no cell is there twice."""
     faces: Faces
     """Triangles of all cells, shape (triangles, 3), collapsed to a point where a membrane belongs to the cell below."""
     closed: Faces
-    """Those of closed cells, which share a membrane."""
+    """Triangles of closed cells, which share a membrane."""
     without_membranes: Faces
-    """Those of the fused cells, collapsed to points where a wall is missing."""
+    """Triangles of the fused cells, collapsed to points where a wall is missing."""
     beyond: npt.NDArray[np.uint32]
     """Cell above the membrane that a triangle is, or `WHOLE`, shape (triangles,)."""
 
 
 def draw_fused_cells(share: float, seed: int, grid: CellGrid, cells: SurfaceMesh) -> FusedCells | None:
-    """Takes walls out of a grid; None where none is missing.
-
-    Args:
-        share: Of all walls between two cells.
-        seed: Of the print.
-        grid: The cells.
-        cells: Their mesh as drawn, cell after cell.
-    """
+    """Takes a share of all walls between two cells out of a grid, whose mesh is as drawn; None without any."""
     below, axes = _torn(share, seed, grid)
     if not len(below):
         return None
@@ -176,16 +144,13 @@ def draw_fused_cells(share: float, seed: int, grid: CellGrid, cells: SurfaceMesh
         closed[over] = faces[over] = bare[over] = hung[:, one]
         lower, upper = (np.flatnonzero(np.isin(one, side).all(1)) for side in (high, low))
         beyond[under[:, None], lower] = over[:, None]
-        for found in (faces, bare):
-            found[over[:, None], upper] = found[over[:, None], upper][..., :1]
+        for fused in (faces, bare):
+            fused[over[:, None], upper] = fused[over[:, None], upper][..., :1]
         bare[under[:, None], lower] = bare[under[:, None], lower][..., :1]
     return FusedCells(
-        pairs=np.stack([below, above], 1),
-        faces=faces.reshape(-1, 3),
-        closed=closed.reshape(-1, 3),
-        without_membranes=bare.reshape(-1, 3),
-        beyond=beyond.ravel(),
-    )
+        pairs=np.stack([below, above], 1), faces=faces.reshape(-1, 3), closed=closed.reshape(-1, 3),
+        without_membranes=bare.reshape(-1, 3), beyond=beyond.ravel(),
+    )  # fmt: skip
 
 
 def _torn(share: float, seed: int, grid: CellGrid) -> tuple[Index, Index]:
@@ -197,13 +162,13 @@ def _torn(share: float, seed: int, grid: CellGrid) -> tuple[Index, Index]:
     cell, axis = np.nonzero(places < np.array(grid.counts) - 1)
     random = np.random.default_rng(np.random.SeedSequence([seed, WALL_STREAM]))
     used, wanted = np.zeros(grid.cell_count, bool), round(share * len(cell))
-    found: list[int] = []
+    torn: list[int] = []
     for wall in random.permutation(len(cell)).tolist():
-        if len(found) == wanted:
+        if len(torn) == wanted:
             break
         ends = [cell[wall], cell[wall] + steps[axis[wall]]]
         if not used[ends].any():
             used[ends] = True
-            found.append(wall)
-    order = np.sort(np.array(found, np.int64))
+            torn.append(wall)
+    order = np.sort(np.array(torn, np.int64))
     return cell[order], axis[order]

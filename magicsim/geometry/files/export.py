@@ -1,4 +1,8 @@
-"""Printable and viewable geometry: the clear part with its cavities, and the infill, as files for other programs."""
+"""Printable and viewable geometry: the clear part with its cavities, and the infill, as files for other programs.
+
+3MF (for printers, in millimetres) is written by the format's reference library; GLB (for viewers) is in metres with y
+up, so that its nodes carry scale and rotation.
+"""
 
 import hashlib
 from collections.abc import Sequence
@@ -19,6 +23,10 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 
+SUFFIXES = (".stl", ".3mf", ".glb")
+METRES_PER_MM = 1e-3
+TO_VIEWER = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1 / METRES_PER_MM]]) * METRES_PER_MM
+"""From the sensor's frame [mm] to glTF's [m]: the contact face looks down, the sensor's z axis points up (y)."""
 Colour = tuple[float, float, float, float]
 CLEAR: Colour = (0.80, 0.90, 1.00, 0.25)
 """Display colour of skin and walls, RGBA in 0..1."""
@@ -27,7 +35,7 @@ TRANSLUCENT: Colour = (1.00, 0.93, 0.75, 0.60)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
+class PrintedPart:
     """One material of a print."""
 
     name: str
@@ -37,26 +45,22 @@ class Part:
     """How viewers show it, RGBA in 0..1; no property of the material."""
 
 
-def printed_parts(elastomer: Elastomer) -> tuple[Part, ...]:
+def printed_parts(elastomer: Elastomer) -> tuple[PrintedPart, ...]:
     """The clear part with its cells hollow, then the infill if there is one; they do not overlap."""
-    if elastomer.infill is None:
-        return (Part(name="body", mesh=elastomer.body, colour=CLEAR),)
-    body = _with_cavities(elastomer.body, elastomer.infill)
-    return (
-        Part(name="body", mesh=body, colour=CLEAR),
-        Part(name="infill", mesh=elastomer.infill, colour=TRANSLUCENT),
-    )
-
-
-def _with_cavities(body: SurfaceMesh, infill: SurfaceMesh) -> SurfaceMesh:
-    """The body with the infill's surfaces turned inside out, which makes the cells hollow."""
-    return SurfaceMesh(
+    body, infill = elastomer.body, elastomer.infill
+    if infill is None:
+        return (PrintedPart(name="body", mesh=body, colour=CLEAR),)
+    hollow = SurfaceMesh(  # the infill's surfaces turned inside out
         vertices=np.concatenate([body.vertices, infill.vertices]),
         faces=np.concatenate([body.faces, infill.faces[:, ::-1] + len(body.vertices)]).astype(np.int32),
     )
+    return (
+        PrintedPart(name="body", mesh=hollow, colour=CLEAR),
+        PrintedPart(name="infill", mesh=infill, colour=TRANSLUCENT),
+    )
 
 
-def write_3mf(path: Path, parts: Sequence[Part]) -> None:
+def write_3mf(path: Path, parts: Sequence[PrintedPart]) -> None:
     """Writes the parts as the components of one object, which slicers keep aligned.
 
     Positions are stored in single precision, as the library does.
@@ -66,7 +70,11 @@ def write_3mf(path: Path, parts: Sequence[Part]) -> None:
         GeometryError: The library does not take a mesh for a closed solid.
         OSError: The file cannot be written.
     """
-    lib3mf = _library()
+    try:
+        import lib3mf
+    except ImportError:
+        msg = "3MF files need lib3mf, which is not installed; it is not made for every processor: write .stl or .glb"
+        raise OutputError(msg) from None
     wrapper = lib3mf.get_wrapper()
     model = wrapper.CreateModel()
     model.SetUnit(lib3mf.ModelUnit.MilliMeter)
@@ -94,7 +102,7 @@ def write_3mf(path: Path, parts: Sequence[Part]) -> None:
     path.write_bytes(bytes(model.QueryWriter("3mf").WriteToBuffer()))
 
 
-def _identity(role: str, parts: Sequence[Part]) -> str:
+def _identity(role: str, parts: Sequence[PrintedPart]) -> str:
     """An identifier that follows from the content, so that the same design gives the same bytes."""
     digest = hashlib.blake2b(role.encode(), digest_size=16)
     for part in parts:
@@ -106,28 +114,7 @@ def _structures(kind: Any, rows: np.ndarray[Any, Any]) -> Any:  # noqa: ANN401 -
     return (kind * len(rows)).from_buffer_copy(np.ascontiguousarray(rows).tobytes())
 
 
-def _library() -> Any:  # noqa: ANN401 - its bindings have no types
-    try:
-        import lib3mf
-    except ImportError:
-        msg = "3MF files need lib3mf, which is not installed; it is not made for every processor: write .stl or .glb"
-        raise OutputError(msg) from None
-    return lib3mf
-
-
-METRES_PER_MM = 1e-3
-TO_VIEWER = np.array(
-    [
-        [METRES_PER_MM, 0, 0, 0],
-        [0, 0, METRES_PER_MM, 0],
-        [0, -METRES_PER_MM, 0, 0],
-        [0, 0, 0, 1],
-    ]
-)
-"""From the sensor's frame [mm] to glTF's [m]: the contact face looks down, the sensor's z axis points up (y)."""
-
-
-def write_glb(path: Path, parts: Sequence[Part]) -> None:
+def write_glb(path: Path, parts: Sequence[PrintedPart]) -> None:
     """Writes the parts as named nodes; the stored vertices are in mm, the nodes' matrices make them metres.
 
     Raises:
@@ -136,29 +123,19 @@ def write_glb(path: Path, parts: Sequence[Part]) -> None:
     scene = trimesh.Scene()
     for part in parts:
         mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)
-        mesh.visual = TextureVisuals(material=_material(part))  # type: ignore[no-untyped-call]
+        material = PBRMaterial(  # type: ignore[no-untyped-call]
+            name=part.name, baseColorFactor=part.colour, metallicFactor=0.0, roughnessFactor=0.2, alphaMode="BLEND",
+            doubleSided=False,
+        )  # fmt: skip
+        mesh.visual = TextureVisuals(material=material)  # type: ignore[no-untyped-call]
         scene.add_geometry(mesh, node_name=part.name, geom_name=part.name, transform=TO_VIEWER)
     # Without normals viewers shade each triangle flat, as the glTF specification (section 3.7.2.1) asks
     path.write_bytes(scene.export(file_type="glb", include_normals=False))  # type: ignore[no-untyped-call]
 
 
-def _material(part: Part) -> PBRMaterial:
-    return PBRMaterial(  # type: ignore[no-untyped-call]
-        name=part.name,
-        baseColorFactor=part.colour,
-        metallicFactor=0.0,
-        roughnessFactor=0.2,
-        alphaMode="BLEND",
-        doubleSided=False,
-    )
-
-
-SUFFIXES = (".stl", ".3mf", ".glb")
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Export:
-    """What was written."""
+    """Written files and their volumes."""
 
     watertight: bool
     """Whether every written mesh is closed."""
@@ -198,7 +175,7 @@ def export_design(design: ElastomerDesign, out: Path | str) -> Export:
     )
 
 
-def _write(out: Path, parts: Sequence[Part]) -> list[Path]:
+def _write(out: Path, parts: Sequence[PrintedPart]) -> list[Path]:
     """Writes all files beside their final names first, so that no part stands there alone."""
     if out.suffix != ".stl":
         with result_file(out) as partial:
@@ -214,7 +191,7 @@ def _write(out: Path, parts: Sequence[Part]) -> list[Path]:
     return paths
 
 
-def _paths(out: Path, parts: Sequence[Part]) -> list[Path]:
+def _paths(out: Path, parts: Sequence[PrintedPart]) -> list[Path]:
     """The file that was named, and of STL those beside it."""
     others = parts[1:] if out.suffix == ".stl" else []
     return [out, *(out.with_name(f"{out.stem}-{part.name}{out.suffix}") for part in others)]

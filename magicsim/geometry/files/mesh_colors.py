@@ -14,25 +14,21 @@ MAX_PIXELS = 50_000_000
 
 
 def file_colors(path: str, points: Array) -> Array:
-    """Diffuse reflectance at points of a mesh's surface, from its texture, its vertices or its faces.
+    """Diffuse reflectance at points of a mesh's surface, in linear RGB, from its texture, its vertices or its faces.
 
     Args:
         path: An OBJ, PLY or GLB file that `mesh_file.load_mesh` has accepted.
         points: In the file's units, shape (points, 3).
-
-    Returns:
-        Linear RGB in 0..1, shape (points, 3).
 
     Raises:
         ConfigError: The file holds no colours.
     """
     mesh = trimesh.load_mesh(path, process=False)
     visual: Any = mesh.visual
-    has_texture = visual.kind == "texture" and visual.uv is not None and _image(visual) is not None
-    if not has_texture and visual.kind not in {"vertex", "face"}:
+    picture = _image(visual) if visual.kind == "texture" and visual.uv is not None else None
+    if picture is None and visual.kind not in {"vertex", "face"}:
         msg = f"file_colors = true is not allowed: mesh '{path}' has neither a texture nor colours"
         raise ConfigError(msg)
-    picture = _image(visual) if has_texture else None
     if picture is not None and picture.width * picture.height > MAX_PIXELS:
         msg = (
             f"mesh '{path}' has a texture of {picture.width} x {picture.height} pixels: at most "
@@ -45,21 +41,18 @@ def file_colors(path: str, points: Array) -> Array:
     _, face, foot = tree.squared_distance(vertices, faces, np.ascontiguousarray(points))
     corners = vertices[faces[face]]
     weights = trimesh.triangles.points_to_barycentric(corners, foot)  # type: ignore[no-untyped-call]
-    if has_texture:
+    if picture is not None:
         uv = np.einsum("pc,pci->pi", weights, np.asarray(visual.uv)[faces[face]])
         color = trimesh.visual.color.uv_to_interpolated_color(uv, picture)
     elif visual.kind == "vertex":
         color = np.einsum("pc,pci->pi", weights, np.asarray(visual.vertex_colors, np.float64)[faces[face]])
     else:
         color = np.asarray(visual.face_colors)[face]
-    return _linear(np.asarray(color, np.float64)[:, :3] / 255)
+    encoded = np.asarray(color, np.float64)[:, :3] / 255
+    # Linear light from sRGB (IEC 61966-2-1)
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
 
 
 def _image(visual: Any) -> Any:  # noqa: ANN401 -- of trimesh, without types
     material = visual.material
     return getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
-
-
-def _linear(encoded: Array) -> Array:
-    """Linear light from sRGB (IEC 61966-2-1), both in 0..1."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004

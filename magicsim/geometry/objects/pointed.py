@@ -87,9 +87,6 @@ class ConeObject(ObjectBase):
 
     def _solid(self) -> Revolved:
         return cone(
-            self.half_angle_deg,
-            self.length_mm,
-            tip_radius_mm=self.tip_radius_mm,
-            flat_radius_mm=self.flat_radius_mm,
+            self.half_angle_deg, self.length_mm, tip_radius_mm=self.tip_radius_mm, flat_radius_mm=self.flat_radius_mm,
             edge_radius_mm=self.edge_radius_mm,
-        )
+        )  # fmt: skip

@@ -71,12 +71,8 @@ class DurometerTool:
 def _tip() -> Revolved:
     """The profile, centred on its own middle: rim of the hidden end, shoulder between shaft and cone, tip."""
     angle, edge, half = np.radians(HALF_ANGLE_DEG), EDGE_RADIUS_MM, LENGTH_MM / 2
-    tip = Arc(
-        radial_mm=TIP_RADIUS_MM - flat_inset_mm(HALF_ANGLE_DEG, edge),
-        axial_mm=half - edge,
-        radius_mm=edge,
-        end_deg=90.0,
-    )
+    inset = flat_inset_mm(HALF_ANGLE_DEG, edge)
+    tip = Arc(radial_mm=TIP_RADIUS_MM - inset, axial_mm=half - edge, radius_mm=edge, end_deg=90.0)
     radial = SHAFT_RADIUS_MM - edge
     height = tip.axial_mm - (radial - tip.radial_mm) / float(np.tan(angle))
     shoulder = Arc(radial_mm=radial, axial_mm=height, radius_mm=edge, end_deg=HALF_ANGLE_DEG)

@@ -51,14 +51,9 @@ class MeshShape:
         tree = igl.AABB()
         tree.init(surface.vertices, faces)
         box = np.stack([surface.vertices.min(axis=0), surface.vertices.max(axis=0)])
-        return cls(
-            surface=surface,
-            faces=faces,
-            box_mm=box,
-            feature_mm=feature_mm if feature_mm is not None else float((box[1] - box[0]).min()) / 2,
-            tree=tree,
-            normals=_pseudonormals(surface),
-        )
+        feature = feature_mm if feature_mm is not None else float((box[1] - box[0]).min()) / 2
+        normals = _pseudonormals(surface)
+        return cls(surface=surface, faces=faces, box_mm=box, feature_mm=feature, tree=tree, normals=normals)
 
     def distance(self, points: Array) -> tuple[Array, Array]:
         """See `Shape.distance`; beyond 0.5 mm from the bounding box a lower bound: distance and normal of that box."""
@@ -87,11 +82,8 @@ class MeshShape:
 
     def mesh(self) -> SurfaceMesh:
         """See `Shape.mesh`."""
-        return from_manifold(_manifold(self.surface).refine_to_length(TRIANGLE_MM))
-
-
-def _manifold(surface: SurfaceMesh) -> manifold3d.Manifold:
-    return manifold3d.Manifold(manifold3d.Mesh64(surface.vertices, surface.faces.astype(np.uint64)))
+        mesh = manifold3d.Mesh64(self.surface.vertices, self.surface.faces.astype(np.uint64))
+        return from_manifold(manifold3d.Manifold(mesh).refine_to_length(TRIANGLE_MM))
 
 
 def _pseudonormals(surface: SurfaceMesh) -> Array:

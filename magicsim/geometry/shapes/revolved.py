@@ -1,4 +1,9 @@
-"""Solids of revolution about z that press with their upper end: the domed cylinder and the cone."""
+"""Solids of revolution about z that press with their upper end: the domed cylinder and the cone.
+
+Their profile is convex: arcs joined by tangent segments, from the lower end of the axis to its upper end,
+counter-clockwise in (radial, axial) coordinates. Its outward normal turns from -90 to +90 degrees without jumps, so
+that the sign of the nearest piece is always right.
+"""
 
 from dataclasses import dataclass
 
@@ -9,6 +14,8 @@ from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.shapes.solids import SEGMENTS, TRIANGLE_MM, around_axis
 
+LEAST_CONE_FEATURE_MM = 0.1
+"""A sharper tip of a cone does not ask for finer contact points: its flank carries the load."""
 SHORT_MM = 1e-12
 """Segments below this length are left out [mm]."""
 ARC_STEP_DEG = 11.25
@@ -103,10 +110,6 @@ def _keep_nearer(best: Array, normal: Array, signed: Array, candidate: Array) ->
     normal[nearer] = candidate[nearer]
 
 
-LEAST_CONE_FEATURE_MM = 0.1
-"""A sharper tip of a cone does not ask for finer contact points: its flank carries the load."""
-
-
 @dataclass(frozen=True, slots=True)
 class Revolved:
     """A convex profile turned about the z axis."""
@@ -131,13 +134,7 @@ class Revolved:
 
 
 def domed_cylinder(radius_mm: float, length_mm: float, edge_radius_mm: float) -> Revolved:
-    """A shaft about the origin whose upper end is a hemisphere.
-
-    Args:
-        radius_mm: Of shaft and hemisphere [mm].
-        length_mm: From the flat end to the tip [mm], above radius + edge radius.
-        edge_radius_mm: Of the rim at the flat end [mm], below the radius.
-    """
+    """A shaft about the origin whose upper end is a hemisphere; the rim of its flat end is rounded."""
     half = length_mm / 2
     rim = Arc(
         radial_mm=radius_mm - edge_radius_mm, axial_mm=edge_radius_mm - half, radius_mm=edge_radius_mm, end_deg=0.0
@@ -147,22 +144,9 @@ def domed_cylinder(radius_mm: float, length_mm: float, edge_radius_mm: float) ->
 
 
 def cone(
-    half_angle_deg: float,
-    length_mm: float,
-    *,
-    tip_radius_mm: float,
-    flat_radius_mm: float,
-    edge_radius_mm: float,
+    half_angle_deg: float, length_mm: float, *, tip_radius_mm: float, flat_radius_mm: float, edge_radius_mm: float
 ) -> Revolved:
-    """A cone about the origin with its tip upwards, blunted by a small ball or cut off flat.
-
-    Args:
-        half_angle_deg: Between axis and flank [degrees].
-        length_mm: From the base to the highest point [mm].
-        tip_radius_mm: Of the ball that touches the flank [mm]; not used if the cone is cut off.
-        flat_radius_mm: Where the flank meets the plane of the flat end [mm]; 0 for a ball.
-        edge_radius_mm: Of the rims of base and flat end [mm].
-    """
+    """A cone about the origin with its tip upwards, blunted by a small ball or cut off flat (see `ConeObject`)."""
     angle = np.radians(half_angle_deg)
     half = length_mm / 2
     if flat_radius_mm > 0:

@@ -22,10 +22,10 @@ TINY = 1e-300
 
 
 class Shape(Protocol):
-    """What contact and rendering need to know of a solid."""
+    """A solid as contact and rendering know it."""
 
     def __hash__(self) -> int:
-        """Solids are values, so that what is worked out for one may be kept."""
+        """Solids are values, so that results for one may be kept."""
 
     @property
     def feature_mm(self) -> float:
@@ -59,8 +59,7 @@ class Sphere:
     def distance(self, points: Array) -> tuple[Array, Array]:
         """See `Shape.distance`."""
         length = np.linalg.norm(points, axis=1)
-        normal = points / np.maximum(length, TINY)[:, None]
-        return length - self.radius_mm, normal
+        return length - self.radius_mm, points / np.maximum(length, TINY)[:, None]
 
     def support_mm(self, direction: Array) -> float:
         """See `Shape.support_mm`."""
@@ -85,15 +84,12 @@ class RoundedBox:
 
     def distance(self, points: Array) -> tuple[Array, Array]:
         """See `Shape.distance`."""
-        core = np.array(self.size_mm) / 2 - self.edge_radius_mm
-        offset = np.abs(points) - core
-        distance, normal = rounded(offset)
+        distance, normal = rounded(np.abs(points) - self._core_mm)
         return distance - self.edge_radius_mm, normal * np.where(points < 0, -1.0, 1.0)
 
     def support_mm(self, direction: Array) -> float:
         """See `Shape.support_mm`."""
-        core = np.array(self.size_mm) / 2 - self.edge_radius_mm
-        return float(np.abs(direction) @ core + self.edge_radius_mm * np.linalg.norm(direction))
+        return float(np.abs(direction) @ self._core_mm + self.edge_radius_mm * np.linalg.norm(direction))
 
     def mesh(self) -> SurfaceMesh:
         """See `Shape.mesh`."""
@@ -101,10 +97,15 @@ class RoundedBox:
 
     def solid(self, segments: int) -> manifold3d.Manifold:
         """The hull of eight balls, with so many segments on a full circle of an edge."""
-        core = np.array(self.size_mm) / 2 - self.edge_radius_mm
         ball = manifold3d.Manifold.sphere(self.edge_radius_mm, segments)
-        corners = [ball.translate(tuple(core * sign)) for sign in np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1]
+        signs = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1
+        corners = [ball.translate(tuple(self._core_mm * sign)) for sign in signs]
         return manifold3d.Manifold.batch_hull(corners)
+
+    @property
+    def _core_mm(self) -> Array:
+        """Half edges of the cuboid that the edges are rounded about, shape (3,) [mm]."""
+        return np.array(self.size_mm) / 2 - self.edge_radius_mm
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,13 +126,8 @@ class RoundedCylinder:
         """See `Shape.distance`."""
         along, across = self._split(points)
         radial, outward = around_axis(across)
-        offset = np.stack(
-            [
-                radial - (self.radius_mm - self.edge_radius_mm),
-                np.abs(along) - (self.length_mm / 2 - self.edge_radius_mm),
-            ],
-            axis=1,
-        )
+        core_radius, core_half = self._core_mm
+        offset = np.stack([radial - core_radius, np.abs(along) - core_half], axis=1)
         distance, profile_normal = rounded(offset)
         normal = np.empty_like(points)
         axis = "xyz".index(self.axis)
@@ -143,10 +139,7 @@ class RoundedCylinder:
     def support_mm(self, direction: Array) -> float:
         """See `Shape.support_mm`."""
         along, across = self._split(direction[None])
-        core_radius, core_half = (
-            self.radius_mm - self.edge_radius_mm,
-            self.length_mm / 2 - self.edge_radius_mm,
-        )
+        core_radius, core_half = self._core_mm
         rounded = self.edge_radius_mm * np.linalg.norm(direction)
         return float(core_half * abs(along[0]) + core_radius * np.linalg.norm(across) + rounded)
 
@@ -158,18 +151,18 @@ class RoundedCylinder:
         """The solid of revolution, its triangles as long as they come."""
         edge = self.edge_radius_mm
         angles = np.linspace(0, np.pi / 2, 9)
-        upper = np.stack(
-            [
-                self.radius_mm - edge + edge * np.cos(angles),
-                self.length_mm / 2 - edge + edge * np.sin(angles),
-            ],
-            axis=1,
-        )
+        core_radius, core_half = self._core_mm
+        upper = np.stack([core_radius + edge * np.cos(angles), core_half + edge * np.sin(angles)], axis=1)
         lower = (upper * [1, -1])[::-1]
         profile = np.concatenate([[[0.0, -self.length_mm / 2]], lower, upper, [[0.0, self.length_mm / 2]]])
         solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([profile]), SEGMENTS)
         turn = {"x": (0.0, 90.0, 0.0), "y": (-90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[self.axis]
         return solid.rotate(turn)
+
+    @property
+    def _core_mm(self) -> tuple[float, float]:
+        """Radius and half length of the cylinder that the rims are rounded about [mm]."""
+        return self.radius_mm - self.edge_radius_mm, self.length_mm / 2 - self.edge_radius_mm
 
     def _split(self, points: Array) -> tuple[Array, Array]:
         axis = "xyz".index(self.axis)

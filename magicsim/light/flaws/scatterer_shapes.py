@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from magicsim.geometry.placed_inclusions import Placed
+from magicsim.geometry.placed_inclusions import PlacedInclusions
 from magicsim.light.backend import mi
 
 
@@ -13,7 +13,7 @@ def scatterer_name(number: int) -> str:
     return f"inclusion{number}"
 
 
-def scatterer_entries(placed: Placed, infill_ior: float, reflectance: float, medium: Any) -> dict[str, Any]:
+def scatterer_entries(placed: PlacedInclusions, infill_ior: float, reflectance: float, medium: Any) -> dict[str, Any]:
     """Their entries in a scene's dictionary, by name.
 
     Args:
@@ -35,7 +35,7 @@ def scatterer_entries(placed: Placed, infill_ior: float, reflectance: float, med
     return entries
 
 
-def transforms(placed: Placed) -> np.ndarray[Any, np.dtype[np.float64]]:
+def transforms(placed: PlacedInclusions) -> np.ndarray[Any, np.dtype[np.float64]]:
     """From a unit sphere, or a unit disk across z, to each one's place, shape (inclusions, 4, 4).
 
     Args:

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from magicsim.geometry.placed_inclusions import Placed
+from magicsim.geometry.placed_inclusions import PlacedInclusions
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
 
@@ -35,7 +35,7 @@ class Scatterers:
     """Reflectance of flakes."""
 
     @classmethod
-    def of(cls, placed: Placed, cells: int, infill_ior: float, reflectance: float) -> Self:
+    def of(cls, placed: PlacedInclusions, cells: int, infill_ior: float, reflectance: float) -> Self:
         """From where they are.
 
         Args:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.geometry.placed_inclusions import Placed
+from magicsim.geometry.placed_inclusions import PlacedInclusions
 from magicsim.light.backend import VARIANT, dr, mi
 from magicsim.light.flaws.scatterers import Scatterers, bump_ahead, turned
 
@@ -16,7 +16,7 @@ NORMAL = np.array([0.6, 0.0, 0.8])
 
 def one(*, is_bubble, reflectance=1.0):
     """One bubble or flake in the only cell."""
-    placed = Placed(
+    placed = PlacedInclusions(
         cell=np.array([0]), centres_mm=np.zeros((1, 3)), radii_mm=np.array([RADIUS]), normals=NORMAL[None],
         is_bubble=np.array([is_bubble]),
     )  # fmt: skip
