@@ -40,7 +40,7 @@ def dataset(
     A run that was stopped or killed goes on with --resume, and ends with the same bytes as one that was not. More
     episodes (--set episodes=1000 --resume) make a finished dataset grow. `dataset verify DIR` checks one.
     """
-    from magicsim.dataset.folder import check_folder
+    from magicsim.dataset.manifest import FOLDER
     from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.workers.options import choose_workers
 
@@ -49,7 +49,7 @@ def dataset(
     if preview is not None:
         _preview(config, out, preview, options, as_json=json)
         return
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     from magicsim.cli.progress import show_progress
     from magicsim.dataset.generate import generate_dataset
 

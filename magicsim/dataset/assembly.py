@@ -6,12 +6,11 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from magicsim.dataset.folder import Staging
 from magicsim.dataset.layout import Layout, ShardPlan
-from magicsim.dataset.manifest import FailedEpisode, Manifest, ShardEntry, write_manifest
+from magicsim.dataset.manifest import FOLDER, STAGED, FailedEpisode, Manifest, ShardEntry
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.dataset.shard import as_schema, read_episodes, rows_as_bytes, write_rows
-from magicsim.folder.ledger import Ledger
+from magicsim.dataset.shard import as_schema, read_episodes, read_rows, rows_as_bytes, write_rows
+from magicsim.folder.ledger import WORK, Ledger
 from magicsim.workers.attempt import Outcome
 from magicsim.workers.run_folder import log_failures
 
@@ -83,7 +82,7 @@ class Assembly:
                 "is_complete": len(self._closed) == len(self._layout),
             }
         )
-        write_manifest(self.ledger, self.manifest)
+        FOLDER.write_index(self.ledger, self.manifest)
 
     def _take_up(self, number: int, waiting: set[int]) -> None:
         plan = self._layout[number]
@@ -129,3 +128,41 @@ class Assembly:
 
     def _is_intact(self, entry: ShardEntry) -> bool:
         return self.ledger.is_intact(entry.file)
+
+
+class Staging:
+    """Finished episodes on disk, each whole or not there."""
+
+    def __init__(self, ledger: Ledger) -> None:
+        """Looks at what is there, and drops what is damaged."""
+        self._ledger = ledger
+        self._waiting: set[int] = set()
+        for path in sorted(ledger.out.glob(STAGED)):
+            episode = int(path.stem.partition("-")[2])
+            if ledger.is_intact(_name(episode)):
+                self._waiting.add(episode)
+            else:
+                ledger.remove(_name(episode))
+
+    def episodes(self) -> set[int]:
+        """Numbers of the episodes that wait."""
+        return set(self._waiting)
+
+    def put(self, episode: int, content: bytes) -> None:
+        """Takes a finished episode."""
+        self._ledger.place(_name(episode), content)
+        self._waiting.add(episode)
+
+    def table(self, episode: int) -> pa.Table:
+        """Rows of an episode."""
+        return read_rows(self._ledger.out / _name(episode))
+
+    def drop(self, episodes: tuple[int, ...]) -> None:
+        """Forgets episodes that are in a finished shard."""
+        for episode in episodes:
+            self._ledger.remove(_name(episode))
+            self._waiting.discard(episode)
+
+
+def _name(episode: int) -> str:
+    return f"{WORK}/episode-{episode:08d}.parquet"

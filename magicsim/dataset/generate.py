@@ -15,8 +15,7 @@ from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.features import Column, schema_of_columns
-from magicsim.dataset.folder import begun_dataset, check_folder, open_ledger
-from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, SENSORS, Manifest
+from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, FOLDER, SENSORS, Manifest
 from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.recipes.estimate import Estimate, estimate
 from magicsim.dataset.recipes.recipe import Recipe
@@ -24,7 +23,7 @@ from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
-from magicsim.folder.result import output_errors
+from magicsim.folder.target import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Prepare, bound_threads
@@ -130,10 +129,10 @@ def _generated(
     check_codec(recipe.rig.camera.compression)
     episodes = draw_episodes(recipe)
     _draw_once(episodes, range(min(len(episodes), CHECKED_FIRST)))
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
-        is_new = begun_dataset(out) is None
+        is_new = FOLDER.begun(out) is None
         if announce is not None and is_new:  # before the sensors are drawn, which takes a while where there are many
             announce(estimate(recipe, episodes, processes=options.workers))
         _draw_once(episodes, range(CHECKED_FIRST, min(len(episodes), CHECKED)))
@@ -151,10 +150,10 @@ def _draw_once(episodes: Drawn[DrawnEpisode], numbers: range) -> None:
 
 
 def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:
-    earlier = begun_dataset(out)
+    earlier = FOLDER.begun(out)
     if earlier is not None:
         _refuse_another(recipe, earlier, out, variant)
-    ledger = open_ledger(out)
+    ledger = FOLDER.open_ledger(out)
     sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
     config = tomli_w.dumps(recipe.model_dump(mode="json", exclude_none=True))
     contents = {

@@ -9,11 +9,17 @@ from pydantic import Field, model_validator
 from magicsim.config.documents import read_json
 from magicsim.config.models import Config, validate
 from magicsim.errors import MagicsimError, OutputError
-from magicsim.folder.ledger import Ledger
-from magicsim.folder.listing import Listed, is_sealed, sealed, sha256_of
+from magicsim.folder.ledger import WORK
+from magicsim.folder.listing import Listed
+from magicsim.workers.run_folder import FolderIndex, RunFolder
 
-MANIFEST = "manifest.json"
+MANIFEST, RECORDED = "manifest.json", "recorded.json"
 CONFIG, CARD, CALIBRATION, SENSORS = "config.toml", "README.md", "calibration.json", "sensors.parquet"
+SHEET, STATISTICS = "preview.png", "preview.json"
+PREVIEW_FILES = frozenset({SHEET, STATISTICS})
+"""Files of a preview, which may stand beside; they answer for each other."""
+STAGED = f"{WORK}/episode-*.parquet"
+"""Finished episodes that wait for their shard, by number."""
 
 
 class ShardEntry(Config):
@@ -42,14 +48,9 @@ class FailedEpisode(Config):
     message: str
 
 
-class Manifest(Config):
+class Manifest(FolderIndex):
     """Index of a dataset; holds nothing that differs from run to run."""
 
-    schema_version: Literal[1] = 1
-    config_hash: str
-    """SHA-256 of the recipe without its number of episodes."""
-    versions: dict[str, str]
-    variant: str
     seed: int
     episodes: int
     """How many the recipe asks for."""
@@ -63,7 +64,7 @@ class Manifest(Config):
     files: dict[str, str]
     """SHA-256 of every other file."""
     sha256: str = ""
-    """Hash of this manifest itself, see `magicsim.folder.listing`."""
+    """Hash of this manifest itself, see `magicsim.folder.listing.sealed`."""
 
     @model_validator(mode="after")
     def _stay_in_the_folder(self) -> Self:
@@ -80,20 +81,15 @@ class Manifest(Config):
         return {name: Listed(sha256=digest) for name, digest in self.files.items()} | shards
 
 
-def read_manifest(folder: Path) -> Manifest | None:
-    """The manifest of a folder, None where there is none.
+def _has_episodes(out: Path, manifest: Manifest) -> bool:
+    return bool(manifest.shards or manifest.failed) or any(out.glob(STAGED))
 
-    Raises:
-        OutputError: It is not a manifest that this version understands.
-    """
-    path = folder / MANIFEST
-    if not path.is_file():
-        return None
-    try:
-        return validate(Manifest, read_json(path), source=MANIFEST)
-    except (ValueError, OSError) as error:
-        msg = f"'{path}' is not a manifest of magicsim: {error}"
-        raise OutputError(msg) from None
+
+FOLDER = RunFolder(
+    index=MANIFEST, model=Manifest, noun="dataset", content="dataset", beside=PREVIEW_FILES,
+    is_worth_keeping=_has_episodes,
+)  # fmt: skip
+read_manifest = FOLDER.read_index
 
 
 def check_size(folder: Path, name: str, listed: Listed) -> None:
@@ -135,34 +131,6 @@ def listed_content(folder: Path, name: str, listed: Listed) -> bytes:
 
 def _changed(path: Path, how: str) -> str:
     return f"'{path}' is not as it was written ({how}): put it back, or make the dataset again"
-
-
-def is_unchanged(folder: Path) -> bool:
-    """Whether a folder's manifest is byte for byte as it was written."""
-    return is_sealed((folder / MANIFEST).read_bytes())
-
-
-def written_files(folder: Path) -> dict[str, Listed]:
-    """What a folder's manifest shows that magicsim wrote, itself included; nothing where there is none.
-
-    Raises:
-        OutputError: The manifest has changed since it was written.
-    """
-    manifest = read_manifest(folder)
-    if manifest is None:
-        return {}
-    if not is_unchanged(folder):
-        msg = f"'{folder / MANIFEST}' has changed since it was written; put it back, or name another folder"
-        raise OutputError(msg)
-    return manifest.listed() | {MANIFEST: Listed(sha256=sha256_of(folder / MANIFEST))}
-
-
-def write_manifest(ledger: Ledger, manifest: Manifest) -> None:
-    """Replaces the manifest of a folder at once."""
-    ledger.place(MANIFEST, sealed(manifest.model_dump(mode="json")))
-
-
-RECORDED = "recorded.json"
 
 
 class Recorded(Config):

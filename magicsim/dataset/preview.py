@@ -1,10 +1,12 @@
 """A look at a recipe before a long run: a contact sheet of coarse frames, and statistics."""
 
+import hashlib
+import json
 import math
 import textwrap
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,11 +17,14 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Frame
-from magicsim.dataset.folder import SHEET, check_preview, write_preview
 from magicsim.dataset.layout import split_of
+from magicsim.dataset.manifest import PREVIEW_FILES, SHEET, STATISTICS
 from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
 from magicsim.dataset.recipes.estimate import estimate, odd_step
 from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.folder.listing import is_sealed, sealed, sha256_of
+from magicsim.folder.result import result_file
+from magicsim.folder.target import output_errors, refuse_foreign
 from magicsim.frame_class import classify_frame
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import FrameState, timeline
@@ -262,3 +267,49 @@ def _sorted(counts: Counter[str]) -> dict[str, int]:
 def _spread(values: list[float]) -> dict[str, float]:
     low, middle, high = np.quantile(values, [0, 0.5, 1]).round(6).tolist()
     return {"count": len(values), "min": low, "median": middle, "max": high}
+
+
+SHEETS = "sheet_sha256"
+"""Key of the statistics: hashes of the sheet and, in case a run is killed between both files, of the one before."""
+
+
+def check_preview(out: Path) -> None:
+    """Refuses to replace a picture or a file of that name that magicsim did not write.
+
+    Raises:
+        OutputError: It names them, or the folder cannot be read.
+    """
+    with output_errors(out):
+        refuse_foreign(out, changed_preview(out))
+
+
+def changed_preview(out: Path) -> list[str]:
+    """Names of a folder's preview files that are not as they were written."""
+    sheet, statistics = out / SHEET, out / STATISTICS
+    if not statistics.exists():
+        return [SHEET] if sheet.exists() else []
+    if not is_sealed(statistics.read_bytes()):
+        return [name for name in sorted(PREVIEW_FILES) if (out / name).exists()]
+    known = json.loads(statistics.read_bytes()).get(SHEETS, [])
+    return [SHEET] if sheet.exists() and sha256_of(sheet) not in known else []
+
+
+def write_preview(out: Path, sheet: bytes, statistics: Mapping[str, Any]) -> None:
+    """Writes both files, each whole or not at all.
+
+    Args:
+        out: Their folder.
+        sheet: PNG file.
+        statistics: Values for JSON.
+
+    Raises:
+        OutputError: They cannot be written, or would replace something that magicsim did not write.
+    """
+    check_preview(out)
+    hashes = [hashlib.sha256(sheet).hexdigest()]
+    if (out / SHEET).exists():
+        hashes.append(sha256_of(out / SHEET))
+    with result_file(out / STATISTICS) as partial:
+        partial.write_bytes(sealed({**statistics, SHEETS: hashes}))
+    with result_file(out / SHEET) as partial:
+        partial.write_bytes(sheet)

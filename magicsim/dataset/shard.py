@@ -58,6 +58,13 @@ def rows_as_bytes(table: pa.Table) -> bytes:
     return sink.getvalue()
 
 
+def parquet_bytes(table: pa.Table) -> bytes:
+    """A table that is no part of a dataset as a Parquet file in memory, in PyArrow's own layout."""
+    sink = io.BytesIO()
+    pq.write_table(table, sink, compression="zstd")
+    return sink.getvalue()
+
+
 def read_rows(path: Path) -> pa.Table:
     """A whole Parquet file, its extension metadata kept as it is."""
     with pq.ParquetFile(path) as file:

@@ -9,9 +9,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.config.named_files import named_files
-from magicsim.dataset.folder import PREVIEW_FILES, changed_preview
 from magicsim.dataset.layout import Layout
-from magicsim.dataset.manifest import CONFIG, MANIFEST, Manifest, ShardEntry, is_unchanged, read_manifest
+from magicsim.dataset.manifest import CONFIG, FOLDER, MANIFEST, PREVIEW_FILES, Manifest, ShardEntry, read_manifest
+from magicsim.dataset.preview import changed_preview
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.shard import decoded_png
 from magicsim.errors import MagicsimError, OutputError
@@ -70,7 +70,7 @@ def verify_dataset(folder: Path) -> Verification:
 
 def _itself(folder: Path, manifest: Manifest) -> Iterator[str]:
     """What the manifest says wrongly of itself and of the recipe."""
-    if not is_unchanged(folder):
+    if not FOLDER.is_unchanged(folder):
         yield f"{MANIFEST}: changed since it was written (its own SHA-256 differs)"
     if sum(entry.rows for entry in manifest.shards) != manifest.rows:
         yield f"{MANIFEST}: rows = {manifest.rows} is not the sum over its shards"

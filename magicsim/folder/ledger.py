@@ -1,26 +1,27 @@
-"""What magicsim wrote into a folder that grows over several runs, so that it replaces and removes nothing else.
+"""The files of a folder that grows over several runs, so that magicsim replaces and removes nothing else there.
 
-While a folder grows, a journal in it names every file before it gets its name: its size, its hash, and the random part
-of the name under which it is written. What stands when the folder is whole is in an index of the folder's own, such as
-a dataset's manifest, and the journal goes.
+While the folder grows, a journal in it names every file, with its size and hash, before it gets its name. What stands
+when the folder is whole is in an index of the folder's own, such as a dataset's manifest, and the journal goes.
 """
 
 import json
 import os
-from collections.abc import Collection, Iterator, Mapping
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 from magicsim.folder.listing import Listed, files_below, is_sealed, sealed, sha256_of
 from magicsim.folder.lock import is_lock
-from magicsim.folder.naming import new_token
-from magicsim.folder.result import refuse_foreign
+from magicsim.folder.target import new_token, refuse_foreign
 
 WORK = ".work"
 """Folder of what is not yet in its final place; gone when the run is complete."""
 JOURNAL = "written.jsonl"
 """One line for each file, in that folder."""
+PARTIAL = re.compile(r"[0-9a-f]{16}\.partial")
+"""Names in that folder of files that are being written."""
 UNEDITED = frozenset({".parquet", ".webp"})
 """Endings of files that nobody changes by hand."""
 RESUMABLE = "; what is finished is kept, and --resume goes on from there"
@@ -30,17 +31,6 @@ RESUMABLE = "; what is finished is kept, and --resume goes on from there"
 def is_begun(out: Path) -> bool:
     """Whether a run has begun to write a folder and has not ended."""
     return (out / WORK / JOURNAL).is_file()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Entry:
-    """One line of the journal."""
-
-    file: str
-    token: str | None = None
-    """Random part of the name under which the file is written; None once it is."""
-    facts: Listed | None = None
-    """None until it is written."""
 
 
 class Ledger:
@@ -56,12 +46,12 @@ class Ledger:
         self.out = out
         self._journal = out / WORK / JOURNAL
         self._written: dict[str, list[Listed]] = {name: [each] for name, each in known.items()}
-        self._not_logged, self._is_begun = dict(known), False
-        for entry in _entries(self._journal):
-            if entry.token is not None:
-                _partial(out / entry.file, entry.token).unlink(missing_ok=True)
-            if entry.facts is not None:
-                self._note(entry.file, entry.facts)
+        self._is_open = False
+        for name, facts in _entries(self._journal):
+            self._written.setdefault(name, []).append(facts)
+        for path in self._journal.parent.glob("*.partial"):
+            if PARTIAL.fullmatch(path.name):
+                path.unlink()
 
     def names(self) -> list[str]:
         """Names below the folder of every written file that is there, in order."""
@@ -105,8 +95,8 @@ class Ledger:
         Raises:
             OutputError: Somebody else's file has the name.
         """
-        with self.writing(name) as partial, partial.open("wb") as file:
-            file.write(content)
+        with self.writing(name) as partial:
+            partial.write_bytes(content)
 
     @contextmanager
     def writing(self, name: str) -> Iterator[Path]:
@@ -117,21 +107,19 @@ class Ledger:
         """
         if not self.is_own(name):
             refuse_foreign(self.out, [name])
-        path, token = self.out / name, new_token()
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._log(_Entry(file=name, token=token))
-        partial = _partial(path, token)
+        self._begin()
+        path, partial = self.out / name, self._journal.with_name(f"{new_token()}.partial")
         try:
             yield partial
             with partial.open("rb+") as file:
                 os.fsync(file.fileno())
             facts = Listed(size=partial.stat().st_size, sha256=sha256_of(partial))
-            self._log(_Entry(file=name, facts=facts))
-            self._note(name, facts)
+            self._log([(name, facts)])
+            self._written.setdefault(name, []).append(facts)
+            path.parent.mkdir(parents=True, exist_ok=True)
             partial.replace(path)
-        except BaseException:
+        finally:
             partial.unlink(missing_ok=True)
-            raise
         _sync(path.parent)
 
     def remove(self, name: str) -> None:
@@ -154,33 +142,28 @@ class Ledger:
         """What was written last under a name."""
         return self._written[name][-1]
 
-    def _note(self, name: str, facts: Listed) -> None:
-        self._written.setdefault(name, []).append(facts)
+    def _begin(self) -> None:
+        """Opens the journal with what is known: an index that lists some of it may be replaced from now on."""
+        if not self._is_open:
+            self._journal.parent.mkdir(parents=True, exist_ok=True)
+            known = [(name, facts) for name, listed in self._written.items() for facts in listed]
+            self._log(known, start=b"\n")  # the last line may have been cut off
+            self._is_open = True
 
-    def _log(self, entry: _Entry) -> None:
-        """Adds a line to the journal, after what an index listed: that may be replaced from now on."""
-        entries = [*(_Entry(file=name, facts=each) for name, each in self._not_logged.items()), entry]
-        start = b"" if self._is_begun else b"\n"  # the last line may have been cut off
-        self._not_logged, self._is_begun = {}, True
-        self._journal.parent.mkdir(exist_ok=True)
+    def _log(self, entries: Iterable[tuple[str, Listed]], *, start: bytes = b"") -> None:
+        lines = [sealed({"file": name, "facts": asdict(facts)}, indent=None) for name, facts in entries]
         with self._journal.open("ab") as journal:
-            journal.write(start + b"".join(sealed(asdict(each), indent=None) for each in entries))
+            journal.write(start + b"".join(lines))
             journal.flush()
             os.fsync(journal.fileno())
 
 
-def _partial(path: Path, token: str) -> Path:
-    return path.with_name(f".{path.name}.{token}.tmp")
-
-
-def _entries(journal: Path) -> Iterator[_Entry]:
-    """Entries of a journal; a line that is damaged, or was cut off, tells nothing."""
-    lines = journal.read_bytes().splitlines(keepends=True) if journal.is_file() else []
-    for line in lines:
+def _entries(journal: Path) -> Iterator[tuple[str, Listed]]:
+    """Names and files of a journal; a line that is damaged, or was cut off, says nothing."""
+    for line in journal.read_bytes().splitlines(keepends=True) if journal.is_file() else ():
         if is_sealed(line, indent=None):
             entry = json.loads(line)
-            facts = Listed(**entry["facts"]) if entry["facts"] is not None else None
-            yield _Entry(file=entry["file"], token=entry["token"], facts=facts)
+            yield entry["file"], Listed(**entry["facts"])
 
 
 def _sync(folder: Path) -> None:

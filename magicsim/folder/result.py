@@ -1,26 +1,36 @@
-"""Folders of results that appear whole under their final name, or not at all."""
+"""Folders and files of results that appear whole under their final name, or not at all."""
 
-import errno
 import logging
 import os
 import shutil
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from magicsim.errors import OutputError
-from magicsim.folder.listing import LISTING, foreign_in, read_listing, remove_listed, write_listing
-from magicsim.folder.lock import can_be_replaced, is_lock, sole_writer
-from magicsim.folder.naming import beside, check_writable, within, working_folders
-from magicsim.folder.placing import put_in_place
+from magicsim.folder.listing import remove_empty_folders, remove_listed, write_listing
+from magicsim.folder.lock import is_lock, sole_writer
+from magicsim.folder.target import (
+    beside,
+    check_target,
+    check_writable,
+    is_working_name,
+    new_token,
+    output_errors,
+    within,
+    working_folders,
+    working_place,
+)
 
 LOGGER = logging.getLogger(__name__)
-MARKER = "config.toml"
-"""File of a result that makes it again."""
-SIGNATURE = "# Written by magicsim"
-"""How that file begins."""
-NAMED = 3
-"""Foreign files that a message names."""
+PRODUCER = "magicsim"
+"""What a picture or a mesh says made it."""
+SIGNED_BYTES = 4096
+"""Where that stands in the file, at the latest."""
+
+
+class _NotPlacedError(OutputError):
+    """The result is whole, but not under its name."""
 
 
 @contextmanager
@@ -56,121 +66,22 @@ def _folder(target: Path, *, is_listed: bool) -> Iterator[Path]:
         with sole_writer(target):
             check_target(target)
             _clear_leftovers(target)
-            with _working_folder(target) as partial:
+            partial = working_place(target)
+            partial.mkdir(parents=True)
+            try:
                 yield partial
                 if is_listed:
                     write_listing(partial)
-                _finish(partial, target)
-
-
-@contextmanager
-def output_errors(target: Path, *, then: str = "") -> Iterator[None]:
-    """Turns what the system says against writing into one line.
-
-    Args:
-        target: What is written.
-        then: What else to say.
-
-    Raises:
-        OutputError: Instead of any `OSError`.
-    """
-    try:
-        yield
-    except OSError as error:
-        reason = "no space left on the disk" if error.errno == errno.ENOSPC else error.strerror or str(error)
-        msg = f"cannot write {target}: {reason}{then}"
-        raise OutputError(msg) from None
-
-
-def check_target(target: Path) -> None:
-    """Refuses a target that holds anything that magicsim cannot show it wrote.
-
-    Raises:
-        OutputError: The target is a file or a folder with something foreign in it, which is named, or cannot be read.
-    """
-    with output_errors(target):
-        present = names_in(target)
-        own = {path.name for path in working_folders(target)}
-        present = [name for name in present if name not in own]
-        listing = read_listing(target)
-        if listing is None and _looks_like_a_result(target):
-            msg = f"output folder '{target}' holds a result without its list '{LISTING}'; name a new or empty folder"
-            raise OutputError(msg)
-        if listing is None:
-            refuse_others(target, present)
-        foreign = [
-            name for name in foreign_in(target, listing or {}) if Path(name).parts[0] not in own and not is_lock(name)
-        ]
-    refuse_foreign(target, foreign)
-    check_place(target)
-
-
-def check_place(target: Path) -> None:
-    """Refuses a folder that cannot be made or written, before any work is done for it.
-
-    Raises:
-        OutputError: Something above it is a file, a name is too long, or nothing can be made there.
-    """
-    with output_errors(target):
-        real = Path(os.path.realpath(target))  # `.` has no name of its own
-        check_writable(target, beside(real, "partial") if can_be_replaced(real) else within(real, "partial"))
-
-
-def refuse_foreign(target: Path, names: Sequence[str]) -> None:
-    """Refuses a folder for what is in it, if there is any.
-
-    Raises:
-        OutputError: It names some of that.
-    """
-    if names:
-        msg = f"output folder '{target}' holds {_some(names)}, not as magicsim wrote it; move that away"
-        raise OutputError(msg)
-
-
-def refuse_others(target: Path, names: Collection[str]) -> None:
-    """Refuses a folder in which nothing is magicsim's, if it holds anything.
-
-    Raises:
-        OutputError: It names some of that.
-    """
-    if names:
-        msg = f"output folder '{target}' holds other files ({_some(sorted(names))}); name a new or empty folder"
-        raise OutputError(msg)
-
-
-def _some(names: Sequence[str]) -> str:
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return ", ".join(f"'{name}'" for name in names[:NAMED]) + more
-
-
-def names_in(folder: Path) -> list[str]:
-    """Names in an output folder but for its lock; none where there is no folder yet.
-
-    Raises:
-        OutputError: It is a file, or something above it is.
-        OSError: It cannot be read, such as a loop of links.
-    """
-    try:
-        return [name for name in os.listdir(folder) if not is_lock(name)]
-    except FileNotFoundError:
-        return []
-    except NotADirectoryError:
-        if not folder.is_file():
-            check_place(folder)  # which names what is a file above it
-            return []
-        msg = f"output folder '{folder}' is a file; name a new folder"
-        raise OutputError(msg) from None
-
-
-def _looks_like_a_result(folder: Path) -> bool:
-    try:
-        return (folder / MARKER).read_bytes().startswith(SIGNATURE.encode())
-    except OSError:
-        return False
+                _put_in_place(partial, target)
+            except _NotPlacedError:
+                raise
+            except BaseException:
+                shutil.rmtree(partial, ignore_errors=True)
+                raise
 
 
 def _clear_leftovers(target: Path) -> None:
-    """Puts back or removes what killed runs for this target have left; what has no list yet is told."""
+    """Puts back or removes what killed runs for this target have left, and names what has no list yet."""
     for path in working_folders(target):
         if ".old" in path.name and not target.exists():
             path.rename(target)
@@ -178,28 +89,123 @@ def _clear_leftovers(target: Path) -> None:
             LOGGER.warning("'%s' was left by a run that was killed; nothing needs it", path)
 
 
-@contextmanager
-def _working_folder(target: Path) -> Iterator[Path]:
-    """An empty folder that is made before any work, beside the target or, where that cannot be, in it."""
-    folder = beside(target, "partial") if can_be_replaced(target) else within(target, "partial")
-    folder.mkdir(parents=True)
+def _put_in_place(new: Path, target: Path) -> None:
+    """Gives a finished folder its name, and then removes what stood there, as far as magicsim wrote it.
+
+    A folder that cannot be renamed, such as a mount point, exchanges its content.
+
+    Raises:
+        OutputError: It cannot; the old folder stands as before, and the message says where the new one is.
+    """
     try:
-        yield folder
-    except _NotPlacedError:
-        raise
-    except BaseException:
-        with suppress(OSError):
-            shutil.rmtree(folder)
-        raise
-
-
-class _NotPlacedError(OutputError):
-    """The result is whole, but not under its name."""
-
-
-def _finish(partial: Path, target: Path) -> None:
-    try:
-        put_in_place(partial, target)
+        if new.parent == target:
+            _exchange_content(new, target)
+        elif not _is_renamed(new, target):
+            copy = within(target, "partial")  # perhaps on another disk: what takes time comes before the exchange
+            try:
+                shutil.copytree(new, copy)
+                _exchange_content(copy, target)
+            except OSError:
+                shutil.rmtree(copy, ignore_errors=True)
+                raise
+            shutil.rmtree(new)
     except OSError as error:
-        msg = f"cannot write {target}: {error.strerror or error}; the result is whole in '{partial}'"
+        msg = f"cannot write {target}: {error.strerror or error}; the result is whole in '{new}'"
         raise _NotPlacedError(msg) from None
+
+
+def _is_renamed(new: Path, target: Path) -> bool:
+    """Renames a folder, and where there is one before that one; whether that could be done."""
+    if not target.exists():
+        new.rename(target)
+        return True
+    old = beside(target, "old")
+    try:
+        target.rename(old)
+    except OSError:
+        return False
+    try:
+        new.rename(target)
+    except OSError:
+        old.rename(target)
+        raise
+    _clear(old, target.with_name(f"{target.name}.kept-{new_token()}"))
+    return True
+
+
+def _exchange_content(new: Path, target: Path) -> None:
+    """Moves what a folder holds out of the way, the content of another in it to its place, and then the old away."""
+    old = within(target, "old")
+    old.mkdir()
+    moved: list[tuple[Path, Path]] = []
+    try:
+        before = [path for path in target.iterdir() if not is_lock(path.name) and not is_working_name(path.name)]
+        for path, place in [*((path, old) for path in before), *((path, target) for path in list(new.iterdir()))]:
+            moved.append((path, path.rename(place / path.name)))
+    except OSError:
+        for path, now in reversed(moved):
+            now.rename(path)
+        old.rmdir()
+        raise
+    new.rmdir()
+    _clear(old, target / f"kept-{new_token()}")
+
+
+def _clear(old: Path, refuge: Path) -> None:
+    """Removes an earlier result; what somebody put into it meanwhile gets a visible name."""
+    with suppress(OSError):
+        if remove_listed(old):
+            old.rename(refuge)
+            LOGGER.warning("what magicsim did not write in the earlier result is kept in '%s'", refuge)
+        remove_empty_folders(old)
+
+
+@contextmanager
+def result_file(target: Path) -> Iterator[Path]:
+    """A file to write beside the target, which takes its place when the block ends without an error.
+
+    Raises:
+        OutputError: The target is a folder or cannot be written, see `check_file`.
+    """
+    check_file(target)
+    with output_errors(target):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        partial = beside(target, "partial")
+        try:
+            yield partial
+            partial.replace(target)
+        finally:
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
+
+
+def check_file(target: Path) -> None:
+    """Refuses a file that cannot be written, before any work is done for it.
+
+    Raises:
+        OutputError: It is a folder, something above it is a file, its name is too long, or nothing can be made there.
+    """
+    with output_errors(target):
+        if target.is_dir():
+            msg = f"output file '{target}' is a folder; name a file"
+            raise OutputError(msg)
+        check_writable(target, beside(target, "partial"))
+
+
+def refuse_unsigned(target: Path) -> None:
+    """Refuses to replace a file that the user did not name, but for one that begins as magicsim's do.
+
+    Args:
+        target: File beside the one that was named.
+
+    Raises:
+        OutputError: There is another file, or it cannot be read.
+    """
+    with output_errors(target):
+        if not target.is_file():
+            return
+        with target.open("rb") as file:
+            if PRODUCER.encode() in file.read(SIGNED_BYTES):
+                return
+        msg = f"'{target}' would be replaced, and magicsim did not write it; move it away, or name another output"
+        raise OutputError(msg)

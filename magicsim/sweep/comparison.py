@@ -12,7 +12,7 @@ import numpy as np
 
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.lock import sole_writer
-from magicsim.folder.result import output_errors
+from magicsim.folder.target import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer import render_explorer, rows_of, table_csv, table_parquet

@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 import tomli_w
 from pydantic import Field
@@ -16,7 +16,7 @@ from magicsim.config.models import Config, validate
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import Ledger, is_begun
 from magicsim.folder.listing import Listed, files_below, is_sealed, sealed, sha256_of
-from magicsim.folder.result import check_place, names_in, output_errors, refuse_foreign, refuse_others
+from magicsim.folder.target import check_place, names_in, output_errors, refuse_foreign, refuse_others
 from magicsim.workers.attempt import Failure
 
 ERRORS = "errors.jsonl"
@@ -64,25 +64,38 @@ CONFIG = "config.toml"
 """Settings of a run with everything in place."""
 
 
-class RunIndex(Config):
-    """What a folder's files belong to."""
+class FolderIndex(Config):
+    """How an index begins: what the folder's files belong to."""
 
-    schema_version: int = 1
+    schema_version: Literal[1] = 1
     config_hash: str
     """SHA-256 of what results depend on."""
     versions: dict[str, str]
     variant: str
+
+    def listed(self) -> dict[str, Listed]:
+        """What every other file was when it was written, by name."""
+        raise NotImplementedError
+
+
+class RunIndex(FolderIndex):
+    """Index of a folder with one list of files."""
+
     is_complete: bool = False
     files: dict[str, str] = Field(default_factory=dict)
     """SHA-256 of every other file of a finished run, those aside that another list answers for."""
     sha256: str = ""
-    """Hash of this index itself, see `magicsim.folder.listing`."""
+    """Hash of this index itself, see `magicsim.folder.listing.sealed`."""
+
+    def listed(self) -> dict[str, Listed]:
+        """What every other file was when it was written, by name."""
+        return {name: Listed(sha256=digest) for name, digest in self.files.items()}
 
 
-Index = TypeVar("Index", bound=RunIndex)
+Index = TypeVar("Index", bound=FolderIndex)
 
 
-def _everything(_out: Path) -> bool:
+def _always(_out: Path, _index: object) -> bool:
     return True
 
 
@@ -97,9 +110,11 @@ class RunFolder(Generic[Index]):
     """What is run, as it is called in messages, after *a*."""
     content: str
     """What of it the folder holds, likewise."""
-    title: str
+    title: str = ""
     """First line of the settings' file."""
-    asks_to_resume: Callable[[Path], bool] = _everything
+    beside: frozenset[str] = frozenset()
+    """Names of files that another list answers for."""
+    is_worth_keeping: Callable[[Path, Index], bool] = _always
     """Whether a folder with an index holds what only `--resume` may go on with."""
 
     def check(self, out: Path, *, resume: bool) -> None:
@@ -109,15 +124,24 @@ class RunFolder(Generic[Index]):
             OutputError: With what to do instead.
         """
         with output_errors(out):
-            names = set(names_in(out))
-            index = self.read_index(out)
-        if index is None and not is_begun(out):
+            names = set(names_in(out)) - self.beside
+            index = self.begun(out)
+        if not (out / self.index).is_file() and not is_begun(out):
             refuse_others(out, names)
-        if index is not None and not resume and self.asks_to_resume(out):
-            state = "a" if index.is_complete else "an unfinished"
+        if index is not None and not resume:
+            state = "an unfinished" if is_begun(out) else "a"
             msg = f"output folder '{out}' holds {state} {self.content} already; --resume goes on with it"
             raise OutputError(msg)
         check_place(out)
+
+    def begun(self, out: Path) -> Index | None:
+        """The index of a folder; None also where nothing was ever finished, so that nothing is lost.
+
+        Raises:
+            OutputError: It is not one that this version understands.
+        """
+        index = self.read_index(out)
+        return index if index is not None and self.is_worth_keeping(out, index) else None
 
     def read_index(self, out: Path) -> Index | None:
         """The index of a folder, None where there is none.
@@ -134,7 +158,11 @@ class RunFolder(Generic[Index]):
             msg = f"'{path}' is not an index of a {self.noun}: {error}"
             raise OutputError(msg) from None
 
-    def open_ledger(self, out: Path, *, owned: Callable[[str], bool] | None = None) -> Ledger:
+    def is_unchanged(self, out: Path) -> bool:
+        """Whether a folder's index is byte for byte as it was written."""
+        return is_sealed((out / self.index).read_bytes())
+
+    def open_ledger(self, out: Path, *, owned: Callable[[str], bool] = lambda _: False) -> Ledger:
         """What earlier runs wrote into a folder, which may hold nothing else.
 
         Args:
@@ -144,16 +172,15 @@ class RunFolder(Generic[Index]):
         Raises:
             OutputError: It holds something else, or something has changed since, and is named.
         """
-        index = self.read_index(out)
-        if index is not None and not is_sealed((out / self.index).read_bytes()):
-            refuse_foreign(out, [self.index])
-        known = {name: Listed(sha256=digest) for name, digest in (index.files if index is not None else {}).items()}
+        index, known = self.read_index(out), {}
         if index is not None:
-            known[self.index] = Listed(sha256=sha256_of(out / self.index))
+            if not self.is_unchanged(out):
+                msg = f"'{out / self.index}' has changed since it was written; put it back, or name another folder"
+                raise OutputError(msg)
+            known = index.listed() | {self.index: Listed(sha256=sha256_of(out / self.index))}
         refuse_foreign(out, [ERRORS] if changed_lines(out) else [])
         ledger = Ledger(out, known)
-        others = [name for name in files_below(out) if owned(name)] if owned is not None else []
-        ledger.refuse_foreign(beside={ERRORS, *others})
+        ledger.refuse_foreign(beside={ERRORS, *self.beside, *filter(owned, files_below(out))})
         return ledger
 
     def refuse_another(self, out: Path, earlier: Index, now: Index) -> None:

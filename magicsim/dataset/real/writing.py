@@ -16,8 +16,7 @@ import tomli_w
 
 from magicsim.dataset.columns import recorded_columns
 from magicsim.dataset.features import Column, schema_of_columns
-from magicsim.dataset.folder import begun_dataset, check_folder, open_ledger
-from magicsim.dataset.manifest import CARD, RECORDED, Manifest, Recorded, ShardEntry, write_manifest
+from magicsim.dataset.manifest import CARD, FOLDER, RECORDED, Manifest, Recorded, ShardEntry
 from magicsim.dataset.real.description import Description, RealSource, TruthRules
 from magicsim.dataset.real.inspection import Inspection, inspect_real
 from magicsim.dataset.real.labels import truth_of
@@ -28,7 +27,7 @@ from magicsim.errors import FrameError, OutputError
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.listing import sha256_of
 from magicsim.folder.lock import sole_writer
-from magicsim.folder.result import output_errors
+from magicsim.folder.target import output_errors
 from magicsim.workers.run_folder import versions
 
 DESCRIPTION = "real.toml"
@@ -65,7 +64,7 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
         OutputError: The folder is not ours, holds another dataset, or cannot be written; what is finished is kept.
     """
     start = time.perf_counter()
-    check_folder(out, resume=resume)
+    FOLDER.check(out, resume=resume)
     found = inspect_real(real)
     sequences = sequences_of(real)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
@@ -94,7 +93,7 @@ def description_hash(real: RealSource, sequences: list[RecordedSequence]) -> str
 
 def _begun(real: RealSource, sequences: list[RecordedSequence], found: Inspection, out: Path) -> Manifest:
     """The manifest to go on with."""
-    earlier = begun_dataset(out)
+    earlier = FOLDER.begun(out)
     digest = description_hash(real, sequences)
     if earlier is not None and earlier.config_hash != digest:
         msg = f"'{out}' holds a dataset of other frames or of another description; name another folder"
@@ -114,7 +113,7 @@ def _begun(real: RealSource, sequences: list[RecordedSequence], found: Inspectio
         RECORDED: (facts.model_dump_json(indent=1) + "\n").encode(),
         CARD: real_card(real.description, columns, [each.source.split for each in sequences]).encode(),
     }
-    ledger = open_ledger(out)
+    ledger = FOLDER.open_ledger(out)
     for name, content in contents.items():
         ledger.place(name, content)
     manifest = Manifest(
@@ -126,12 +125,12 @@ def _begun(real: RealSource, sequences: list[RecordedSequence], found: Inspectio
         shards=earlier.shards if earlier is not None else (),
         files={name: ledger.listed(name).sha256 for name in contents},
     )
-    write_manifest(ledger, manifest)
+    FOLDER.write_index(ledger, manifest)
     return manifest
 
 
 def _complete(sequences: list[RecordedSequence], out: Path, manifest: Manifest) -> Manifest:
-    ledger = open_ledger(out)
+    ledger = FOLDER.open_ledger(out)
     columns = table_columns(contact_is_told=_tells_contact(sequences))
     made_by = ", ".join(f"{name} {version}" for name, version in manifest.versions.items())
     shared = {"config_hash": manifest.config_hash, "version": made_by}
@@ -149,10 +148,10 @@ def _complete(sequences: list[RecordedSequence], out: Path, manifest: Manifest) 
             others = tuple(each for each in manifest.shards if each.file != name)
             shards = tuple(sorted((*others, entry), key=lambda each: each.file))
             manifest = manifest.model_copy(update={"shards": shards, "rows": sum(each.rows for each in shards)})
-            write_manifest(ledger, manifest)
+            FOLDER.write_index(ledger, manifest)
             number += 1
     manifest = manifest.model_copy(update={"is_complete": True})
-    write_manifest(ledger, manifest)
+    FOLDER.write_index(ledger, manifest)
     ledger.close()
     return manifest
 

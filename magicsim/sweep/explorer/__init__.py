@@ -10,8 +10,8 @@ from typing import Any
 import pyarrow as pa
 from markupsafe import Markup
 
+from magicsim.dataset.shard import parquet_bytes
 from magicsim.errors import visible
-from magicsim.folder.parquet import parquet_bytes
 from magicsim.report.text import page_template
 from magicsim.sweep.measures import Quality, described
 from magicsim.sweep.result import DesignResult, finite

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.dataset.folder import write_preview
 from magicsim.dataset.manifest import MANIFEST
+from magicsim.dataset.preview import write_preview
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
 from magicsim.folder.listing import sealed
@@ -142,5 +142,5 @@ def test_folder_without_a_readable_manifest_is_refused(copy: Path, tmp_path: Pat
         verify_dataset(tmp_path)
     for text in ("{", "[]", '{"schema_version": 9}'):
         (copy / MANIFEST).write_text(text)
-        with pytest.raises(OutputError, match="is not a manifest of magicsim"):
+        with pytest.raises(OutputError, match="is not an index of a dataset"):
             verify_dataset(copy)

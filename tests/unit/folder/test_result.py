@@ -204,7 +204,7 @@ def test_new_folder_has_no_list_and_replaces_nothing(tmp_path: Path):
 
 def test_place_that_cannot_be_written_is_told_before_any_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     real = os.access
-    monkeypatch.setattr("magicsim.folder.result.os.access", lambda path, how: path != tmp_path and real(path, how))
+    monkeypatch.setattr("magicsim.folder.target.os.access", lambda path, how: path != tmp_path and real(path, how))
     with pytest.raises(OutputError, match=f"cannot write .*: '{tmp_path}' cannot be written"):
         check_target(tmp_path / "a" / "b")
     assert names(tmp_path) == []

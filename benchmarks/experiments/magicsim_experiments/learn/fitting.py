@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 
 from magicsim.arrays import Array
-from magicsim.folder.parquet import parquet_bytes
+from magicsim.dataset.shard import parquet_bytes
 from magicsim_experiments.learn.baselines import constant_answers, linear_answers, neighbour_answers
 from magicsim_experiments.learn.model_file import model_config, parse_config
 from magicsim_experiments.learn.samples import Samples, Split, fold

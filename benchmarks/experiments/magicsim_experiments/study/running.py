@@ -8,7 +8,7 @@ from typing import Any
 
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
-from magicsim.folder.result import output_errors
+from magicsim.folder.target import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.workers.options import WorkerOptions, choose_workers
 from magicsim.workers.run_folder import versions

@@ -11,8 +11,8 @@ import pyarrow as pa
 from markupsafe import Markup
 
 from magicsim.config.documents import without_nan
+from magicsim.dataset.shard import parquet_bytes
 from magicsim.folder.ledger import Ledger
-from magicsim.folder.parquet import parquet_bytes
 from magicsim.report.text import MISSING, number, page_template
 from magicsim_experiments.study.protocol import REPORT, RESULTS, TABLES, Study
 from magicsim_experiments.study.result import Cell, Column, StudyResult, Table

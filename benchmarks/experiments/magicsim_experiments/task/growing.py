@@ -15,11 +15,11 @@ from PIL import Image
 from magicsim.arrays import Frame
 from magicsim.config.models import Config
 from magicsim.config.named_files import file_hashes
+from magicsim.dataset.shard import parquet_bytes
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer
-from magicsim.folder.parquet import parquet_bytes
-from magicsim.folder.result import output_errors
+from magicsim.folder.target import output_errors
 from magicsim.light.variant import activate_variant
 from magicsim.scenes.scene import SceneConfig
 from magicsim.workers.run_folder import RunFolder, RunIndex, versions

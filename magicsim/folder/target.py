@@ -1,0 +1,198 @@
+"""Where results go: names of what is not whole yet, and what stands in the way, told before any work is done."""
+
+import errno
+import os
+import re
+import secrets
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from magicsim.errors import OutputError
+from magicsim.folder.listing import LISTING, foreign_in, read_listing
+from magicsim.folder.lock import can_be_replaced, is_lock
+
+MARKER = "config.toml"
+"""File of a result that makes it again."""
+SIGNATURE = "# Written by magicsim"
+"""How that file begins."""
+QUOTED = 3
+"""Foreign files that a message names."""
+_TOKEN_BYTES = 8
+_TOKEN = f"[0-9a-f]{{{2 * _TOKEN_BYTES}}}"
+
+
+def new_token() -> str:
+    """Sixteen random hexadecimal digits, for a name that nobody else uses."""
+    return secrets.token_hex(_TOKEN_BYTES)
+
+
+def beside(target: Path, purpose: str) -> Path:
+    """A new hidden name next to a file or folder; a file keeps its ending, from which programs tell the format.
+
+    Args:
+        target: Where the content will stand.
+        purpose: What it is meanwhile, such as `partial`.
+    """
+    return target.with_name(f".{target.stem}.{new_token()}.{purpose}{target.suffix}")
+
+
+def within(folder: Path, purpose: str) -> Path:
+    """A new hidden name in a folder."""
+    return folder / f".{new_token()}.{purpose}"
+
+
+def working_place(target: Path) -> Path:
+    """A new name for what becomes a folder: beside it or, where nothing can be renamed there, in it."""
+    return beside(target, "partial") if can_be_replaced(target) else within(target, "partial")
+
+
+def is_working_name(name: str) -> bool:
+    """Whether a name is one of those that `beside` and `within` make."""
+    return re.fullmatch(rf"\.(.*\.)?{_TOKEN}\.[a-z]+(\..*)?", name, re.DOTALL) is not None
+
+
+def working_folders(target: Path) -> list[Path]:
+    """Folders that runs for this target have made beside it and in it."""
+    beside_it = rf"\.{re.escape(target.stem)}\.{_TOKEN}\.[a-z]+{re.escape(target.suffix)}"
+    return [
+        path
+        for place, pattern in ((target.parent, beside_it), (target, rf"\.{_TOKEN}\.[a-z]+"))
+        if place.is_dir()
+        for path in sorted(place.iterdir())
+        if re.fullmatch(pattern, path.name) and path.is_dir() and not path.is_symlink()
+    ]
+
+
+@contextmanager
+def output_errors(target: Path, *, then: str = "") -> Iterator[None]:
+    """Turns what the system says against writing into one line.
+
+    Args:
+        target: What is written.
+        then: What else to say.
+
+    Raises:
+        OutputError: Instead of any `OSError`.
+    """
+    try:
+        yield
+    except OSError as error:
+        reason = "no space left on the disk" if error.errno == errno.ENOSPC else error.strerror or str(error)
+        msg = f"cannot write {target}: {reason}{then}"
+        raise OutputError(msg) from None
+
+
+def check_target(target: Path) -> None:
+    """Refuses a target that holds anything that magicsim cannot show it wrote.
+
+    Raises:
+        OutputError: The target is a file or a folder with something foreign in it, which is named, or cannot be read.
+    """
+    with output_errors(target):
+        own = {path.name for path in working_folders(target)}
+        present = [name for name in names_in(target) if name not in own]
+        listing = read_listing(target)
+        if listing is None and _looks_like_a_result(target):
+            msg = f"output folder '{target}' holds a result without its list '{LISTING}'; name a new or empty folder"
+            raise OutputError(msg)
+        if listing is None:
+            refuse_others(target, present)
+        foreign = [
+            name for name in foreign_in(target, listing or {}) if Path(name).parts[0] not in own and not is_lock(name)
+        ]
+    refuse_foreign(target, foreign)
+    check_place(target)
+
+
+def check_place(target: Path) -> None:
+    """Refuses a folder that cannot be made or written, before any work is done for it.
+
+    Raises:
+        OutputError: Something above it is a file, a name is too long, or nothing can be made there.
+    """
+    with output_errors(target):
+        check_writable(target, working_place(Path(os.path.realpath(target))))  # `.` has no name of its own
+
+
+def check_writable(target: Path, working: Path) -> None:
+    """Refuses a place where nothing can be made; a folder is made there for a moment, and nothing stays.
+
+    Args:
+        target: File or folder that will stand there in the end.
+        working: What will be made first: beside the target or in it; its folders may be missing.
+
+    Raises:
+        OutputError: Something above the target is a file, or a folder that may not be written.
+        OSError: A name is too long, leads through links in a circle, or nothing can be made there.
+    """
+    place, missing = working.parent, [working.name]
+    while not os.path.lexists(place):
+        missing.append(place.name)
+        place = place.parent
+    os.stat(place)  # links in a circle, or to nothing
+    if not place.is_dir():
+        msg = f"cannot write {target}: '{place}' is not a folder"
+        raise OutputError(msg)
+    for name in missing:
+        with suppress(FileNotFoundError):
+            os.lstat(place / name)  # names that are too long
+    if not os.access(place, os.W_OK | os.X_OK):
+        msg = f"cannot write {target}: '{place}' cannot be written"
+        raise OutputError(msg)
+    trial = within(place, "partial")
+    trial.mkdir()
+    trial.rmdir()
+
+
+def names_in(folder: Path) -> list[str]:
+    """Names in an output folder but for its lock; none where there is no folder yet.
+
+    Raises:
+        OutputError: It is a file, or something above it is.
+        OSError: It cannot be read, such as a loop of links.
+    """
+    try:
+        return [name for name in os.listdir(folder) if not is_lock(name)]
+    except FileNotFoundError:
+        return []
+    except NotADirectoryError:
+        if not folder.is_file():
+            check_place(folder)  # which names what is a file above it
+            return []
+        msg = f"output folder '{folder}' is a file; name a new folder"
+        raise OutputError(msg) from None
+
+
+def refuse_foreign(target: Path, names: Sequence[str]) -> None:
+    """Refuses a folder for what is in it, if there is any.
+
+    Raises:
+        OutputError: It names some of that.
+    """
+    if names:
+        msg = f"output folder '{target}' holds {_some(names)}, not as magicsim wrote it; move that away"
+        raise OutputError(msg)
+
+
+def refuse_others(target: Path, names: Collection[str]) -> None:
+    """Refuses a folder in which nothing is magicsim's, if it holds anything.
+
+    Raises:
+        OutputError: It names some of that.
+    """
+    if names:
+        msg = f"output folder '{target}' holds other files ({_some(sorted(names))}); name a new or empty folder"
+        raise OutputError(msg)
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - QUOTED} more" if len(names) > QUOTED else ""
+    return ", ".join(f"'{name}'" for name in names[:QUOTED]) + more
+
+
+def _looks_like_a_result(folder: Path) -> bool:
+    try:
+        return (folder / MARKER).read_bytes().startswith(SIGNATURE.encode())
+    except OSError:
+        return False
