@@ -3,8 +3,10 @@
 The names below are loaded when they are first used, so that importing the package stays light.
 """
 
+import os
 from typing import TYPE_CHECKING
 
+from magicsim.conventions import MAX_PIXELS
 from magicsim.names import lazy_names
 
 if TYPE_CHECKING:
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
     from magicsim.simulation.stream import simulate
     from magicsim.sweep.comparison import run_sweep
     from magicsim.sweep.sweep_file import load_sweep
+
+os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))  # OpenCV reads it when it is loaded
 
 __version__ = "0.1.0"
 __all__ = [

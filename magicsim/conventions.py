@@ -14,3 +14,6 @@ IMAGE_COLUMNS = 240
 
 CHANNELS = ("red", "green", "blue")
 """Order of the colour channels in every image."""
+
+MAX_PIXELS = 50_000_000
+"""Largest picture that is read: more than any sensor's camera has, and 150 MB decoded."""

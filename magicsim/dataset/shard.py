@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.dataset.manifest import MANIFEST, ShardEntry, listed_content
-from magicsim.detectors.image_header import HEAD_BYTES, MAX_PIXELS, SIGNATURE, image_size, is_damaged_png
+from magicsim.detectors.source import SIGNATURE, is_damaged_png
 from magicsim.errors import OutputError
 
 ROWS_A_GROUP = 100
@@ -124,10 +124,10 @@ def decoded_png(content: object) -> npt.NDArray[Any] | None:
     """
     if not isinstance(content, bytes) or not content.startswith(SIGNATURE) or is_damaged_png(content):
         return None
-    columns, rows = image_size(content[:HEAD_BYTES]) or (0, 0)
-    if not 0 < columns * rows <= MAX_PIXELS:
+    try:
+        found = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:  # larger than OpenCV may read
         return None
-    found = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     if found is None or found.dtype != np.uint8:
         return None
     if found.ndim == 2:  # noqa: PLR2004

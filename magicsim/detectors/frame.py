@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.conventions import CHANNELS
+from magicsim.conventions import CHANNELS, MAX_PIXELS
 from magicsim.errors import FrameError
 
 Frame = npt.NDArray[np.uint8]
@@ -34,6 +34,22 @@ def check_frame(frame: npt.ArrayLike, *, shape: tuple[int, ...] | None = None) -
         msg = f"frame has shape {array.shape}; must be {shape} like the reference"
         raise FrameError(msg)
     return np.ascontiguousarray(array, dtype=np.uint8)
+
+
+def check_pixels(what: str, columns: int, rows: int) -> None:
+    """Refuses a picture that is too large.
+
+    Args:
+        what: What it is, with its name.
+        columns: Its width [px].
+        rows: Its height [px].
+
+    Raises:
+        FrameError: It has more than `MAX_PIXELS`.
+    """
+    if columns * rows > MAX_PIXELS:
+        msg = f"{what} has {columns} x {rows} pixels; at most {MAX_PIXELS / 1e6:.0f} million are allowed"
+        raise FrameError(msg)
 
 
 def _wrong_type(array: npt.NDArray[np.generic]) -> str:

@@ -1,5 +1,6 @@
 """Frames from a source outside: an image file, a folder of images, a video file or a camera."""
 
+import zlib
 from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import dataclass
@@ -10,9 +11,9 @@ import cv2
 import numpy as np
 
 from magicsim.config.presets import expanded, is_file, is_folder
-from magicsim.detectors.frame import Frame, check_frame
-from magicsim.detectors.image_header import HEAD_BYTES, MAX_PIXELS, check_pixels, image_size, is_damaged_png
-from magicsim.detectors.video import VIDEO_SUFFIXES, open_video, read_camera
+from magicsim.conventions import MAX_PIXELS
+from magicsim.detectors.frame import Frame, check_frame, check_pixels
+from magicsim.detectors.video import VIDEO_SUFFIXES, open_video, quiet_opencv, read_camera
 from magicsim.errors import NAME_LENGTH, ConfigError, FrameError, shortened
 
 IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".webp")
@@ -20,6 +21,11 @@ IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".we
 
 MAX_BYTES = 8 * MAX_PIXELS
 """Largest image file: so many pixels of four channels of 16 bit."""
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+"""First bytes of every PNG file."""
+
+_LENGTH, _NAME, _SUM = 4, 4, 4
 
 SourceKind = Literal["image", "folder", "video", "camera"]
 """What a source can be."""
@@ -91,15 +97,16 @@ def read_image(path: str | Path) -> Frame:
         FrameError: The file is missing, cannot be decoded, or does not hold 8-bit colour.
     """
     try:
-        content = _content(Path(path))
-        usable = content is not None and not is_damaged_png(content)
-        decoded = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED) if usable else None  # type: ignore[arg-type]
+        decoded = _decoded(Path(path))
+    except FrameError:
+        raise
     except (OSError, ValueError) as error:
-        if isinstance(error, FrameError):
-            raise
         msg = f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}"
         raise FrameError(msg) from error
-    except cv2.error:
+    except cv2.error as error:
+        if "MAX_IMAGE" in str(error):  # the limit that OpenCV is loaded with, see `magicsim.__init__`
+            msg = f"image '{path}' has too many pixels; at most {MAX_PIXELS / 1e6:.0f} million are allowed"
+            raise FrameError(msg) from None
         decoded = None
     if decoded is None:
         msg = f"image '{path}' cannot be decoded; must be a whole image file ({', '.join(IMAGE_SUFFIXES)})"
@@ -115,25 +122,46 @@ def read_image(path: str | Path) -> Frame:
         raise FrameError(msg) from error
 
 
-def _content(path: Path) -> bytes | None:
-    """Bytes of a file; None where its head shows that it is no image.
+def _decoded(path: Path) -> np.ndarray | None:
+    """Pixels of a file as OpenCV reads it; None where it is no whole image.
 
     Raises:
-        FrameError: It announces more pixels than `MAX_PIXELS`, or is larger than so many can be.
+        FrameError: It has more pixels than `MAX_PIXELS`, or is larger than so many can be.
+        cv2.error: It has more pixels, and OpenCV found out.
+        OSError: It cannot be read.
     """
-    with path.open("rb") as file:
-        length = path.stat().st_size
-        if length > MAX_BYTES:
-            msg = f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed"
-            raise FrameError(msg)
-        head = file.read(HEAD_BYTES)
-        if head.startswith((b"II", b"MM")):  # TIFF files may say their size at the end
-            head += file.read()
-        size = image_size(head)
-        if size is None:
-            return None
-        check_pixels(f"image '{path}'", *size)
-        return head + file.read()
+    length = path.stat().st_size
+    if length > MAX_BYTES:
+        msg = f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed"
+        raise FrameError(msg)
+    content = path.read_bytes()
+    if not content or is_damaged_png(content):
+        return None
+    with quiet_opencv():
+        decoded = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    if decoded is not None:
+        check_pixels(f"image '{path}'", decoded.shape[1], decoded.shape[0])
+    return decoded
+
+
+def is_damaged_png(content: bytes) -> bool:
+    """Whether the bytes start as a PNG and then break off or fail a chunk's checksum.
+
+    Walks the chunks (length, name, data, CRC-32 of name and data) up to `IEND`: PNG specification, section 5.
+    """
+    if not content.startswith(SIGNATURE):
+        return False
+    at = len(SIGNATURE)
+    while at + _LENGTH + _NAME + _SUM <= len(content):
+        name_at = at + _LENGTH
+        sum_at = name_at + _NAME + int.from_bytes(content[at:name_at])
+        body = content[name_at:sum_at]
+        if zlib.crc32(body) != int.from_bytes(content[sum_at : sum_at + _SUM]):
+            return True
+        if body.startswith(b"IEND"):
+            return False
+        at = sum_at + _SUM
+    return True
 
 
 def _to_rgb(decoded: np.ndarray) -> np.ndarray:

@@ -13,8 +13,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from magicsim.detectors.frame import Frame
-from magicsim.detectors.image_header import check_pixels
+from magicsim.detectors.frame import Frame, check_pixels
 from magicsim.errors import FrameError
 
 VIDEO_SUFFIXES = (".avi", ".m4v", ".mjpeg", ".mjpg", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm")

@@ -12,7 +12,7 @@ from magicsim.frame_class import FrameClass
 from magicsim.judge.judged import JudgedEpisode
 from magicsim.judge.measures import LEAST_EPISODES
 from magicsim.judge.tally import class_scores
-from magicsim.sampling.bootstrap import ends
+from magicsim.sampling.bootstrap import ends, resampled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,9 +183,8 @@ def _curve(
 
     everything = np.arange(len(episodes))
     found = rates(everything)
-    random = np.random.default_rng(seed)
     spread = (
-        np.array([rates(random.integers(0, len(episodes), len(episodes))) for _ in range(resamples)])
+        np.array([rates(drawn) for drawn in resampled(len(episodes), resamples, np.random.default_rng(seed))])
         if len(episodes) >= LEAST_EPISODES
         else None
     )

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import binomtest, bootstrap
+from scipy.stats import binomtest
 
 from magicsim.arrays import Array, Index
 from magicsim.judge.tally import Tally
-from magicsim.sampling.bootstrap import CONFIDENCE, ends
+from magicsim.sampling.bootstrap import CONFIDENCE, ends, resampled
 
 Measure = Callable[[Tally, Array], Array]
 """From a tally and weights, shape (resamples, episodes), to values, shape (resamples,); NaN where undefined."""
@@ -189,11 +189,10 @@ class Estimate:
 
 
 def weights_of(indices: Index, episodes: int) -> Array:
-    """How often each episode was drawn: indices of shape (..., draws) to weights of shape (..., episodes)."""
-    flat = indices.reshape(-1, indices.shape[-1])
-    rows = np.repeat(np.arange(len(flat)), flat.shape[1])
-    counts = np.bincount(rows * episodes + flat.ravel(), minlength=len(flat) * episodes)
-    return counts.reshape(*indices.shape[:-1], episodes).astype(np.float64)
+    """How often each episode was drawn, shape (resamples, episodes), by indices of shape (resamples, draws)."""
+    rows = np.repeat(np.arange(len(indices)), indices.shape[1])
+    counts = np.bincount(rows * episodes + indices.ravel(), minlength=len(indices) * episodes)
+    return counts.reshape(-1, episodes).astype(np.float64)
 
 
 def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, seed: int) -> Estimate:
@@ -211,17 +210,9 @@ def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, 
     low = high = None
     if value is not None and len(labels) >= LEAST_EPISODES:
         member = np.array([[label == group for group in groups] for label in labels], np.float64)
-
-        def statistic(indices: Index, axis: int = -1) -> Array:
-            drawn = weights_of(np.moveaxis(indices, axis, -1).astype(np.int64), len(labels))
-            values = MEASURES[name].compute(table, drawn.reshape(-1, len(labels)) @ member)
-            return values.reshape(drawn.shape[:-1])
-
+        drawn = weights_of(resampled(len(labels), resamples, np.random.default_rng(seed)), len(labels))
         with np.errstate(invalid="ignore"):
-            found = bootstrap(
-                (np.arange(len(labels)),), statistic, n_resamples=resamples, vectorized=True, method="percentile",
-                rng=np.random.default_rng(seed),
-            ).bootstrap_distribution  # fmt: skip
+            found = MEASURES[name].compute(table, drawn @ member)
         if np.isnan(found).mean() <= MOST_UNDEFINED:
             low, high = ends(found)
     return Estimate(value=value, low=low, high=high, episodes=len(labels))

@@ -1,4 +1,4 @@
-"""Percentile intervals by drawing with replacement (Efron and Tibshirani 1993), on two levels, which SciPy lacks."""
+"""Percentile intervals by drawing with replacement (Efron and Tibshirani 1993), on one level or two."""
 
 from collections.abc import Callable, Sequence
 
@@ -34,6 +34,11 @@ def interval(renderings: Sequence[Statistic], count: int, *, seed: int) -> tuple
         return float(np.mean([renderings[number](random.integers(0, count, count)) for number in chosen]))
 
     return ends(np.array([drawn() for _ in range(RESAMPLES)]))
+
+
+def resampled(count: int, resamples: int, random: np.random.Generator) -> Index:
+    """Numbers of as many items as there are, drawn with replacement, shape (resamples, count)."""
+    return random.integers(0, count, (resamples, count))
 
 
 def ends(values: Array) -> tuple[float, float]:

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.dataset.real.description import FrameForm
-from magicsim.detectors.frame import Frame
-from magicsim.detectors.image_header import check_pixels
+from magicsim.detectors.frame import Frame, check_pixels
 from magicsim.errors import ConfigError, FrameError
 
 Pixels = npt.NDArray[Any]

@@ -1,3 +1,9 @@
+import struct
+import subprocess
+import sys
+import zlib
+
+import cv2
 import numpy as np
 import pytest
 
@@ -102,3 +108,33 @@ def test_video_file_is_a_source_of_numbered_frames(tmp_path, write_video):
         ("clip.avi#0", 200),
         ("clip.avi#1", 220),
     ]
+
+
+def huge_png(side: int) -> bytes:
+    """An image of one grey level whose file is small."""
+
+    def chunk(name: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+
+    head = struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", b"") + chunk(b"IEND", b"")
+
+
+def test_huge_image_is_refused_before_it_is_decoded(tmp_path):
+    path = tmp_path / "huge.png"
+    path.write_bytes(huge_png(30_000))
+    code = f"from magicsim.detectors import read_image\nread_image({str(path)!r})"  # OpenCV is loaded with its limit
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "huge.png' has too many pixels; at most 50 million are allowed" in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("suffix", [".bmp", ".jpg", ".png", ".ppm", ".tiff", ".webp"])
+@pytest.mark.parametrize("kept", [0, 1, 12, 100])
+def test_image_that_breaks_off_is_refused_and_nothing_is_printed(tmp_path, capfd, suffix, kept):
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(
+        cv2.imencode(suffix, np.random.default_rng(0).integers(0, 255, (37, 53, 3), np.uint8))[1].tobytes()[:kept]
+    )
+    with pytest.raises(FrameError, match="cannot be decoded; must be a whole image file"):
+        read_image(path)
+    assert capfd.readouterr() == ("", "")

@@ -7,6 +7,7 @@ import pytest
 
 from detectors.conftest import grid_frame, light_frame, near_frame
 from magicsim.detectors import DetectorProfile, detect_all, detect_sources, fuse, stream_sources
+from magicsim.detectors import frame as frames
 from magicsim.detectors import video as module
 from magicsim.detectors.video import open_video, read_camera
 from magicsim.errors import ConfigError, FrameError
@@ -135,3 +136,14 @@ def test_log_level_of_opencv_is_left_as_it_was():
     with module.quiet_opencv():
         assert cv2.utils.logging.getLogLevel() == cv2.utils.logging.LOG_LEVEL_SILENT
     assert cv2.utils.logging.getLogLevel() == before
+
+
+def test_video_of_huge_frames_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "a.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 15, (64, 48))
+    writer.write(np.zeros((48, 64, 3), np.uint8))
+    writer.release()
+    assert next(open_video(path)).shape == (48, 64, 3)
+    monkeypatch.setattr(frames, "MAX_PIXELS", 1000)
+    with pytest.raises(FrameError, match="has 64 x 48 pixels"):
+        open_video(path)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array, Index
-from magicsim.sampling.bootstrap import ends
+from magicsim.sampling.bootstrap import ends, resampled
 
 RESAMPLES = 1000
 
@@ -41,7 +41,7 @@ def mean_score(values: Array, press: Index, *, seed: int = 0) -> Score:
     _, member = np.unique(press, return_inverse=True)
     sums, counts = np.bincount(member, values), np.bincount(member)
     random = np.random.default_rng([seed, len(values)])
-    drawn = random.integers(0, len(sums), (RESAMPLES, len(sums)))
+    drawn = resampled(len(sums), RESAMPLES, random)
     means = sums[drawn].sum(1) / counts[drawn].sum(1)
     low, high = ends(means)
     return Score(
