@@ -1,6 +1,6 @@
 """What recorded frames are, and what a description should say of them: size, orientation, colours, exposure."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -16,10 +16,9 @@ from magicsim.dataset.real.form import TURNS, Turn, after, turned
 from magicsim.dataset.real.labels import truth_of
 from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.source import read_image
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
-from magicsim.judge.table import TABLE, read_table
+from magicsim.judge.recorded import read_episode
 
 SAMPLED = 12
 """Frames of a recording that are looked at, spread over it."""
@@ -182,22 +181,19 @@ class _Likeness:
 
     @classmethod
     def of(cls, folder: Path) -> "_Likeness":
-        """Mean of the references of a run, or of a dataset's first episode.
+        """Mean of the references of a run, of a recording, or of a dataset's first episode.
 
         Raises:
-            ConfigError: It is neither, or has no references.
+            ConfigError: It is none of these, or has no references.
         """
-        if (folder / TABLE).is_file():
-            rows = read_table(folder, ("file", "is_reference"))
-            references = [read_image(folder / row["file"]) for row in rows if row["is_reference"]]
-        elif (folder / MANIFEST).is_file():
+        references: Sequence[Frame]
+        if (folder / MANIFEST).is_file():
             frames = open_frames(folder, ("image", "is_reference", "episode"))
             episodes = frames.column("episode")
             untouched = frames.where((episodes == episodes.min()) & frames.column("is_reference"))
             references = [row["image"] for row in untouched]
         else:
-            msg = f"like = '{folder}' is not allowed: must be a folder with {TABLE} (a run) or {MANIFEST} (a dataset)"
-            raise ConfigError(msg)
+            references = read_episode(folder).references
         if not references:
             msg = f"like = '{folder}' has no reference frames: make it with references above 0"
             raise ConfigError(msg)
