@@ -38,9 +38,6 @@ def settle(
         is_face: Which of them lie on the contact face, shape (points,).
         indenter: The object in its pose.
         clearance_mm: Distance of touching face points from the object's surface [mm]; negative is inside.
-
-    Returns:
-        Corrected positions, shape (points, 3) [mm].
     """
     settled = np.array(points_mm, dtype=np.float64)
     distance, normal = indenter.distance(settled)

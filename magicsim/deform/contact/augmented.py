@@ -153,10 +153,9 @@ def add_dense_stiffness(matrix: Array, face: ContactFace, acting: Index, local: 
 
 
 def slip_mismatch(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> float:
-    """How far friction is from its law: limits from mu times the pressure, tractions from the tangent planes.
+    """Forces by which friction is off its law, over the largest force of friction; 0 without contact.
 
-    Returns:
-        The sum over both of the forces that are off, over the largest force of friction; 0 without contact.
+    Both count: limits that are not mu times the pressure, and tractions out of the tangent planes.
     """
     total = law.friction * float(face.area_mm2 @ state.pressure_mpa)
     if total == 0:

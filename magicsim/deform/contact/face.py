@@ -91,16 +91,9 @@ def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM
 
 
 def point_boxes_mm(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM) -> tuple[Array, Array]:
-    """Rectangles of the undeformed face that the contact points stand for, in the order of `contact_face`.
+    """Smallest and largest x and y of the rectangles that contact points stand for, each of shape (points, 2) [mm].
 
-    They tile the face; of a curved one, its projection along z.
-
-    Args:
-        lattice: The block.
-        point_spacing_mm: That of the contact face.
-
-    Returns:
-        Smallest and largest x and y, each of shape (points, 2) [mm].
+    Points have the order of `contact_face`; rectangles tile the face, of a curved one its projection along z.
     """
     along_x, along_y = _axes(lattice, point_spacing_mm)
     order = _by_facet(along_x, along_y)
@@ -183,14 +176,11 @@ def _along(planes: Array, counts: Index) -> _Axis:
 
 
 def face_weights(lattice: Lattice, points_mm: Array) -> sp.csr_matrix:
-    """Weights of the nodes at any points of the face at rest, interpolated as the contact points are.
+    """Weights of the nodes at any points of the face at rest, as the contact points have them, shape (points, nodes).
 
     Args:
         lattice: The block.
         points_mm: Places on the face at rest, shape (points, 2) [mm]; outside, the nearest place in it.
-
-    Returns:
-        Matrix of shape (points, nodes).
     """
     columns, shapes = [], []
     for planes, place in zip(lattice.planes_mm[:2], points_mm.T, strict=True):

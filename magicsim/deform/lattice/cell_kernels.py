@@ -164,10 +164,9 @@ def _cofactor(a, b, c, cof):  # type: ignore[no-untyped-def]
 def evaluate_cells(  # type: ignore[no-untyped-def]
     x, cells, weights, mu, lame, springs, walls, rho, lengths, energy, jacobian, volume_gradient, gradient
 ):
-    """Energy, mean Jacobian and gradient of the volume of each cell, and the sum of their forces, in place.
+    """Writes energy, mean Jacobian and gradient of the volume of each cell, and adds up their forces.
 
-    Returns:
-        The smallest Jacobian.
+    Arguments are those of `Elasticity`, results those of `ElasticState`; returns the smallest Jacobian.
     """
     smallest = np.inf
     place, edge, own, cof = np.empty((8, 3)), np.empty((4, 3)), np.empty((8, 3)), np.empty((3, 3))

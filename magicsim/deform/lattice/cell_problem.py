@@ -119,9 +119,6 @@ def cell_fields(
         infill: Shear and bulk modulus of the cube [MPa].
         infill_share: Volume share of the cube, in 0..1.
         subcells: Sub-cells along each half edge, at least 2; the material boundary always falls between two.
-
-    Returns:
-        The three cubic constants and the displacement inside the cell.
     """
     planes, in_wall = _half_edge(infill_share, subcells)
     k, j, i = (axis.ravel() for axis in np.indices((subcells,) * 3))

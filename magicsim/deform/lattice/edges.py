@@ -94,16 +94,13 @@ class Edges:
 def pressed_edges(
     indenters: Sequence[Indenter], *, pitch_mm: float, half_face_mm: tuple[float, float], half_width_mm: float
 ) -> Edges | None:
-    """The edges of an object that can press on the face.
+    """The edges of an object that can press on the face; None where there are none.
 
     Args:
         indenters: The object in the poses that bound its path, in their order.
         pitch_mm: Node spacing without edges [mm].
         half_face_mm: Half of the footprint [mm].
         half_width_mm: Half of the shorter side of what is touched [mm].
-
-    Returns:
-        Samples, or None where no edge reaches the face.
     """
     touching = [indenter for indenter in indenters if indenter.top_mm() > 0]
     if not touching:

@@ -144,7 +144,7 @@ class Elasticity:
     def hessian(
         self, positions: Array, pressure: Array, volume_gradient: Array, pattern: BlockPattern, *, shift: float
     ) -> Array:
-        """Upper triangle of the Hessian of the free nodes, with the pressure as an independent unknown condensed out.
+        """Upper triangle of the Hessian of the free nodes [N/mm], the pressure as an independent unknown condensed out.
 
         Args:
             positions: Node positions, shape (nodes, 3) [mm].
@@ -152,9 +152,6 @@ class Elasticity:
             volume_gradient: From `evaluate`, shape (cells, 24).
             pattern: Where the entries go.
             shift: Multiple of the spring Laplacian that is added.
-
-        Returns:
-            Entries in the pattern's order, shape (pattern.entries,) [N/mm].
         """
         lattice = self.lattice
         halves = np.zeros((2, pattern.entries))

@@ -69,11 +69,7 @@ STRAINS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
 def fluctuation(fields: CellFields, points: Array) -> Array:
-    """Periodic fluctuation chi at points of the unit cell, in 0..1, shape (points, 3).
-
-    Returns:
-        Displacement for each of the unit `STRAINS`, in units of the pitch, shape (points, 3, 6).
-    """
+    """Periodic fluctuation chi at points of the unit cell, in 0..1, shape (points, 3): (points, 3, unit `STRAINS`)."""
     values = np.empty((len(points), 3, 6))
     for case, (first, second) in enumerate(STRAINS):
         rest = [axis for axis in range(3) if axis not in (first, second)]
@@ -143,7 +139,7 @@ def strain_components(strain: Array) -> Array:
 def cell_correctors(
     design: ElastomerDesign, grid: CellGrid | None, lattice: Lattice, points_mm: Array, cell_mm: Array | None = None
 ) -> CellCorrectors | None:
-    """Hangs points of the infill on the lattice and on the cell problem.
+    """Hangs points of the infill on the lattice and on the cell problem; None without a grid or without infill.
 
     Args:
         design: The block.
@@ -152,9 +148,6 @@ def cell_correctors(
         points_mm: Rest positions, the same number for each cell and the same in each, cells x-fastest, shape
             (cells * points a cell, 3) [mm], as `geometry.elastomer` tiles them.
         cell_mm: Those of a drawn cell about its middle, shape (points a cell, 3) [mm]; the first cell's by default.
-
-    Returns:
-        None without a grid or without infill.
     """
     fields = printed_fields(design, grid)
     if grid is None or fields is None:

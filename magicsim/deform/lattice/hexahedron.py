@@ -111,7 +111,7 @@ def spring_matrices(sizes_mm: Array, shear_modulus_mpa: Array) -> Array:
 
 
 def network_matrices(inverse: Array, volumes: Array, modulus_mpa: Array) -> Array:
-    """Graph Laplacian of a Gaussian network in cells of any shape, by their Gauss points.
+    """Graph Laplacian of a Gaussian network in cells of any shape, shape (cells, 8, 8) [N/mm], by their Gauss points.
 
     The entries -sum_q V_q grad N_p . M_q grad N_r are springs that may push (negative ones in distorted cells), but
     the matrix stays positive semi-definite and an affine motion is in exact equilibrium.
@@ -120,9 +120,6 @@ def network_matrices(inverse: Array, volumes: Array, modulus_mpa: Array) -> Arra
         inverse: From `gauss_geometry`, shape (cells, 8, 3, 3) [1/mm].
         volumes: From `gauss_geometry`, shape (cells, 8) [mm3].
         modulus_mpa: Network tensor M, shape (cells, 8, 3, 3), or its isotropic value, shape (cells,) [MPa].
-
-    Returns:
-        Matrices, shape (cells, 8, 8) [N/mm].
     """
     gradients = GAUSS_GRADIENTS @ inverse
     if modulus_mpa.ndim == 1:

@@ -87,6 +87,11 @@ class Lattice:
         return float(self.planes_mm[2][-1])
 
     @property
+    def smallest_edge_mm(self) -> float:
+        """Shortest cell edge [mm]."""
+        return float(self.sizes_mm.min())
+
+    @property
     def layer_nodes(self) -> int:
         """Nodes in one z plane."""
         return len(self.planes_mm[0]) * len(self.planes_mm[1])

@@ -62,14 +62,11 @@ class Zone:
 
 
 def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone | None:
-    """The part of the undeformed contact face that lies inside an object, or below it, in any of its poses.
+    """Bounding rectangle of where an object touches the undeformed face or lies above it; None where nowhere.
 
     Args:
         indenters: The object in the poses that bound its path.
         design: The block.
-
-    Returns:
-        The bounding rectangle, or None when nothing can touch.
     """
     axes = [np.linspace(-size / 2, size / 2, round(size / SAMPLE_MM) + 1) for size in design.footprint_mm]
     x, y = (axis.ravel() for axis in np.meshgrid(*axes))

@@ -137,11 +137,7 @@ def solve_face(
 
 
 def held_stiffness(problem: FaceProblem, motion: Array, memory: ContactMemory) -> Array:
-    """Stiffness of the contact after a motion of the nodes without the object's curvature, positive semidefinite.
-
-    Returns:
-        Shape (3 nodes, 3 nodes) [N/mm].
-    """
+    """Stiffness of contact after a motion of the nodes, positive semidefinite, shape (3 nodes, 3 nodes) [N/mm]."""
     nodes = problem.positions + motion.reshape(-1, 3)
     contact = evaluate_contact(problem.face, nodes, problem.surface, memory, problem.whole.law)
     local = contact_stiffness(contact, problem.face, problem.surface, memory, problem.whole.law, curvature_limit=0.0)

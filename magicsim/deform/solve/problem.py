@@ -111,7 +111,7 @@ class Problem:
         """
         face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
         pattern = block_pattern(lattice, face.patches)
-        edge_mm = _smallest_edge_mm(lattice)
+        edge_mm = lattice.smallest_edge_mm
         shear_mpa = lattice.shear_modulus_mpa + (0.0 if branches is None else branches.shear_modulus_mpa.sum(0))
         stiffness = 3 * float(shear_mpa[: len(face.patches)].max()) / edge_mm
         floor = FORCE_FLOOR * float(lattice.shear_modulus_mpa.max()) * edge_mm**2
@@ -166,7 +166,7 @@ class Problem:
     @property
     def smallest_edge_mm(self) -> float:
         """Shortest cell edge [mm]."""
-        return _smallest_edge_mm(self.elasticity.lattice)
+        return self.elasticity.lattice.smallest_edge_mm
 
     @property
     def cautious(self) -> float:
@@ -177,10 +177,6 @@ class Problem:
     def first_penalty(self) -> float:
         """Stiffness of contact along the normal that a load step begins with [N/mm3]."""
         return self.options.penalty_ratio * self.stiffness
-
-
-def _smallest_edge_mm(lattice: Lattice) -> float:
-    return float(lattice.sizes_mm.min())
 
 
 def _rounding_n(lattice: Lattice, shear_modulus_mpa: Array) -> float:
