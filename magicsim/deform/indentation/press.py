@@ -16,7 +16,7 @@ from magicsim.deform.indentation.path import PathForce, PressResult, path_forces
 from magicsim.deform.lattice.relaxation import body_branches
 from magicsim.deform.lattice.structure import box_lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
-from magicsim.deform.solve.effort import Progress, part_of
+from magicsim.deform.solve.iterate import Progress, part_of
 from magicsim.deform.solve.ladder import Rung, rung_names
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError

@@ -12,25 +12,24 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import dragged_anchors
 from magicsim.deform.contact.face import POINT_SPACING_MM
-from magicsim.deform.contact.touching import border_gaps_mm, touching_points
-from magicsim.deform.deformation import Deformation
+from magicsim.deform.deformation import Deformation, border_gaps_mm, touching_points
 from magicsim.deform.lattice.relaxation import Branches, Relaxation
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import has_settled
 from magicsim.deform.overlap import burial_fault, overlap_fault
 from magicsim.deform.solve.condensed import Condenser
-from magicsim.deform.solve.effort import (
+from magicsim.deform.solve.factorise import on_one_blas_thread
+from magicsim.deform.solve.iterate import (
     LEAST_LIFT,
     MAX_BALANCE,
     Effort,
+    Iterate,
     Progress,
     force_balance,
     lift,
     report,
     report_passage,
 )
-from magicsim.deform.solve.factorise import on_one_blas_thread
-from magicsim.deform.solve.iterate import Iterate
 from magicsim.deform.solve.ladder import Care, Rung, Strides, rung_names
 from magicsim.deform.solve.load_step import (
     first_contact,

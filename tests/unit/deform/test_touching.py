@@ -3,7 +3,7 @@
 import numpy as np
 
 from magicsim.deform.contact.face import contact_face
-from magicsim.deform.contact.touching import BORDER, WAVE_MM, border_gaps_mm, touching_points
+from magicsim.deform.deformation import BORDER, WAVE_MM, border_gaps_mm, touching_points
 from magicsim.deform.lattice.structure import box_lattice
 
 PLANES = np.linspace(-3, 3, 7)

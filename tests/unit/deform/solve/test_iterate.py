@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magicsim.deform.solve.effort import LEAST_LIFT, Effort, lift, report_passage
+from magicsim.deform.solve.iterate import LEAST_LIFT, Effort, lift, report_passage
 
 AREA_MM2 = np.array([1.0, 2.0])
 
