@@ -10,6 +10,7 @@ from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
+from magicsim.light.facing.finger import FacingFinger
 from magicsim.light.refinement import MAX_PASSES, Refinement
 from magicsim.light.transport.estimator import PATHS, choose_estimator, load_world
 from magicsim.light.transport.lit_world import LitWorld
@@ -35,6 +36,7 @@ class PlainRenderer:
         seed: int,
         object_mesh: SurfaceMesh | None = None,
         object_finish: Finish | None = None,
+        facing: FacingFinger | None = None,
     ) -> None:
         """Prepares; scenes are loaded when a view first needs them.
 
@@ -45,6 +47,7 @@ class PlainRenderer:
             seed: Monte Carlo seed that all frames share.
             object_mesh: The object in its own frame, if one will come.
             object_finish: Its surface; grey by default.
+            facing: Another finger that looks back in all views but those without anything, the object before it.
 
         Raises:
             RenderError: The estimator cannot do what the materials ask for.
@@ -53,12 +56,14 @@ class PlainRenderer:
         self.rig = rig
         self.settings = settings
         self.seed = seed
-        self.object_mesh = object_mesh
-        self.object_finish = object_finish or Finish()
+        self.object_mesh = object_mesh if facing is None else facing.mesh
+        self.object_finish = (object_finish or Finish()) if facing is None else facing.finish
+        self._facing = facing
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self._film = film(elastomer.design, rig.lens, rig.camera, rig.camera.window)
-        self.load_world = partial(load_world, self.estimator, elastomer, rig, settings, object_mesh)
-        self._worlds = Worlds(elastomer, object_mesh, self.object_finish, self.load_world)
+        beside = facing.beside if facing is not None else (0, 0)
+        self.load_world = partial(load_world, self.estimator, elastomer, rig, settings, self.object_mesh, beside)
+        self._worlds = Worlds(elastomer, self.object_mesh, self.object_finish, self.load_world)
 
     def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
         """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
@@ -122,7 +127,9 @@ class PlainRenderer:
             raise RenderError(problem)
 
     def _placed(self, view: View) -> Array | None:
-        """Vertices of the object in the sensor's frame [mm], or None where there is none."""
+        """Vertices of what stands before the block in the sensor's frame [mm], or None where nothing does."""
+        if self._facing is not None:
+            return self._facing.placed(view)
         if view.indenter is None or self.object_mesh is None:
             return None
         return view.indenter.pose.to_sensor(self.object_mesh.vertices)

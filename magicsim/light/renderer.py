@@ -15,9 +15,12 @@ from magicsim.camera.window import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr
-from magicsim.light.frame.anchored_image import anchored_image
+from magicsim.light.facing.finger import FacingFinger, FingerBody
+from magicsim.light.facing.glow import Glow, facing_light
+from magicsim.light.frame.anchored_image import anchored_change, anchored_image
 from magicsim.light.frame.frame_image import Look, own_field
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
+from magicsim.light.frame.passing_change import PassingLook, passing_light_change
 from magicsim.light.frame.shared_noise import REACH_PX
 from magicsim.light.frame.way import ALONE, UNTOUCHED, LightWay, Way
 from magicsim.light.plain_renderer import PlainRenderer, checked
@@ -32,6 +35,7 @@ from magicsim.light.transport.regions import Regions
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside, Outsides
+from magicsim.light.world.passing_light import PassingLight
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 from magicsim.scenes.view import View
@@ -40,6 +44,8 @@ CLEAR_MM = 1e-3
 """An object that is not farther than this from the contact face may touch it [mm]."""
 NO_CONTACT = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), np.int32))
 """What a dent touches that an object has left: what it changes of the light in the block is less than noise."""
+PASSING_PARTICLES_PART = 2
+"""What passes gets the strips' particles divided by this."""
 MOST_RECORDED = 20_000_000
 """Camera paths that are recorded at most, with two gigabytes: of a larger image fewer a pixel."""
 
@@ -57,8 +63,9 @@ class Renderer(PlainRenderer):
         object_mesh: SurfaceMesh | None = None,
         object_finish: Finish | None = None,
         untouched: UntouchedStates | None = None,
+        facing: FacingFinger | None = None,
     ) -> None:
-        """As `PlainRenderer`.
+        """Prepares; scenes are loaded when a view first needs them.
 
         Args:
             elastomer: The block.
@@ -68,8 +75,11 @@ class Renderer(PlainRenderer):
             object_mesh: The object in its own frame, if one will come.
             object_finish: Its surface; grey by default.
             untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
+            facing: Another finger that looks back, with the object before it; see `facing_another`.
         """
-        super().__init__(elastomer, rig, settings, seed=seed, object_mesh=object_mesh, object_finish=object_finish)
+        super().__init__(
+            elastomer, rig, settings, seed=seed, object_mesh=object_mesh, object_finish=object_finish, facing=facing
+        )
         self.leaves_out_unmoved = not elastomer.design.is_opaque
         """Whether light and camera paths that meet nothing that moved are those of the untouched sensor; otherwise all
         are traced anew: for comparison, and where shadows of a dent fall on a coat that has not moved."""
@@ -78,10 +88,11 @@ class Renderer(PlainRenderer):
         self._whole_film = film(
             elastomer.design, rig.lens, rig.camera, Window.whole(rig.camera.columns, rig.camera.rows)
         )
-        self._outsides = Outsides(rig, object_mesh, self.object_finish, self.load_world)
+        self._outsides = Outsides(rig, self.object_mesh, self.object_finish, self.load_world)
         self._untouched = untouched if untouched is not None else UntouchedStates(default_store())
         self._reaches: list[sp.csr_matrix] | None = None
         self._before: tuple[Array | None, float | None, Before] | None = None
+        self._passer: PassingLight | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
         """This renderer with other random numbers; both bring their views into the same Mitsuba scenes.
@@ -97,10 +108,24 @@ class Renderer(PlainRenderer):
         other._before = None
         return other
 
-    @property
-    def untouched_states(self) -> UntouchedStates:
-        """Where the sensor's untouched states are kept."""
-        return self._untouched
+    def facing_another(self, other: Self, companion: SurfaceMesh | None = None) -> Self:
+        """Renders this sensor with another one before it; untouched states are shared.
+
+        Args:
+            other: Renders the other one, which may be this.
+            companion: What may be seen beside the object and touches nothing, with colours, in its own frame.
+        """
+        finger = FacingFinger.of(*other.as_finger(), self.object_mesh, self.object_finish, companion)
+        return type(self)(
+            self.elastomer, self.rig, self.settings, seed=self.seed, untouched=self._untouched, facing=finger
+        )
+
+    def as_finger(self) -> tuple[FingerBody, Glow]:
+        """What another finger sees of this sensor at full light."""
+        design = self.elastomer.design
+        depth = design.height_mm + self.rig.lens.thickness_mm + self.rig.camera.distance_mm
+        body = FingerBody.of(design.footprint_mm, depth)
+        return body, Glow.of(self.light(View()), self.careful().light, design, body.counts)
 
     def radiance(self, view: View) -> FloatImage:
         """Linear radiance of what is read out, shape (rows, columns, 3), anchored if settings say so.
@@ -118,8 +143,14 @@ class Renderer(PlainRenderer):
         """
         if not self._is_anchored:
             return self.plain_radiance(view), ALONE
-        ideal, way = self._ideal(self._within_reach(view))
-        return self._film.seen(checked(ideal)), way
+        shown = self._within_reach(view)
+        ideal, way = self._ideal(shown)
+        image = self._film.seen(checked(ideal))
+        if view.passing_mm is None:
+            return image, way
+        change = self._film.seen(self._passing_change(shown, self._passing_light(view.passing_mm)))
+        changed = np.asarray(np.maximum(image + change, 0), np.float32)
+        return changed, Way(light="outside", image="recorded") if way == UNTOUCHED else way
 
     def metered(self) -> FloatImage:
         """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
@@ -228,6 +259,64 @@ class Renderer(PlainRenderer):
         found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
         return np.asarray(inner.within(around).of(found)), way
 
+    def _passing_light(self, x_mm: float) -> PassingLight:
+        """What passes in the room, in its place along x."""
+        if self._passer is None:
+            passing = self.rig.moving
+            assert passing is not None
+            self._passer = PassingLight(passing, self.world(View()).scene.environment(), self.rig.room_light)
+        self._passer.place(x_mm)
+        return self._passer
+
+    def _passing_change(self, view: View, light: PassingLight) -> FloatImage:
+        """What something that passes changes of the window of the ideal image, shape (rows, columns, 3).
+
+        Rendering is linear in light, so records, light and frames of the still room serve as they are. The change is
+        computed by itself, with the sensor's own lights off: particles from where the thing is, what they leave in the
+        block and on the object, and what recorded camera paths meet of it. All its places share their random numbers,
+        so the change moves as smoothly as the thing does.
+        """
+        inner, columns, rows = self._film.window, self._film.columns, self._film.rows
+        around = inner.grown(REACH_PX, columns, rows)
+        pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
+        placed, samples = self._placed(view), self.settings.samples
+        field = self._passing_field(view, placed, light)
+        look = PassingLook(
+            world=self.light(View()), outside=self._outside(placed, view.flashlight_x_mm), light=light, field=field,
+            samples=samples, seed=self.seed,
+        )  # fmt: skip
+        before = look.through(self.careful(), pixels)
+        if not self._is_moved(view, placed):
+            return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32)
+        known, changed = look.through(self.cheap(), pixels), self._changed(view, placed, pixels)
+        now = known.copy()
+        if changed.any():
+            traced = self.light(view).gather_pixels(field, pixels[changed], samples=samples, seed=self.seed, room=light)
+            now[changed] = np.array(traced, np.float64).T
+        images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
+        found = anchored_change(images[0], images[1], images[2], changed.reshape(shape[:2]))
+        return np.asarray(inner.within(around).of(found))
+
+    def _passing_field(self, view: View, placed: Array | None, light: PassingLight) -> LightField:
+        """What something that passes changes of the light in the block and on the object.
+
+        The change in a touched block is that of the last state before contact: a press changes by some per cent what is
+        some per cent itself.
+        """
+        world, careful = self.light(View()), self.careful()
+        is_moved, particles = self._is_moved(view, placed), self.settings.particles
+        outside = self._outside(self._free(view, placed) if is_moved else placed, view.flashlight_x_mm)
+        field = passing_light_change(
+            world, outside, light, own_field(world, careful), particles=max(1, particles // PASSING_PARTICLES_PART),
+            seed=self.seed,
+        )  # fmt: skip
+        if is_moved:
+            world = self.light(view)
+            field = replace(field, body=world.growth(careful.held_mm3) * field.body)
+        return world.with_lit_object(
+            field, particles=particles, seed=self.seed, outside=None if is_moved else outside, room=light
+        )
+
     def _is_moved(self, view: View, placed: Array | None) -> bool:
         """Whether a view needs paths through the block as it is deformed."""
         return not view.is_undeformed or self._may_touch(placed) or not self.leaves_out_unmoved
@@ -239,9 +328,7 @@ class Renderer(PlainRenderer):
         if not is_moved:
             outside = self._outside(placed, view.flashlight_x_mm)
             free = free_light(rest, outside, careful, cheap, particles=particles, seed=seed)
-            field = self._arrived(view, rest, outside, free)
-            lit = rest.with_lit_object(field, particles=particles, seed=seed, outside=outside)
-            return self._gathered(view, field, lit), "outside"
+            return self._on_object(view, rest, free, outside), "outside"
         # First, as a dent without an object is seen in the scene of the untouched block.
         before = self._before_contact(self._free(view, placed), view.flashlight_x_mm)
         touched = self.light(view)
@@ -252,32 +339,32 @@ class Renderer(PlainRenderer):
             touched, before, careful, contact, least=self.settings.light_change,
             particles=particles, seed=seed,
         )  # fmt: skip
-        field = self._arrived(view, touched, None, field)
-        return self._gathered(view, field, touched.with_lit_object(field, particles=particles, seed=seed)), way
+        return self._on_object(view, touched, field, None), way
+
+    def _on_object(self, view: View, world: LitWorld, field: LightField, outside: Outside | None) -> LightField:
+        """The light with a facing finger's, and with what falls on the object gathered by rays from its surface."""
+        particles, seed, facing = self.settings.particles, self.seed, self._facing
+        if facing is None or view.facing_mm is None:
+            return world.with_lit_object(field, particles=particles, seed=seed, outside=outside)
+        added = facing_light(
+            world, outside, facing.glow, view.facing_mm, self.elastomer.design.footprint_mm, seed=seed, most=particles
+        )
+        before = facing.shining(field, added)
+        return facing.gathered(before, world.with_lit_object(before, particles=particles, seed=seed, outside=outside))
 
     def _free(self, view: View, placed: Array | None) -> Array | None:
         """The object where it last did not touch."""
-        return self._lifted(view, placed) if placed is not None and self._may_touch(placed) else placed
+        if placed is None or not self._may_touch(placed):
+            return placed
+        return lifted(placed) if self._facing is None else self._facing.lifted(view, placed)
 
     def _touching(self, placed: Array) -> Array:
-        """Vertices of what may touch: here of all that is outside."""
-        return placed
+        """Vertices of what may touch: the object's, all others being behind it."""
+        return placed if self._facing is None else placed[: len(self._facing.object_vertices)]
 
     def _may_touch(self, placed: Array | None) -> bool:
         """Whether an object is so close to the contact face that it may touch it."""
         return placed is not None and bool(self._touching(placed)[:, 2].max(initial=-np.inf) >= -CLEAR_MM)
-
-    def _lifted(self, _view: View, placed: Array) -> Array:
-        """Object vertices of the last state before contact, the same for all depths of one press [mm]."""
-        return lifted(placed)
-
-    def _arrived(self, _view: View, _world: LitWorld, _outside: Outside | None, field: LightField) -> LightField:
-        """The light with that of what else shines on the block: here nothing."""
-        return field
-
-    def _gathered(self, _view: View, _before: LightField, lit: LightField) -> LightField:
-        """The light with what the object sends out by itself, after what falls on it was gathered: here nothing."""
-        return lit
 
     def _contact(self, placed: Array | None) -> SurfaceMesh | None:
         """The object's surface where it may touch, None without an object."""
@@ -334,7 +421,7 @@ class Renderer(PlainRenderer):
     def _within_reach(self, view: View) -> View:
         """The view without an object that is too far to be seen."""
         placed = self._placed(view)
-        if placed is None or not self.leaves_out_far:
+        if placed is None or not self.leaves_out_far or self._facing is not None:
             return view
         gap_mm, design = -float(placed[:, 2].max()), self.elastomer.design
         is_gone = is_out_of_reach(gap_mm, self.object_finish, design, self.rig, self.metered())

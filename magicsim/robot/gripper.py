@@ -84,13 +84,16 @@ class Gripper:
         self.linkage.check_room(scene.object.kind, self.touching_width_mm)
         self._told = told
         with waiting("building both fingers", told):
-            self.upper = LiveSensor(scene, workspace=workspace, quality=quality, companion=companion, told=told)
-            facing = _facing(lower or _with_next_pattern(scene), scene.object)
+            unlike = lower is not None
+            self.upper = LiveSensor(
+                scene, workspace=workspace, quality=quality, companion=companion, told=told,
+                opposite=(lambda: self.lower.sensor) if unlike else None,
+            )  # fmt: skip
             self.lower = LiveSensor(
-                facing, workspace=_facing_range(workspace), quality=quality, companion=companion, told=told
-            )
-            if lower is not None:
-                self.upper.sensor.opposite, self.lower.sensor.opposite = self.lower.sensor, self.upper.sensor
+                _facing(lower or _with_next_pattern(scene), scene.object), workspace=_facing_range(workspace),
+                quality=quality, companion=companion, told=told,
+                opposite=(lambda: self.upper.sensor) if unlike else None,
+            )  # fmt: skip
             self._pair = Pair(self.upper, self.lower, scene.object, sees_other=sees_other)
             self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
             self.reset()

@@ -1,6 +1,6 @@
 """A simulated sensor whose object and lights the user's code moves, in any order, one frame at a time."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -55,6 +55,7 @@ class LiveSensor:
         workspace: Workspace | None = None,
         quality: str | Quality = "full",
         companion: SurfaceMesh | None = None,
+        opposite: Callable[[], Sensor | None] | None = None,
         told: Told = on_stderr,
     ) -> None:
         """Builds geometry and lattice; the renderer loads when the first frame is taken.
@@ -64,6 +65,7 @@ class LiveSensor:
             workspace: Where the object may go. The lattice is fine where it can touch, so a small one is faster.
             quality: `full`, or `control` for a coarser and faster sensor, see `magicsim.robot.quality`.
             companion: What is seen beside the object where `accompany` puts it, with colours, in its own frame.
+            opposite: Gives the sensor that `face` puts before this one, once it is seen; by default one like this.
             told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
@@ -86,8 +88,9 @@ class LiveSensor:
         self._scene = placed = self.quality.applied(scene)
         states = self.workspace.states(placed)
         with waiting("building block and lattice", told):
-            sensor = Sensor.for_scene(placed, states=states, newton=self.quality.newton)
-            sensor.companion = companion
+            sensor = Sensor.for_scene(
+                placed, states=states, newton=self.quality.newton, companion=companion, opposite=opposite
+            )
             self._darkroom: Darkroom | None = Darkroom(sensor, placed.output)
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)

@@ -1,6 +1,6 @@
 """One sensor: geometry, lattice and renderer, asked for deformations and images of single states."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import Self
@@ -31,7 +31,6 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.pose import Pose
 from magicsim.light.frame.way import Way
-from magicsim.light.passing.renderer import PassingRenderer
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.safe_gap import check_walls
@@ -69,6 +68,8 @@ class Sensor:
         step_s: float = STEP_S,
         untouched: UntouchedStates | None = None,
         newton: NewtonOptions | None = None,
+        companion: SurfaceMesh | None = None,
+        opposite: "Callable[[], Sensor | None] | None" = None,
     ) -> None:
         """Builds geometry, lattice and renderer.
 
@@ -84,6 +85,9 @@ class Sensor:
             step_s: Time from one state to the next, for a body that relaxes [s].
             untouched: Untouched states of sensors that other episodes share.
             newton: When a load step is good enough; the solver's own by default.
+            companion: What may be seen beside the object and touches nothing, with colours, in its own frame; only in
+                views with a facing finger.
+            opposite: Gives the sensor that may face this one, once a view shows it; by default, and for None, this.
 
         Raises:
             ConfigError: No image can be made of such a sensor, or the camera's codec is not installed.
@@ -108,11 +112,9 @@ class Sensor:
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = self._build_renderer(untouched)
         self._facing: Renderer | None = None
-        self.companion: SurfaceMesh | None = None
-        """What may be seen beside the object and touches nothing, with colours, in its own frame; set before a view
-        with a facing finger is rendered."""
-        self.opposite: Sensor | None = None
-        """The sensor that may face this one, where it is of another kind; set before a view with it is rendered."""
+        self.companion = companion
+        """What may be seen beside the object."""
+        self._opposite = opposite
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
@@ -120,6 +122,7 @@ class Sensor:
     def for_scene(
         cls, scene: SceneConfig, *, states: Sequence[FrameState] | None = None,
         untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None,
+        companion: SurfaceMesh | None = None, opposite: "Callable[[], Sensor | None] | None" = None,
     ) -> Self:  # fmt: skip
         """The sensor of a scene, fine where the scene's object touches.
 
@@ -128,6 +131,8 @@ class Sensor:
             states: Where the object may touch, in place of the scene's own states.
             untouched: Untouched states of sensors that other episodes share.
             newton: When a load step is good enough; the solver's own by default.
+            companion: See the sensor itself.
+            opposite: See the sensor itself.
 
         Raises:
             MagicsimError: As the sensor itself.
@@ -143,6 +148,8 @@ class Sensor:
             step_s=1 / scene.frames_per_second,
             untouched=untouched,
             newton=newton,
+            companion=companion,
+            opposite=opposite,
         )
 
     def reseeded(self, turn: int) -> Self:
@@ -174,6 +181,11 @@ class Sensor:
             other.renderer, other._facing = other._build_renderer(None), None
         return other
 
+    @property
+    def opposite(self) -> "Sensor | None":
+        """The sensor that may face this one, None where it is one like this."""
+        return self._opposite() if self._opposite is not None else None
+
     def _zone(self) -> Zone | None:
         placed = [self.indenter(state) for state in self.states if can_touch(state)]
         return contact_zone([indenter for indenter in placed if indenter is not None], self.design)
@@ -183,8 +195,7 @@ class Sensor:
         if self.object is not None:
             surface = self.object.surface()
             finish = Finish.of(self.object, surface)
-        kind = Renderer if self.rig.moving is None else PassingRenderer
-        return kind(
+        return Renderer(
             self.elastomer,
             self.rig,
             self.settings,
@@ -313,10 +324,7 @@ class Sensor:
     def _facing_renderer(self) -> Renderer:
         """For views with another finger; built with the first of them."""
         if self._facing is None:
-            from magicsim.light.facing.renderer import FacingRenderer
-
-            other = None if self.opposite is None else self.opposite.renderer
-            self._facing = FacingRenderer.beside(self.renderer, self.companion, other=other)
+            self._facing = self.renderer.facing_another((self.opposite or self).renderer, self.companion)
         return self._facing
 
 

@@ -20,9 +20,9 @@ from magicsim.light.transport.cached_light import Elements
 from magicsim.light.transport.camera_pass import ROULETTE_WEIGHT
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import ObjectStarts
-from magicsim.light.transport.ray_start import leave
 from magicsim.light.transport.regions import Regions
 from magicsim.light.world.finish import Finish
+from magicsim.light.world.medium import leave
 from magicsim.light.world.near_room import missed
 from magicsim.light.world.outside import Outside
 

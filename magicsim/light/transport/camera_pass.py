@@ -16,10 +16,9 @@ from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import crossing
 from magicsim.light.flaws.scatterers import bump_ahead, turned
 from magicsim.light.transport.cached_light import CachedLight
-from magicsim.light.transport.coating import ASKED, after_lens, meet_face, send_on
 from magicsim.light.transport.path_record import Gathered, PathRecord
 from magicsim.light.transport.path_starts import PathStarts
-from magicsim.light.transport.ray_start import leave
+from magicsim.light.world.coating import ASKED, after_lens, meet_face, send_on
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.medium import (
     Coefficients,
@@ -29,6 +28,7 @@ from magicsim.light.world.medium import (
     classify,
     free_path,
     fresnel,
+    leave,
     scattered,
     scattering_stretch,
 )

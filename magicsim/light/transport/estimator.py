@@ -35,7 +35,7 @@ def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
 
 def load_world(
     estimator: str, elastomer: Elastomer, rig: Rig, settings: RenderSettings, own_mesh: SurfaceMesh | None,
-    content: WorldContent,
+    beside: tuple[int, int], content: WorldContent,
 ) -> World:  # fmt: skip
     """The scene of a block, for paths or with its light.
 
@@ -45,8 +45,11 @@ def load_world(
         rig: What surrounds it.
         settings: Collisions that are followed.
         own_mesh: The object that may come, in its own frame.
+        beside: See `LitWorld`.
         content: What else is in the scene.
     """
     if estimator == "path":
         return World(elastomer, rig, content)
-    return LitWorld(elastomer, rig, content, forward_collisions=settings.forward_collisions, own_mesh=own_mesh)
+    return LitWorld(
+        elastomer, rig, content, forward_collisions=settings.forward_collisions, own_mesh=own_mesh, beside=beside
+    )

@@ -17,12 +17,20 @@ from magicsim.errors import RenderError
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import crossing
 from magicsim.light.flaws.scatterers import bump_ahead, turned
-from magicsim.light.transport.coating import bounced, meet_face
 from magicsim.light.transport.light_starts import TURNS, LightStarts
-from magicsim.light.transport.ray_start import leave
 from magicsim.light.transport.recorded_light import LightRecord, take_down
 from magicsim.light.transport.voxels import Voxels
-from magicsim.light.world.medium import Constants, Media, classify, free_path, fresnel, scattered, scattering_stretch
+from magicsim.light.world.coating import bounced, meet_face
+from magicsim.light.world.medium import (
+    Constants,
+    Media,
+    classify,
+    free_path,
+    fresnel,
+    leave,
+    scattered,
+    scattering_stretch,
+)
 from magicsim.light.world.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.light.world.outside import nearer_hit
 from magicsim.light.world.shapes import Shapes

@@ -61,7 +61,7 @@ class LitWorld(World):
 
     def __init__(
         self, elastomer: Elastomer, rig: Rig, content: WorldContent, *, forward_collisions: int,
-        own_mesh: SurfaceMesh | None = None,
+        own_mesh: SurfaceMesh | None = None, beside: tuple[int, int] = (0, 0),
     ) -> None:  # fmt: skip
         """Loads the scene at rest.
 
@@ -71,6 +71,8 @@ class LitWorld(World):
             content: What else is there.
             forward_collisions: First collisions of a camera path that are followed by the true phase function.
             own_mesh: The object that may come, in its own frame.
+            beside: First of its triangles that are seen at the edge of the picture at most, and the first one after
+                these: few rays go out from them.
         """
         super().__init__(elastomer, rig, content, for_paths=False)
         self.inventory = Inventory(self.scene, self.block, elastomer, rig, own_mesh)
@@ -82,8 +84,7 @@ class LitWorld(World):
         """Cells along x, y and z."""
         self._followed = forward_collisions if self.media.infill.anisotropy else 0
         self._inside, self._off = frozenset(lights_inside(rig)), frozenset(lights_off(rig))
-        self.beside = (0, 0)
-        """First of the object's triangles that are seen at the edge at most, and the first one after these."""
+        self._beside = beside
 
     @property
     def voxel_counts(self) -> tuple[int, int, int] | None:
@@ -213,7 +214,7 @@ class LitWorld(World):
             return field
         stream = SEEDS_PER_RENDER * seed + ON_OBJECT
         count = max(1, round(RAYS_PER_PARTICLE * particles))
-        sent = object_rays(self.scene, shapes, count, seed=stream, beside=self.beside)
+        sent = object_rays(self.scene, shapes, count, seed=stream, beside=self._beside)
         met = np.array(self.camera_pass(field, sent.starts, stream=stream, outside=outside, room=room), np.float64)
         count = shapes.object_triangles
         weights = [np.pi * sent.area_mm2 * channel for channel in met]

@@ -15,8 +15,8 @@ from magicsim.arrays import Array, Index
 from magicsim.light.aligned import columns
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.path_starts import ObjectStarts
-from magicsim.light.transport.ray_start import CLEARANCE
 from magicsim.light.transport.sequence import sequence
+from magicsim.light.world.medium import CLEARANCE
 from magicsim.light.world.shapes import Shapes, in_body, mesh_of
 
 NEAR_MM = 2.0

@@ -13,7 +13,7 @@ from magicsim.light.aligned import aligned
 from magicsim.light.backend import mi
 from magicsim.light.cells.cell_topology import CellTopology
 from magicsim.light.flaws.held_scatterers import HeldScatterers
-from magicsim.light.transport.coating import FaceCoating
+from magicsim.light.world.coating import FaceCoating
 from magicsim.light.world.grid_state import GridState, GridStates
 from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE

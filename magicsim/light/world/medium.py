@@ -13,6 +13,10 @@ from magicsim.geometry.printed_cells import WHOLE
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import RoughSurfaces
 
+CLEARANCE = 9e-6
+"""Distance from the surface, relative to 1 mm and the largest coordinate: 0.15 micrometres at 16 mm; a thirtieth of it
+still meets no surface twice. The way before a start counts as free of scattering: ten times as far off, where Mitsuba
+starts rays, a white furnace is 1.0 +- 0.1 % too bright at 10 scatterings per mm, and here 0.05 +- 0.1 % (12 seeds)."""
 CLEAR_PER_MM = 1e-12
 """Extinction that stands for none [1/mm]."""
 
@@ -249,3 +253,14 @@ def scattered(direction: Any, sample: Any, anisotropy: float) -> Any:
     sine = dr.safe_sqrt(1 - dr.square(cosine))
     azimuth = 2 * dr.pi * sample.y
     return mi.Frame3f(direction).to_world(mi.Vector3f(sine * dr.cos(azimuth), sine * dr.sin(azimuth), cosine))
+
+
+def leave(si: Any, direction: Any) -> Any:
+    """The ray that goes on from a hit.
+
+    Args:
+        si: The hit.
+        direction: Unit vectors in the scene's frame.
+    """
+    distance = dr.mulsign(CLEARANCE * (1 + dr.max(dr.abs(si.p))), dr.dot(si.n, direction))
+    return mi.Ray3f(dr.fma(distance, si.n, si.p), direction)

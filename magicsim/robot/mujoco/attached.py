@@ -1,5 +1,6 @@
 """One sensor attached to a model: it solves where the body is, answers linearly in between, and takes frames."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.episode import SimulatedFrame
 from magicsim.simulation.plan import can_touch
+from magicsim.simulation.sensor import Sensor
 
 AXES = 3
 
@@ -36,6 +38,7 @@ class AttachedSensor:
         quality: Quality,
         trust: Trust,
         seed: int,
+        opposite: Callable[[], Sensor | None],
     ) -> None:
         """Builds the sensor with the body's solid as its object.
 
@@ -46,6 +49,7 @@ class AttachedSensor:
             quality: Of solver and renderer.
             trust: How far the linear answer is trusted at first.
             seed: Of the frames' noise.
+            opposite: Gives the sensor that may face this one, see `Sensor`.
 
         Raises:
             ConfigError: A name does not exist, the body cannot press, or MuJoCo would press it too.
@@ -59,7 +63,9 @@ class AttachedSensor:
         thing, self._frame = body_object(model, self.pair.body)
         bare = scene.model_copy(update={"object": None, "keyframes": (Keyframe(frame=0),)})
         settled = quality.applied(bare)
-        self.sensor = PosedSensor(settled, thing, x_mm=touch.x_mm, y_mm=touch.y_mm, newton=quality.newton)
+        self.sensor = PosedSensor(
+            settled, thing, x_mm=touch.x_mm, y_mm=touch.y_mm, newton=quality.newton, opposite=opposite
+        )
         self._thing, self._darkroom = thing, Darkroom(self.sensor, settled.output)
         self._frames_per_second, self._seed, self._first_trust = settled.frames_per_second, seed, trust
         self.reset()

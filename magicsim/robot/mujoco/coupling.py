@@ -13,6 +13,7 @@ solve.
 """
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from magicsim.robot.mujoco.solids import MM, MjData, MjModel, engine
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame
+from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.truth import frame_truth
 
 STABLE = 2.0
@@ -93,12 +95,13 @@ class Coupling:
                 quality=grade,
                 trust=trust,
                 seed=finger_seed(usual.seed if seed is None else seed, number),
+                opposite=partial(self._opposite, touch),
             )
             for number, touch in enumerate(touches)
         }
         """The attached sensors by the names of their sites."""
         self.frames_per_second = usual.frames_per_second
-        self._facing = self._opposites()
+        self._facing = self._facing_pairs()
         self.reset()
 
     def reset(self) -> None:
@@ -165,7 +168,7 @@ class Coupling:
             for name, each in moments.items()
         }
 
-    def _opposites(self) -> list[tuple[AttachedSensor, AttachedSensor]]:
+    def _facing_pairs(self) -> list[tuple[AttachedSensor, AttachedSensor]]:
         """Each sensor that looks at another one, with that."""
         found = []
         for sensor in self.sensors.values():
@@ -175,11 +178,15 @@ class Coupling:
             if faces not in self.sensors or faces == sensor.touch.site:
                 others = [name for name in self.sensors if name != sensor.touch.site]
                 raise ConfigError(unknown_choice("faces", faces, others))
-            other = self.sensors[faces]
-            if (sensor.sensor.design, sensor.sensor.rig) != (other.sensor.design, other.sensor.rig):
-                sensor.sensor.opposite = other.sensor
-            found.append((sensor, other))
+            found.append((sensor, self.sensors[faces]))
         return found
+
+    def _opposite(self, touch: Touch) -> Sensor | None:
+        """The sensor that another one looks at, None where both are alike."""
+        if touch.faces is None:
+            return None
+        own, other = (self.sensors[site].sensor for site in (touch.site, touch.faces))
+        return other if (own.design, own.rig) != (other.design, other.rig) else None
 
     def _answer(self, poses: Mapping[str, Pose], rows: Array, *, is_new: bool) -> None:
         """The wrench on every sensor; see the head of this module."""

@@ -1,6 +1,7 @@
 """A sensor whose object comes in any pose, not only in those that a path of gap, shift and twist reaches."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,6 +109,7 @@ class PosedSensor(Sensor):
         x_mm: tuple[float, float],
         y_mm: tuple[float, float],
         newton: NewtonOptions,
+        opposite: Callable[[], Sensor | None] | None = None,
     ) -> None:
         """Builds the sensor.
 
@@ -117,6 +119,7 @@ class PosedSensor(Sensor):
             x_mm: Part of the face where it may touch, along x [mm].
             y_mm: Likewise along y [mm].
             newton: When a load step is good enough.
+            opposite: See `Sensor`.
 
         Raises:
             MagicsimError: As the sensor itself.
@@ -136,6 +139,7 @@ class PosedSensor(Sensor):
             seed=scene.seed,
             step_s=1 / scene.frames_per_second,
             newton=newton,
+            opposite=opposite,
         )
 
     def _zone(self) -> Zone:

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from magicsim.light.facing.renderer import FacingRenderer
+from magicsim.light.facing.finger import FacingFinger
 from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.light.renderer import Renderer
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.scenes.view import View
 from magicsim.simulation.sensor import Sensor
@@ -56,15 +57,6 @@ def traced_pair(sensor, *, samples, seed):
     return np.array(image, np.float64).mean((0, 1))
 
 
-class SentEvenly(FacingRenderer):
-    """Sends as many rays to what stands beside the object as to the object."""
-
-    def light(self, view):
-        world = super().light(view)
-        world.beside = (0, 0)
-        return world
-
-
 def means(scene, distance_mm, seeds, untouched):
     found = []
     for seed in seeds:
@@ -98,7 +90,7 @@ def test_far_finger_is_as_none_and_a_near_one_is_the_brighter_the_nearer(small_s
     np.testing.assert_allclose(far, alone, rtol=1e-3)
     assert (near > 1.05 * alone).all()
     assert (nearer > near).all()
-    share = FacingRenderer.beside(sensor.renderer).glow.reflectance
+    share = sensor.renderer.as_finger()[1].reflectance
     assert ((share > 0.05) & (share < 0.6)).all()
 
 
@@ -111,14 +103,18 @@ def test_companion_is_lit_and_seen_as_an_object_in_its_place(small_scene):
     alone = replace(UNTOUCHED, facing_mm=DISTANCE_MM)
     there = replace(alone, gap_mm=0.5, x_mm=1.0)
     beside = replace(alone, companion=sensor.indenter(there).pose.key())
-    renderer = SentEvenly.beside(sensor.renderer, companion)
+    plain = sensor.renderer
+    finger = FacingFinger.of(*plain.as_finger(), plain.object_mesh, plain.object_finish, companion)
+    renderer = Renderer(
+        plain.elastomer, plain.rig, plain.settings, seed=plain.seed,
+        facing=replace(finger, beside=(0, 0)),  # as many rays to what stands beside the object as to the object
+    )  # fmt: skip
     without, as_object, as_companion = (
         renderer.made(sensor.view(each, sensor.rest))[0] for each in (alone, there, beside)
     )
     changed = np.abs(as_object - without).mean()
     assert changed > 0.01 * without.mean(), "too little changes to tell anything"
     assert np.abs(as_companion - as_object).mean() < 0.02 * changed
-    sensor.companion = companion
-    fewer = sensor.radiance(beside, sensor.rest)
+    fewer = plain.facing_another(plain, companion).made(sensor.view(beside, sensor.rest))[0]
     change, noisier = ((each - without).mean((0, 1)) for each in (as_object, fewer))
     np.testing.assert_allclose(noisier, change, rtol=0.3)

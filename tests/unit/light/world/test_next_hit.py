@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT, dr, mi
-from magicsim.light.transport.ray_start import leave
+from magicsim.light.world.medium import leave
 from magicsim.light.world.next_hit import IN_CELL, IN_WALL, next_hit, whereabouts
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.view import View

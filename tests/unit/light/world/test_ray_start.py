@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT, dr, mi
-from magicsim.light.transport.ray_start import leave
+from magicsim.light.world.medium import leave
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor

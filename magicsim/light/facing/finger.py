@@ -1,4 +1,4 @@
-"""The facing finger as a thing before the block: a box behind a contact face, in one mesh with the object.
+"""Another finger before the block: a box behind a contact face that glows, in one mesh with the object.
 
 The renderer knows one thing that light falls on, so the finger, the object and what may accompany it share a mesh, each
 triangle with its reflectance.
@@ -13,7 +13,11 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.light.facing.glow import Glow
+from magicsim.light.frame.frame_light import LIFTED_DIGITS, lifted
+from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.world.finish import GREY, Finish
+from magicsim.scenes.view import View
 
 QUAD_MM = 2.0
 """Largest edge of the squares of the face, each of which has a brightness of its own [mm]."""
@@ -84,6 +88,97 @@ class FingerBody:
         """
         flat = np.repeat(of_squares.reshape(-1, of_squares.shape[-1]), 2, axis=0)
         return np.concatenate([flat, np.zeros((len(self.mesh.faces) - len(flat), flat.shape[1]))])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FacingFinger:
+    """A finger that looks back at a sensor, with what stands between them: one object to the renderer.
+
+    Its face glows alike in all directions, as bright as it is there at full light; light on its way into this block has
+    the directions that it left with. Views without a facing finger have nothing of it.
+    """
+
+    body: FingerBody
+    glow: Glow
+    mesh: SurfaceMesh
+    """Object, companion and finger, in the frame that smoothing is made for."""
+    finish: Finish
+    """Its surface."""
+    object_vertices: Array
+    """Of the object in its own frame, shape (vertices, 3) [mm]; they come first in the mesh."""
+    companion_vertices: Array
+    """Of what stands beside the object, likewise; they follow."""
+    beside: tuple[int, int]
+    """First triangle of the companion, and the first one after these: seen at the edge of the picture at most."""
+
+    @classmethod
+    def of(
+        cls, body: FingerBody, glow: Glow, thing: SurfaceMesh | None, finish: Finish, companion: SurfaceMesh | None
+    ) -> Self:
+        """A finger with something before it.
+
+        Args:
+            body: The finger.
+            glow: What leaves its face.
+            thing: The object in its own frame, or None.
+            finish: Its surface.
+            companion: What may be seen beside the object and touches nothing, with colours, in its own frame.
+        """
+        mesh, joined = with_object(body, thing, finish, glow.reflectance, companion)
+        own, other = (each.vertices if each is not None else np.zeros((0, 3)) for each in (thing, companion))
+        last = len(mesh.faces) - len(body.mesh.faces)
+        return cls(
+            body=body, glow=glow, mesh=mesh, finish=joined, object_vertices=own, companion_vertices=other,
+            beside=(last - (len(companion.faces) if companion is not None else 0), last),
+        )  # fmt: skip
+
+    def placed(self, view: View) -> Array | None:
+        """Vertices of all in a view, in the sensor's frame, shape (vertices, 3) [mm]; None without a facing finger."""
+        if view.facing_mm is None:
+            return None
+        poses = (view.indenter.pose if view.indenter is not None else None, view.companion)
+        rigid = (self.object_vertices, self.companion_vertices)
+        things = [
+            (None if pose is None else pose.to_sensor(own), len(own)) for pose, own in zip(poses, rigid, strict=True)
+        ]
+        return all_placed(self.body, view.facing_mm, *things)
+
+    def lifted(self, view: View, placed: Array) -> Array:
+        """The object lifted, all else at whole millimetres: what is common to both states cancels, whatever it is."""
+        thing, companion = lifted(placed[: len(self.object_vertices)]), None
+        if view.companion is not None:
+            near = replace(view.companion, position_mm=np.round(view.companion.position_mm))
+            companion = np.round(near.to_sensor(self.companion_vertices), LIFTED_DIGITS)
+        things = ((thing, len(thing)), (companion, len(self.companion_vertices)))
+        return all_placed(self.body, max(1.0, round(view.facing_mm or 0.0)), *things)
+
+    def shining(self, field: LightField, added: LightField) -> LightField:
+        """The light in the block with the finger's, and its own brightness on its face.
+
+        Args:
+            field: Without it.
+            added: What it brings, from `facing_light`.
+        """
+        lit = total([field, added])
+        return replace(lit, irradiance=lit.irradiance + self._own_irradiance)
+
+    def gathered(self, before: LightField, lit: LightField) -> LightField:
+        """The light with the finger's own brightness, where gathering light on the object has replaced it.
+
+        Args:
+            before: From `shining`.
+            lit: After light was gathered.
+        """
+        is_kept = (lit.irradiance == before.irradiance).all(1, keepdims=True)  # no ray gathered anything there
+        return replace(lit, irradiance=np.where(is_kept, lit.irradiance, lit.irradiance + self._own_irradiance))
+
+    @property
+    def _own_irradiance(self) -> Array:
+        """Irradiance that makes each triangle as bright as its own light does, shape (triangles, 3)."""
+        exitance = self.body.triangles(self.glow.exitance[::-1])  # turned about y
+        own = np.zeros((len(self.mesh.faces), 3))
+        own[len(own) - len(exitance) :] = exitance / (self.glow.reflectance * (1 - self.finish.specular))
+        return own
 
 
 def with_object(

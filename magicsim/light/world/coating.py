@@ -20,8 +20,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import face_paint
 from magicsim.light.aligned import aligned
 from magicsim.light.backend import dr, mi
-from magicsim.light.transport.ray_start import leave
-from magicsim.light.world.medium import Constants, Segment, scattering_stretch
+from magicsim.light.world.medium import Constants, Segment, leave, scattering_stretch
 from magicsim.light.world.scene_dict import lights_inside
 from magicsim.light.world.shapes import mesh_of
 from magicsim.scenes.rig import Rig

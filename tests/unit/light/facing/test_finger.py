@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.facing.body import APART_MM, HOUSING, FingerBody, all_placed, with_object
+from magicsim.light.facing.finger import APART_MM, HOUSING, FingerBody, all_placed, with_object
 from magicsim.light.world.finish import GREY, Finish
 
 BODY = FingerBody.of((4.0, 6.0), 10.0)

@@ -8,7 +8,6 @@ from scipy.ndimage import gaussian_filter
 from magicsim.arrays import Array, Numbers
 from magicsim.light.backend import dr
 from magicsim.light.frame.frame_image import MIRRORED_PER_SAMPLE
-from magicsim.light.passing.passing_light import PassingLight, PassingPart
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.light_field import LightField
@@ -17,13 +16,14 @@ from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sen
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.outside import Outside
+from magicsim.light.world.passing_light import PassingLight, PassingPart
 
 SIGNS = (1.0, -1.0)
 SPREAD_CELLS = 1.5
 """Standard deviation of that Gaussian [cells]: below a scattering free path of 3 mm."""
 
 
-def brought(
+def passing_light_change(
     world: LitWorld, outside: Outside, light: PassingLight, rest: LightField, *, particles: int, seed: int
 ) -> LightField:
     """Change of the light in the untouched block and on what stands before it; values of either sign.

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.light.facing.shine import arriving
+from magicsim.light.facing.glow import arriving
 
 FACE = (4.0, 6.0)
 
