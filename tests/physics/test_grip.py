@@ -17,7 +17,7 @@ from magicsim.scenes.scene import load_scene
 
 FRICTION = 0.8
 BLOCK = (
-    "design=uniform-block", "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.5",
+    "design=uniform-block", "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2",
     "design.lattice.cells_across=0", "rig.camera.columns=24", "rig.camera.rows=32", f"contact.friction={FRICTION}",
 )  # fmt: skip
 SPACE = Workspace(

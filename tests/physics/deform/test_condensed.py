@@ -27,11 +27,15 @@ PLACES = ((-0.3, 0.0, 0.0), (-0.8, 0.0, 0.0), (-0.8, 0.4, 0.0), (-0.8, 0.4, 20.0
 TIGHT_MM = 1e-5
 
 
-@pytest.fixture(scope="module")
-def lattice() -> Lattice:
-    design = ["footprint_mm=[16.0, 16.0]", "core_mm=4.0", "wall_mm=0.2", "lattice.spacing_mm=1.0"]
+def block(side_mm: float) -> Lattice:
+    design = [f"footprint_mm=[{side_mm}, {side_mm}]", "core_mm=4.0", "wall_mm=0.2", "lattice.spacing_mm=1.0"]
     design += ["materials.body.youngs_modulus_mpa=1.523"]
     return build_lattice(load_preset(ElastomerDesign, "design", "mini-magictac", design))
+
+
+@pytest.fixture(scope="module")
+def lattice() -> Lattice:
+    return block(12.0)
 
 
 def solved(solver: ContactSolver, poses: list[Indenter]) -> list[Deformation]:
@@ -46,9 +50,8 @@ def poses() -> list[Indenter]:
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.6])
-def test_equilibria_are_those_of_plain_newton_steps(
-    lattice: Lattice, friction: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_equilibria_are_those_of_plain_newton_steps(friction: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    lattice = block(16.0 if friction else 12.0)  # near the rim of a contact that slips, friction has many equilibria
     condensed = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())
     monkeypatch.setattr(Condenser, "step", lambda *_, **__: Rung.LARGE)
     plain = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())

@@ -9,6 +9,8 @@ from magicsim.scenes.scene import SceneConfig, load_scene
 
 SMALL = (
     "rig=digit-rgb",
+    "design.footprint_mm=[12,15]",
+    "rig.camera.field_mm=10",
     "rig.camera.columns=48",
     "rig.camera.rows=64",
     "render.samples=16",
@@ -19,7 +21,7 @@ SMALL = (
 
 @pytest.fixture
 def small_scene() -> Callable[..., SceneConfig]:
-    """A scene preset at 48 x 64 pixels, unanchored, with further overrides."""
+    """A scene preset at 48 x 64 pixels on a block of 12 x 15 mm, unanchored, with further overrides."""
     if activate_variant() == SCALAR_VARIANT:
         pytest.skip("the fluence estimator needs LLVM or CUDA")
 

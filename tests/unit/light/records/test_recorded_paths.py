@@ -160,7 +160,7 @@ def test_recorded_light_that_meets_a_thing_is_what_the_thing_adds():
     from magicsim.light.records.untouched_passes import follow_light
 
     renderer, view = small("near")
-    rest, outside, particles = renderer.light(View()), outside_of(renderer, view), 400_000
+    rest, outside, particles = renderer.light(View()), outside_of(renderer, view), 200_000
     names = rest.lights
     shares = dict.fromkeys(names, particles)
     wanted = renderer.light(view).light_fields(shares, seed=SEED)
