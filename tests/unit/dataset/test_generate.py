@@ -256,8 +256,7 @@ FOREIGN = (".mine.tmp", "data/.mine.tmp", "data/notes.parquet", ".work/a", ".wor
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("name", FOREIGN)
-@pytest.mark.parametrize("is_begun", [False, True])
+@pytest.mark.parametrize(("name", "is_begun"), [*((name, True) for name in FOREIGN), ("sub/x", False)])
 def test_foreign_file_is_named_and_kept(whole: Path, tmp_path: Path, name: str, *, is_begun: bool):
     out = tmp_path / "set"
     shutil.copytree(whole, out) if is_begun else out.mkdir()
