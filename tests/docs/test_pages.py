@@ -22,6 +22,7 @@ assert entry  # registers the commands
 COMMANDS = sorted(command for command in app if command[0] != "-" and app[command].show and command not in EXPERIMENTS)
 DIRECTIVE = re.compile(r"^```\{command\} (?P<names>.+)$", re.MULTILINE)
 SYMBOL = re.compile(r"`(magicsim(?:\.\w+)+)")
+AUTODOC = re.compile(r"^\.\. auto\w+:: ([\w.]+)$", re.MULTILINE)
 BESIDE = re.compile(r"((?:`[\w.]+`(?:, | and )?)+) (?:of|in|\()\s*`?(magicsim/[\w/]+\.py)`")
 PLACE = re.compile(
     r"`((?:tests|docs|benchmarks|detectors|geometry|scenes|deform|magicsim)/[\w./-]+\.(?:py|toml|md)|tests/[\w/]+)`"
@@ -63,9 +64,10 @@ def test_files_that_pages_name_exist(page: Path):
     assert not {place for place in places if not (ROOT / place).exists() and not (ROOT / "magicsim" / place).exists()}
 
 
-@pytest.mark.parametrize("page", sorted((DOCS / "extending").glob("*.md")), ids=name)
-def test_symbols_that_pages_on_extending_name_exist(page: Path):
-    for symbol in set(SYMBOL.findall(page.read_text(encoding="utf-8"))):
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_symbols_that_pages_name_exist(page: Path):
+    text = page.read_text(encoding="utf-8")
+    for symbol in {*AUTODOC.findall(text), *(SYMBOL.findall(text) if page.parent.name == "extending" else ())}:
         parts = symbol.split(".")
         found = importlib.import_module(parts[0])
         for count, part in enumerate(parts[1:], 2):
