@@ -14,9 +14,8 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from magicsim.camera.camera import Camera
-from magicsim.camera.effects.dust import transmittance
-from magicsim.camera.effects.spread import spread_light
-from magicsim.camera.settings import (
+from magicsim.camera.disturbances import between_frames, transmittance
+from magicsim.camera.effect_settings import (
     H264,
     Diffraction,
     Dust,
@@ -27,7 +26,7 @@ from magicsim.camera.settings import (
     PixelFaults,
     Shutter,
 )
-from magicsim.camera.shutter import between_frames
+from magicsim.camera.film import spread_light
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED

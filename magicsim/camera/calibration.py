@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from magicsim.camera.camera import Camera, Lens
-from magicsim.camera.film import camera_matrix, pixel_landing_mm
+from magicsim.camera.projection import camera_matrix, pixel_landing_mm
 from magicsim.camera.viewing import focal_px
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid

@@ -1,10 +1,13 @@
 """The camera and the lens plate in front of it: the tables `rig.camera` and `rig.lens` of a scene."""
 
-from typing import Annotated, Self
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field, model_validator
 
-from magicsim.camera.settings import (
+from magicsim.camera.effect_settings import (
     H264,
     Compression,
     Diffraction,
@@ -16,7 +19,6 @@ from magicsim.camera.settings import (
     PixelFaults,
     Shutter,
 )
-from magicsim.camera.window import Window
 from magicsim.config.models import Config
 from magicsim.conventions import IMAGE_COLUMNS, IMAGE_ROWS
 
@@ -28,6 +30,39 @@ PixelCount = Annotated[int, Field(ge=8, le=2048)]
 Offset = Annotated[float, Field(ge=-1024, le=1024)]
 WHOLE_IMAGE = {"live": None, "vibration_px": 0.0, "glare": None, "diffraction": None, "compression": None}
 """What cannot be had of a part of the image, and its value without."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Window:
+    """Columns and rows from a first one."""
+
+    column: int
+    row: int
+    columns: int
+    rows: int
+
+    @classmethod
+    def whole(cls, columns: int, rows: int) -> Self:
+        """The whole image."""
+        return cls(column=0, row=0, columns=columns, rows=rows)
+
+    def grown(self, margin: int, columns: int, rows: int) -> Self:
+        """With a margin on each side, as far as the image of so many columns and rows goes."""
+        left, top = max(0, self.column - margin), max(0, self.row - margin)
+        right, bottom = min(columns, self.column + self.columns + margin), min(rows, self.row + self.rows + margin)
+        return replace(self, column=left, row=top, columns=right - left, rows=bottom - top)
+
+    def within(self, other: Self) -> Self:
+        """These pixels, counted from the first ones of another window."""
+        return replace(self, column=self.column - other.column, row=self.row - other.row)
+
+    def numbers(self, columns: int, rows: int) -> npt.NDArray[np.uint32]:
+        """Numbers of its pixels in an image of so many columns and rows, counted row by row; shape (pixels,)."""
+        return np.asarray(self.of(np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)).ravel())
+
+    def of(self, image: Any) -> Any:
+        """That part of an image, shape (rows, columns, ...)."""
+        return image[self.row : self.row + self.rows, self.column : self.column + self.columns]
 
 
 class Lens(Config):

@@ -11,11 +11,17 @@ import numpy as np
 
 from magicsim.arrays import Array, FloatImage, Frame
 from magicsim.camera.camera import Camera
-from magicsim.camera.effects.faults import dark_signal_e, is_alive, row_offsets_e
-from magicsim.camera.effects.mjpeg import through_mjpeg
-from magicsim.camera.effects.randomness import PATTERN_STREAM, deviates
-from magicsim.camera.effects.vibration import shift_px, shifted
-from magicsim.camera.settings import Mjpeg, PixelFaults
+from magicsim.camera.codecs import through_mjpeg
+from magicsim.camera.disturbances import (
+    PATTERN_STREAM,
+    dark_signal_e,
+    deviates,
+    is_alive,
+    row_offsets_e,
+    shift_px,
+    shifted,
+)
+from magicsim.camera.effect_settings import Mjpeg, PixelFaults
 from magicsim.errors import RenderError
 
 Lit = tuple[bool, bool, bool]

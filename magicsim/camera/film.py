@@ -10,20 +10,17 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.fft import dctn, idctn
 from scipy.ndimage import gaussian_filter
 
 from magicsim.arrays import Array, FloatImage
-from magicsim.camera.camera import Camera, Lens
-from magicsim.camera.effects.dust import transmittance
-from magicsim.camera.effects.spread import spread_light
-from magicsim.camera.settings import Diffraction, Glare
-from magicsim.camera.viewing import face_landing_mm, focal_px, landing_mm
-from magicsim.camera.window import Window
-from magicsim.errors import RenderError
+from magicsim.camera.camera import Camera, Lens, Window
+from magicsim.camera.disturbances import transmittance
+from magicsim.camera.effect_settings import Diffraction, Glare
+from magicsim.camera.projection import pixel_slopes, principal_px
+from magicsim.camera.viewing import focal_px
 from magicsim.geometry.design import ElastomerDesign
 
-UNDISTORT_PX, MAX_UNDISTORT = 1e-4, 200
-"""Largest error of the inverse of the distortion, and corrections after which it is taken to have none."""
 SPREAD = 3.0
 """Reach of the point spread function in standard deviations."""
 BORDER_PX = 2
@@ -124,57 +121,9 @@ def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | Non
     )
 
 
-def pixel_landing_mm(design: ElastomerDesign, lens: Lens, camera: Camera, *, z_mm: float = 0.0) -> Array:
-    """Where the ray through each pixel's centre meets a plane of the undeformed block, the contact face by default.
-
-    Returns:
-        x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
-    """
-    slopes = camera.window.of(pixel_slopes(camera, focal_px(design, lens, camera)))
-    if z_mm == 0:
-        return face_landing_mm(slopes, design, lens, camera)
-    return landing_mm(slopes, design, lens, camera, z_mm=z_mm)
-
-
-def camera_matrix(camera: Camera, focal: float) -> Array:
-    """OpenCV's intrinsic matrix; pixel centres have whole coordinates, shape (3, 3) [px]."""
-    x, y = _principal_px(camera)
-    return np.array([[focal, 0.0, x], [0.0, focal, y], [0.0, 0.0, 1.0]])
-
-
-def pixel_slopes(camera: Camera, focal: float) -> Array:
-    """Directions of the pixels' rays, right and down per unit along the axis, shape (rows, columns, 2).
-
-    Raises:
-        RenderError: The distortion folds the image, so that some pixel sees no direction or several.
-    """
-    column, row = np.meshgrid(np.arange(camera.columns, dtype=float), np.arange(camera.rows, dtype=float))
-    pixels = np.stack([column, row], -1)
-    slopes: Array = (pixels - _principal_px(camera)) / focal
-    if not any(camera.distortion):
-        return np.asarray(slopes)
-    matrix, lens = camera_matrix(camera, focal), np.array(camera.distortion)
-    for _ in range(MAX_UNDISTORT):
-        rays = np.concatenate([slopes.reshape(-1, 2), np.ones((slopes[..., 0].size, 1))], 1)
-        missed = pixels - cv2.projectPoints(rays, np.zeros(3), np.zeros(3), matrix, lens)[0].reshape(pixels.shape)
-        slopes = np.asarray(slopes + missed / focal, float)
-        if np.abs(missed).max() < UNDISTORT_PX:
-            return np.asarray(slopes)
-    msg = (
-        f"camera.distortion = {list(camera.distortion)} is not allowed: it folds the image of {camera.columns} x "
-        f"{camera.rows} pixels with a focal length of {focal:.0f} px"
-    )
-    raise RenderError(msg)
-
-
-def _principal_px(camera: Camera) -> Array:
-    centre = (np.array([camera.columns, camera.rows]) - 1) / 2
-    return np.asarray(centre + camera.principal_offset_px)
-
-
 def _shading(camera: Camera) -> FloatImage:
     column, row = np.meshgrid(np.arange(camera.columns), np.arange(camera.rows))
-    squared = ((np.stack([column, row], -1) - _principal_px(camera)) ** 2).sum(-1)
+    squared = ((np.stack([column, row], -1) - principal_px(camera)) ** 2).sum(-1)
     corner = (camera.columns**2 + camera.rows**2) / 4
     passed = np.clip(1 - camera.vignetting * squared / corner, 0, 1)
     if camera.dust is not None:
@@ -182,3 +131,49 @@ def _shading(camera: Camera) -> FloatImage:
             camera.dust, rows=camera.rows, columns=camera.columns, pattern_seed=camera.pattern_seed
         )
     return np.asarray(passed, np.float32)[:, :, None]
+
+
+def spread_light(image: FloatImage, diffraction: Diffraction | None, glare: Glare | None) -> FloatImage:
+    """The image as diffraction and glare spread it, shape (rows, columns, 3).
+
+    Applied to the cosine transform of the image, whose mirror goes on beyond the border: all light stays in the image,
+    and what is sharper than pixels can show rings about its mean. A Gaussian of deviation s transfers of a wave of
+    frequency v exp(-2 pi^2 s^2 v^2).
+
+    Args:
+        image: Linear radiance, shape (rows, columns, 3).
+        diffraction: None where there is none.
+        glare: None where there is none.
+    """
+    if diffraction is None and glare is None:
+        return image
+    frequency = frequencies(image.shape[0], image.shape[1])
+    transfer = np.ones((*frequency.shape, 3))
+    if diffraction is not None:
+        waves = np.array(diffraction.wavelengths_nm)
+        transfer *= aperture_transfer(
+            frequency[..., None] * waves * diffraction.f_number / (1e3 * diffraction.pixel_um)
+        )
+    if glare is not None:
+        veil = np.exp(-2 * (np.pi * glare.radius_px * frequency) ** 2)
+        transfer *= (1 - glare.share + glare.share * veil)[..., None]
+    waves = dctn(np.asarray(image, np.float64), axes=(0, 1))
+    return np.asarray(idctn(waves * transfer, axes=(0, 1)), np.float32)
+
+
+def frequencies(rows: int, columns: int) -> Array:
+    """Spatial frequency of each wave of the cosine transform, shape (rows, columns) [cycles/px]."""
+    down, across = np.arange(rows) / (2 * rows), np.arange(columns) / (2 * columns)
+    return np.asarray(np.hypot(down[:, None], across))
+
+
+def aperture_transfer(relative: Array) -> Array:
+    """Transfer of a circular aperture without aberration.
+
+    (2 / pi) (acos(u) - u sqrt(1 - u^2)) (Goodman, *Introduction to Fourier Optics*, section 6.3).
+
+    Args:
+        relative: Spatial frequency times wavelength times f-number, 1 at the limit.
+    """
+    inside = np.clip(relative, 0, 1)
+    return np.asarray(2 / np.pi * (np.arccos(inside) - inside * np.sqrt(1 - inside**2)))

@@ -1,4 +1,4 @@
-"""Where the camera sees a point inside the block: the way back from a place to its pixel, refraction included.
+"""Where pixels look, and the way back from a place in the block to its pixel, refraction included.
 
 The camera looks through the bonded face, which never moves: the same rays hold for a deformed block. Refraction at
 the cells of the grid is left out, as in the calibration; it is part of what is seen, not of where a label stands.
@@ -9,10 +9,12 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.camera.camera import Camera, Lens
-from magicsim.camera.film import camera_matrix
-from magicsim.camera.viewing import focal_px
+from magicsim.camera.viewing import face_landing_mm, focal_px, landing_mm
+from magicsim.errors import RenderError
 from magicsim.geometry.design import ElastomerDesign
 
+UNDISTORT_PX, MAX_UNDISTORT = 1e-4, 200
+"""Largest error of the inverse of the distortion, and corrections after which it is taken to have none."""
 STEPS = 60
 """Bisections; each halves the interval of slopes."""
 
@@ -52,3 +54,52 @@ def _slope(reach: Array, depth: Array, distance_mm: float, ior: float) -> Array:
         is_short = distance_mm * middle + depth * sine / np.sqrt(1 - sine**2) < reach
         low, high = np.where(is_short, middle, low), np.where(is_short, high, middle)
     return np.asarray((low + high) / 2)
+
+
+def pixel_landing_mm(design: ElastomerDesign, lens: Lens, camera: Camera, *, z_mm: float = 0.0) -> Array:
+    """Where the ray through each pixel's centre meets a plane of the undeformed block, the contact face by default.
+
+    Returns:
+        x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
+    """
+    slopes = camera.window.of(pixel_slopes(camera, focal_px(design, lens, camera)))
+    if z_mm == 0:
+        return face_landing_mm(slopes, design, lens, camera)
+    return landing_mm(slopes, design, lens, camera, z_mm=z_mm)
+
+
+def camera_matrix(camera: Camera, focal: float) -> Array:
+    """OpenCV's intrinsic matrix; pixel centres have whole coordinates, shape (3, 3) [px]."""
+    x, y = principal_px(camera)
+    return np.array([[focal, 0.0, x], [0.0, focal, y], [0.0, 0.0, 1.0]])
+
+
+def pixel_slopes(camera: Camera, focal: float) -> Array:
+    """Directions of the pixels' rays, right and down per unit along the axis, shape (rows, columns, 2).
+
+    Raises:
+        RenderError: The distortion folds the image, so that some pixel sees no direction or several.
+    """
+    column, row = np.meshgrid(np.arange(camera.columns, dtype=float), np.arange(camera.rows, dtype=float))
+    pixels = np.stack([column, row], -1)
+    slopes: Array = (pixels - principal_px(camera)) / focal
+    if not any(camera.distortion):
+        return np.asarray(slopes)
+    matrix, lens = camera_matrix(camera, focal), np.array(camera.distortion)
+    for _ in range(MAX_UNDISTORT):
+        rays = np.concatenate([slopes.reshape(-1, 2), np.ones((slopes[..., 0].size, 1))], 1)
+        missed = pixels - cv2.projectPoints(rays, np.zeros(3), np.zeros(3), matrix, lens)[0].reshape(pixels.shape)
+        slopes = np.asarray(slopes + missed / focal, float)
+        if np.abs(missed).max() < UNDISTORT_PX:
+            return np.asarray(slopes)
+    msg = (
+        f"camera.distortion = {list(camera.distortion)} is not allowed: it folds the image of {camera.columns} x "
+        f"{camera.rows} pixels with a focal length of {focal:.0f} px"
+    )
+    raise RenderError(msg)
+
+
+def principal_px(camera: Camera) -> Array:
+    """Column and row at which the optical axis meets the image, shape (2,) [px]."""
+    centre = (np.array([camera.columns, camera.rows]) - 1) / 2
+    return np.asarray(centre + camera.principal_offset_px)

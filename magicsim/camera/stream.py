@@ -12,13 +12,11 @@ import numpy.typing as npt
 
 from magicsim.arrays import FloatImage, Frame
 from magicsim.camera.camera import Camera
-from magicsim.camera.effects.drift import led_drift
-from magicsim.camera.effects.flicker import flicker_share
-from magicsim.camera.effects.live import Gains, corrected, metered, settled
-from magicsim.camera.effects.video import VideoCodec
+from magicsim.camera.codecs import VideoCodec
+from magicsim.camera.disturbances import between_frames, flicker_share, led_drift, readout_fits, readout_problem
+from magicsim.camera.effect_settings import H264
 from magicsim.camera.exposure import Exposure, Lit, aimed_signal, expose, meter, sensed
-from magicsim.camera.settings import H264
-from magicsim.camera.shutter import between_frames, readout_fits, readout_problem
+from magicsim.camera.live_exposure import Gains, corrected, metered, settled
 from magicsim.errors import RenderError
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
-from magicsim.camera.effects.video import check_codec
+from magicsim.camera.codecs import check_codec
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of

@@ -10,8 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, FloatImage, Mask, Numbers
+from magicsim.camera.camera import Window
 from magicsim.camera.film import film
-from magicsim.camera.window import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr

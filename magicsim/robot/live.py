@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.camera.settings import H264
+from magicsim.camera.effect_settings import H264
 from magicsim.camera.stream import CameraMemory
 from magicsim.config.ranges import check_number
 from magicsim.deform.deformation import Deformation

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.camera.shutter import readout_fits, readout_problem
+from magicsim.camera.disturbances import readout_fits, readout_problem
 from magicsim.config.models import Config, load_preset
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig

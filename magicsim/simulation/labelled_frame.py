@@ -9,8 +9,7 @@ import numpy.typing as npt
 
 from magicsim.arrays import FloatImage, Frame
 from magicsim.camera.exposure import Exposure
-from magicsim.camera.film import pixel_landing_mm
-from magicsim.camera.projection import project_px
+from magicsim.camera.projection import pixel_landing_mm, project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.solve.factorise import on_one_blas_thread

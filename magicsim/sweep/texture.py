@@ -23,7 +23,7 @@ import numpy as np
 
 from magicsim.arrays import Array, FloatImage, Index
 from magicsim.camera.exposure import expose
-from magicsim.camera.film import pixel_landing_mm
+from magicsim.camera.projection import pixel_landing_mm
 from magicsim.detectors.frame import Frame
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import ObjectConfig

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from laboratory.ablation.membrane import shade_membrane
-from magicsim.camera.film import pixel_landing_mm
+from magicsim.camera.projection import pixel_landing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import MagicsimError, RenderError, unknown_choice
 from magicsim.evaluation.take import Take, assembled, read_take, take_key, write_take

@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from laboratory.operating_point.filming import GAPS_MM, FilmedStates
 from magicsim.camera.camera import Camera
-from magicsim.camera.effects.dust import transmittance
-from magicsim.camera.effects.live import Gains, corrected, metered
-from magicsim.camera.effects.spread import spread_light
+from magicsim.camera.disturbances import transmittance
 from magicsim.camera.exposure import aimed_signal, meter, sensed
+from magicsim.camera.film import spread_light
+from magicsim.camera.live_exposure import Gains, corrected, metered
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.detectors import Contact, DetectorProfile, Proximity, References, Verdict, detect, fuse
 from magicsim.fit.strengths import block_means

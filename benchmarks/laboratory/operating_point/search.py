@@ -12,7 +12,7 @@ from laboratory.operating_point.filming import LAMPS, PRINT, FilmedStates, film_
 from laboratory.operating_point.reading import Reading, crosstalk_matrix, read_states
 from laboratory.operating_point.targets import total_distance
 from magicsim.camera.camera import Camera
-from magicsim.camera.settings import Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg
+from magicsim.camera.effect_settings import Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg
 from magicsim.conventions import IMAGE_COLUMNS
 from magicsim.detectors import DetectorProfile
 from magicsim.detectors.profile import Polarity, Similarity

@@ -2,7 +2,7 @@
 
 Every range is assumed: a type of sensor has units, benches and webcams, and nobody measured these. They lie around the
 values of `geometry/see-through-markers.toml` and `scenes/rigs/see-through-sides.toml`, and camera effects within the
-ranges that `magicsim.camera.settings` gives.
+ranges that `magicsim.camera.effect_settings` gives.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from magicsim.camera.camera import Camera
-from magicsim.camera.settings import H264, Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg, Shutter
+from magicsim.camera.effect_settings import H264, Dust, Flicker, Glare, LedDrift, LiveExposure, Mjpeg, Shutter
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import ContactSettings, Keyframe, OutputSettings, SceneConfig, load_scene
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from magicsim.arrays import FloatImage, Mask
-from magicsim.camera.window import Window
+from magicsim.camera.camera import Window
 from magicsim.light.frame.shared_noise import REACH_PX, change_without_shared_noise
 
 

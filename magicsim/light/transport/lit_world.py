@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.arrays import Array, Numbers
-from magicsim.camera.window import Window
+from magicsim.camera.camera import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi

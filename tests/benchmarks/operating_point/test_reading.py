@@ -17,8 +17,8 @@ from laboratory.operating_point.reading import (
 from laboratory.operating_point.search import CAMERA_NAMES, EFFECT_NAMES, LEFT_OUT, effects
 
 from magicsim.camera.camera import Camera
+from magicsim.camera.effect_settings import LiveExposure
 from magicsim.camera.exposure import meter
-from magicsim.camera.settings import LiveExposure
 from magicsim.detectors import load_profile
 
 CAMERA = Camera(columns=48, rows=64)

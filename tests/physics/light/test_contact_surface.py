@@ -34,7 +34,7 @@ def test_cells_stay_disjoint_from_skin_and_object(small_scene):
 
 @pytest.mark.parametrize("design", ["mini-magictac", "gelsight-type", "see-through-markers"])
 def test_contact_mask_covers_the_contact_and_nothing_else(design, small_scene):
-    from magicsim.camera.film import pixel_landing_mm
+    from magicsim.camera.projection import pixel_landing_mm
     from magicsim.simulation.truth import contact_mask
 
     scene = small_scene("pressed", f"design={design}")

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.film import pixel_landing_mm
-from magicsim.camera.projection import project_px
+from magicsim.camera.projection import pixel_landing_mm, project_px
 from magicsim.scenes.scene import SceneConfig, load_scene
 
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.settings import Shutter
-from magicsim.camera.shutter import between_frames, readout_fits, readout_problem
+from magicsim.camera.disturbances import between_frames, readout_fits, readout_problem
+from magicsim.camera.effect_settings import Shutter
 
 RATE = 20.0
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.camera.camera import Camera, Lens
-from magicsim.camera.film import pixel_landing_mm
+from magicsim.camera.projection import pixel_landing_mm
 from magicsim.camera.viewing import horizontal_fov_deg
 from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.spatial import cKDTree
 
-from magicsim.camera.film import pixel_landing_mm
+from magicsim.camera.projection import pixel_landing_mm
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors

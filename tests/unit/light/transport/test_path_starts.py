@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.window import Window
+from magicsim.camera.camera import Window
 from magicsim.light.backend import mi
 from magicsim.light.transport.path_starts import CameraStarts
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.camera.film import pixel_slopes
+from magicsim.camera.projection import pixel_slopes
 from magicsim.camera.viewing import focal_px
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign

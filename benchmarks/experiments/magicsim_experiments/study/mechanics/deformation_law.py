@@ -10,7 +10,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from magicsim.arrays import Array
-from magicsim.camera.film import pixel_landing_mm
+from magicsim.camera.projection import pixel_landing_mm
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE
 from magicsim.geometry.objects.kinds import ObjectConfig

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.effects.faults import dark_signal_e, is_alive, row_offsets_e
-from magicsim.camera.settings import PixelFaults
+from magicsim.camera.disturbances import dark_signal_e, is_alive, row_offsets_e
+from magicsim.camera.effect_settings import PixelFaults
 
 SIZE = {"rows": 300, "columns": 200}
 

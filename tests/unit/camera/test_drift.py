@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.effects.drift import led_drift
-from magicsim.camera.settings import LedDrift
+from magicsim.camera.disturbances import led_drift
+from magicsim.camera.effect_settings import LedDrift
 
 DRIFT = LedDrift(share=0.01, time_s=20.0)
 SEEDS = 3000

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.effects.flicker import flicker_share
-from magicsim.camera.settings import Flicker, Shutter
+from magicsim.camera.disturbances import flicker_share
+from magicsim.camera.effect_settings import Flicker, Shutter
 
 
 def shares(

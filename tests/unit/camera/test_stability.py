@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.effects.stability import correction_share, largest_share, least_frames
+from magicsim.camera.effect_settings import correction_share, largest_share, least_frames
 
 
 def errors(share: float, delay: int, frames: int = 4000) -> np.ndarray:

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.special import j1
 
-from magicsim.camera.effects.spread import aperture_transfer, spread_light
-from magicsim.camera.settings import Diffraction, Glare
+from magicsim.camera.effect_settings import Diffraction, Glare
+from magicsim.camera.film import aperture_transfer, spread_light
 
 
 def point(rows: int, columns: int, at: tuple[int, int]) -> np.ndarray:

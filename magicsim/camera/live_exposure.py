@@ -10,8 +10,7 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array, FloatImage
-from magicsim.camera.effects.stability import correction_share
-from magicsim.camera.settings import LiveExposure
+from magicsim.camera.effect_settings import LiveExposure, correction_share
 from magicsim.errors import RenderError
 
 FAINTEST = 1e-6

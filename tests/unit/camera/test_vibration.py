@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.effects.vibration import shift_px, shifted
+from magicsim.camera.disturbances import shift_px, shifted
 
 
 def wave(down: float, across: float, frequency: float) -> np.ndarray:

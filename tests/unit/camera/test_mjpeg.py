@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.effects.mjpeg import through_mjpeg
-from magicsim.camera.settings import Mjpeg
+from magicsim.camera.codecs import through_mjpeg
+from magicsim.camera.effect_settings import Mjpeg
 
 
 def mjpeg(**settings) -> Mjpeg:

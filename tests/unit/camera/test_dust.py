@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.effects.dust import transmittance
-from magicsim.camera.settings import Dust
+from magicsim.camera.disturbances import transmittance
+from magicsim.camera.effect_settings import Dust
 
 
 def passes(dust: Dust, seed: int = 0) -> np.ndarray:

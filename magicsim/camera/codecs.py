@@ -1,14 +1,20 @@
-"""A stream of frames as H.264 leaves it; needs PyAV, the extra `video`."""
+"""Frames as compression leaves them: JPEG one by one, H.264 as a stream, which needs PyAV, the extra `video`."""
 
 from fractions import Fraction
 from typing import Any
 
+import cv2
 import numpy as np
 
 from magicsim.arrays import Frame
-from magicsim.camera.settings import H264, Mjpeg
+from magicsim.camera.effect_settings import H264, Mjpeg
 from magicsim.errors import ConfigError
 
+SAMPLING = {
+    "444": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+    "422": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_422,
+    "420": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
+}
 LOW_DELAY = 0x80000
 """FFmpeg's flag of a decoder that gives each frame at once."""
 
@@ -58,3 +64,16 @@ def _pyav() -> Any:  # noqa: ANN401 - PyAV is optional
         msg = "camera.compression.kind = 'h264' needs PyAV; `pip install magicsim[video]`"
         raise ConfigError(msg) from None
     return av
+
+
+def through_mjpeg(frame: Frame, mjpeg: Mjpeg) -> Frame:
+    """The frame compressed and decompressed.
+
+    Args:
+        frame: RGB, shape (rows, columns, 3).
+        mjpeg: Quality and sampling of the colours.
+    """
+    options = [cv2.IMWRITE_JPEG_QUALITY, mjpeg.quality, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SAMPLING[mjpeg.chroma]]
+    packed = cv2.imencode(".jpg", np.ascontiguousarray(frame[..., ::-1]), options)[1]
+    unpacked = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), np.uint8)
+    return np.ascontiguousarray(unpacked[..., ::-1])
