@@ -28,9 +28,6 @@ class _Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
-    Args:
-        arguments: What follows the command's name; the process's own by default.
-
     Returns:
         The exit status: 0, 2 after one line on standard error, or 130 when interrupted.
     """

@@ -118,11 +118,7 @@ def combine(proximity: Proximity, contact: Contact) -> Contact:
 
 
 def behind_coat(verdict: Verdict) -> Verdict:
-    """A verdict of a sensor that sees nothing outside: nothing is near, no light shines in, and S alone tells a touch.
-
-    Args:
-        verdict: From `judge`, which takes what a dent brightens behind an opaque coat for something outside.
-    """
+    """The verdict of a sensor that sees nothing outside: nothing is near, no light shines in, S alone tells a touch."""
     return replace(verdict, proximity=Proximity.NORMAL, combined=verdict.contact)
 
 

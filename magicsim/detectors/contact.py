@@ -62,10 +62,6 @@ def grid_similarity(areas: GridAreas, similarity: Similarity) -> float:
     With i the intersection, f the frame's area and r the reference's: `recall` = i / r (published),
     `iou` = i / (f + r - i), `dice` = 2 i / (f + r).
 
-    Args:
-        areas: From `grid_areas`.
-        similarity: Measure of overlap.
-
     Returns:
         S in 0..1; 1 means the grid is undisturbed.
     """

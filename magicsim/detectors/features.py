@@ -81,17 +81,8 @@ def measure_similarity(
     A frame is blurred and levelled once for each pair of kernels and binarised once for each option, whatever the
     measures.
 
-    Args:
-        episodes: Labelled frames.
-        base: Gives the number of reference frames, the kernel's sigma and what the reference keeps.
-        options: Ways to tell the grid from the background.
-        similarities: Measures of overlap.
-
     Returns:
         The features; None for an option under which the references of an episode show no grid.
-
-    Raises:
-        FrameError: As `measure_brightening`.
     """
     values: dict[tuple[GridOption, Similarity], list[float]] = {
         (option, similarity): [] for option in options for similarity in similarities

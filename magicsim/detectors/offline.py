@@ -87,11 +87,7 @@ def stream_sources(
 
 
 def fuse_source(reference: str | Path, profile: DetectorProfile) -> tuple[References, dict[str, FeatureAtRest]]:
-    """References from the first frames of a source of the untouched sensor, and what E, C and S are on these.
-
-    Raises:
-        MagicsimError: As `detect_sources`.
-    """
+    """References from the first frames of a source of the untouched sensor, and what E, C and S are on these."""
     with closing(_reference_images(reference)) as images:
         taken = list(islice(images, profile.reference_count))
     references = fuse(taken, profile)
@@ -148,20 +144,7 @@ def write_verdicts(
     grasp: bool = False,
     as_json: bool = False,
 ) -> None:
-    """Judge a source and write one row a frame: at the end, so that an error leaves nothing, a camera's as they come.
-
-    Args:
-        out: Where the rows go.
-        source: What to judge, as in `detect_sources`.
-        reference: The untouched sensor.
-        profile: Name, path or profile.
-        frames: Most frames to judge.
-        grasp: Whether to run the grasp state machine over the frames too.
-        as_json: One JSON object with the list `frames` instead of a table; a camera then needs `frames`.
-
-    Raises:
-        MagicsimError: What `detect_sources` raises.
-    """
+    """Judge a source and write one row a frame: at the end, so that an error leaves nothing; a camera's at once."""
     endless = frames is None and source_kind(source) == "camera"
     if endless and as_json:
         msg = f"frames is missing: camera {source} never ends, so JSON needs the number of frames to judge"
@@ -195,13 +178,7 @@ def json_text(found: Sequence[Row], not_judged: str | None = None) -> str:
 
 
 def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None = None) -> Iterator[str]:
-    """A heading, once there is a first row or none at all, and one line for each row.
-
-    Args:
-        found: The rows, a sequence where `width` is left out.
-        grasp: Whether they have a `stage`.
-        width: Columns for the source; those of the longest by default.
-    """
+    """A heading, once there is a first row or none at all, and one line for each row."""
     if width is None:
         found = list(found)
         width = max((len(str(row.get("source", ""))) for row in found), default=0)

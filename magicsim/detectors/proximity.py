@@ -67,11 +67,6 @@ def grey_image(filtered: Frame, grey: Grey = "luma", rounding: Rounding = "neare
 
     All in whole numbers. OpenCV's rounded luma has weights in 2^-15, so it can differ from the decimal weights where a
     level lies within 0.005 of a half.
-
-    Args:
-        filtered: Shape (rows, columns, 3).
-        grey: `luma` is 0.299 R + 0.587 G + 0.114 B, `mean` is (R + G + B) / 3.
-        rounding: To the nearest level, or down.
     """
     if grey == "luma" and rounding == "nearest":
         return np.asarray(cv2.cvtColor(filtered, cv2.COLOR_RGB2GRAY), dtype=np.uint8)

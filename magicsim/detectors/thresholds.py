@@ -191,10 +191,6 @@ def fit_widths(profile: DetectorProfile, episodes: Sequence[Episode]) -> Detecto
     Entropy tells Near and Light frames from Clear ones, correlation Light from Near and Contact ones, and similarity
     Contact frames from all others, Noise left out.
 
-    Args:
-        profile: Thresholds and options.
-        episodes: Labelled frames, every class at least once.
-
     Raises:
         ConfigError: A class without frames, or the references show no grid.
         FrameError: A frame cannot be used.

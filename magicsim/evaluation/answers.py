@@ -16,22 +16,14 @@ from magicsim.judge.judged import JudgedEpisode
 
 
 def fitted(make: MakeDetector, references: Iterable[Frame], *, who: str) -> Detector:
-    """A new detector that has learned the untouched sensor.
-
-    Raises:
-        MagicsimError: A frame cannot be used, or the detector raised something.
-    """
+    """A new detector that has learned the untouched sensor."""
     detector = make()
     tried(lambda: detector.fit(list(references)), f"detector '{who}': fit raised")
     return detector
 
 
 def answered(detector: Detector, frame: Frame, *, who: str) -> Detection:
-    """What a detector says of the next frame.
-
-    Raises:
-        MagicsimError: The frame cannot be used, the detector raised something, or it does not answer as it must.
-    """
+    """What a detector says of the next frame."""
     return check_detection(tried(lambda: detector.step(frame), f"detector '{who}': step raised"), who=who)
 
 
@@ -69,11 +61,7 @@ def _number(value: object) -> float | None:
 
 
 def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEpisode:
-    """Runs a new detector over an episode.
-
-    Raises:
-        MagicsimError: A frame cannot be used, or the detector does not answer as it must.
-    """
+    """Runs a new detector over an episode."""
     detector = fitted(make, footage.images.references(), who=who)
     said, spent = [], []
     for frame in footage.images.frames():

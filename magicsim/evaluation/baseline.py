@@ -54,11 +54,7 @@ def default_baseline(suite: str, profile: str) -> Path | None:
 
 
 def save_baseline(path: Path, episodes: Sequence[JudgedEpisode], *, suite: str, detector: str) -> None:
-    """Writes a baseline; the file appears whole or not at all.
-
-    Raises:
-        OutputError: It cannot be written.
-    """
+    """Writes a baseline; the file appears whole or not at all."""
     content = {
         "format": FORMAT,
         "suite": suite,

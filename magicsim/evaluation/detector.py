@@ -116,11 +116,6 @@ def detector_by(detector: str | MakeDetector) -> MakeDetector:
 def named_detector(name: str | None, *, profile: str, is_coated: bool = False) -> MakeDetector:
     """A plug-in by its name as `find_detector` takes it, or without one the built-in detectors with a profile.
 
-    Args:
-        name: Of the plug-in.
-        profile: Name or file.
-        is_coated: Whether the sensor has an opaque coat, behind which a built-in detector is not asked what is near.
-
     Raises:
         ConfigError: Nothing there, or not a detector.
         PresetError: No such profile.

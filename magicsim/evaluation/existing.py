@@ -131,10 +131,6 @@ def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
 def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, list[Footage]]:
     """The labelled episodes in a folder, and the suite that stands for them: its options, on their sensor.
 
-    Args:
-        folder: A run of `simulate`, a dataset, or a recording with `truth.csv`.
-        suite: Whose options of measuring hold: resamples, seed, false-alarm rate.
-
     Raises:
         ConfigError: None of these, or frames without references to learn from.
         OutputError: A dataset that is not finished.
@@ -154,14 +150,7 @@ def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, lis
 
 
 def labelled_episodes(folder: Path) -> list[Episode]:
-    """All labelled episodes of a folder in memory, as `magicsim.judge.profile_fit.calibrate` takes them.
-
-    Args:
-        folder: As `read_existing`, or images with a `labels.csv`.
-
-    Raises:
-        MagicsimError: None of these, or an image that cannot be used.
-    """
+    """All labelled episodes of a folder in memory, as `magicsim.judge.profile_fit.calibrate` takes them."""
     if not (folder / MANIFEST).is_file():
         return [read_episode(folder)]
     films = read_existing(folder, frames_per_second=1.0).films
@@ -233,17 +222,6 @@ def write_existing_verdicts(
     """Judges every frame after the references and writes one row a frame, as `magicsim.detectors.offline` does.
 
     Behind an opaque coat proximity is left empty, and the last line, or `not_judged` in the JSON, says so.
-
-    Args:
-        out: Where the rows go.
-        folder: A run of `simulate`, a dataset, or a recording with `truth.csv`.
-        profile: Name or path.
-        frames: Most frames to judge of all episodes together.
-        grasp: Whether to run the grasp state machine over the frames of each episode too.
-        as_json: One JSON object with the list `frames` instead of a table.
-
-    Raises:
-        MagicsimError: The folder, its frames or the profile cannot be used.
     """
     if frames is not None and frames < 1:
         msg = f"frames = {frames} is not allowed; must be a whole number of at least 1"

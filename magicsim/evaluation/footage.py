@@ -71,11 +71,7 @@ class ExposedTake:
         return self._exposed(~self.take.is_reference)
 
     def at_rest(self, count: int) -> Iterator[Frame]:
-        """So many frames of the untouched sensor, right after the references, with noise of their own.
-
-        Args:
-            count: How many.
-        """
+        """So many frames of the untouched sensor, right after the references, with noise of their own."""
         take, rate = self.take, self.frames_per_second
         room = take.room if take.room.size else None
         stream = CameraStream.of(self.camera, take.radiance[0], self.lit, room=room)
@@ -173,11 +169,7 @@ REST_S = 10.0
 
 
 def quick_suite(suite: SuiteConfig) -> tuple[SuiteConfig, list[str]]:
-    """A suite's standard condition alone, and what that leaves out.
-
-    Args:
-        suite: The whole of it.
-    """
+    """A suite's standard condition alone, and what that leaves out."""
     blocks = [
         block.model_copy(update={"lights": block.lights[:1], "seeds": block.seeds[:1], "places": ()})
         for block in suite.episodes
@@ -197,14 +189,7 @@ def quick_suite(suite: SuiteConfig) -> tuple[SuiteConfig, list[str]]:
 
 
 def quick_films(suite: SuiteConfig, cache: Path, left_out: list[str], *, begun: float) -> Iterator[list[Footage]]:
-    """Footage of one take after another, held-out objects and others in turn, as long as there is time.
-
-    Args:
-        suite: Of `quick_suite`.
-        cache: Folder of takes.
-        left_out: To which the takes are added that were not reached.
-        begun: When the evaluation began, by `time.perf_counter`.
-    """
+    """Footage of held-out and other takes in turn, as long as there is time; adds the others to `left_out`."""
     longest = 0.0
     for case in _in_turn(list_cases(suite)):
         now = time.perf_counter()
@@ -218,13 +203,7 @@ def quick_films(suite: SuiteConfig, cache: Path, left_out: list[str], *, begun: 
 
 
 def foretold_s(suite: SuiteConfig, cache: Path, cores: int) -> tuple[int, int, float]:
-    """Takes to render, takes that are kept, and the time that the first need [s]; rough, within a factor of two or so.
-
-    Args:
-        suite: The episodes.
-        cache: Folder of takes.
-        cores: Cores to render on.
-    """
+    """Takes to render, takes that are kept, and the time that the first need [s], within a factor of two or so."""
     cases = list_cases(suite)
     wanted = [case for case in cases if not (cache / f"{take_key(case.scene)}.npz").is_file()]
     seconds = sum(estimate_scene(case.scene).seconds(cores) for case in wanted)

@@ -50,11 +50,7 @@ class ChangeRow:
 
 
 def write_results(found: Evaluation, suite: SuiteConfig, out: Path) -> Path:
-    """Writes the folder of results and returns its report.
-
-    Raises:
-        OutputError: The folder cannot be written.
-    """
+    """Writes the folder of results and returns its report."""
     with result_folder(out) as folder:
         (folder / RESULTS).write_text(json.dumps(found.as_dict(), allow_nan=False, indent=1) + "\n", encoding="utf-8")
         (folder / REPORT).write_text(render_page(found), encoding="utf-8")

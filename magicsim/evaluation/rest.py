@@ -84,9 +84,6 @@ def rest_streams(
         make: Makes the detector, anew for every stream.
         seconds: Length of each stream [s]; none are filmed with 0.
         who: Name of the detector.
-
-    Raises:
-        MagicsimError: A frame cannot be used, or the detector does not answer as it must.
     """
     first: dict[tuple[str, str], Footage] = {}
     for film in footage:

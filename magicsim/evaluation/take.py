@@ -65,11 +65,7 @@ def read_take(path: Path) -> Take:
 
 
 def write_take(path: Path, take: Take) -> None:
-    """Writes a take; the file appears whole or not at all.
-
-    Raises:
-        OutputError: It cannot be written.
-    """
+    """Writes a take; the file appears whole or not at all."""
     arrays = {name: getattr(take, name) for name in Take.__slots__}
     with result_file(path) as partial, partial.open("wb") as file:
         np.savez(file, **arrays)
@@ -81,11 +77,7 @@ logger = logging.getLogger(__name__)
 
 
 def cached_take(scene: SceneConfig, cache: Path) -> Take:
-    """The take of a scene from the cache, or simulated and put there.
-
-    Raises:
-        MagicsimError: The scene cannot be simulated, or the cache cannot be written.
-    """
+    """The take of a scene from the cache, or simulated and put there."""
     path = cache / f"{take_key(scene)}.npz"
     if path.is_file():
         try:
@@ -98,11 +90,7 @@ def cached_take(scene: SceneConfig, cache: Path) -> Take:
 
 
 def film_take(scene: SceneConfig) -> Take:
-    """All states of a scene, every one that looks different rendered once.
-
-    Raises:
-        MagicsimError: The design, a deformation or an image is not valid.
-    """
+    """All states of a scene, every one that looks different rendered once."""
     sensor = Sensor.for_scene(scene, untouched=shared_states())
     untouched = sensor.made(UNTOUCHED, sensor.rest)
     frames = list(stream_states(sensor, plan_scene(scene), untouched))

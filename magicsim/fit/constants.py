@@ -105,10 +105,6 @@ def named(names: Sequence[str]) -> dict[str, Constant]:
 def with_values(scene: SceneConfig, values: Mapping[str, object]) -> SceneConfig:
     """A scene with other values.
 
-    Args:
-        scene: What happens, on which sensor.
-        values: By dotted field; `*` stands for all entries of a list.
-
     Raises:
         ConfigError: No such field, or a value that it does not allow.
     """
@@ -201,16 +197,7 @@ def _allowed(radiances: list[list[float]]) -> list[list[float]]:
 
 
 def write_scene(path: Path, scene: SceneConfig, *, comment: str) -> None:
-    """Writes a scene file; it appears whole or not at all.
-
-    Args:
-        path: TOML file.
-        scene: Design and rig included.
-        comment: What it is, a line or more.
-
-    Raises:
-        OutputError: It cannot be written.
-    """
+    """Writes a scene file; it appears whole or not at all."""
     head = "".join(f"# {line}\n" for line in comment.splitlines())
     with result_file(path) as partial:
         partial.write_text(head + tomli_w.dumps(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")

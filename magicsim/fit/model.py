@@ -86,16 +86,6 @@ def render_bases(
     """Two independent sets of basis images for each state.
 
     All constants share the random numbers, so that a difference between two of them is one of light and not of noise.
-
-    Args:
-        scene: The sensor; its render settings say how well.
-        values: Constants by dotted field.
-        states: What to look at.
-        equilibria: Keeps deformations.
-        pair: Another number gives sets that are independent of those of this one.
-
-    Raises:
-        MagicsimError: The design, a deformation or an image is not valid.
     """
     sensor = Sensor.for_scene(with_values(scene, values))
     views = [sensor.view(state, equilibria.of(sensor, state)) for state in states]
@@ -110,14 +100,7 @@ def compare(
     *,
     blocks: tuple[int, int],
 ) -> Comparison:
-    """Sets basis images beside observations, with the strengths of the lights that suit best.
-
-    Args:
-        bases: Two independent sets for each state.
-        observations: Of the same states.
-        camera: Tone curve and colour matrix.
-        blocks: Down and across.
-    """
+    """Sets basis images beside observations, with the strengths of the lights that suit best."""
     matrix = np.array(camera.color_matrix)
     both = [_mean(one, other) for one, other in bases]
     signals = [(each.mean / 255) ** camera.gamma for each in observations]
@@ -149,13 +132,7 @@ COLORS = ("#d55e00", "#009e73", "#0072b2")
 
 
 def plot_residual(observations: Sequence[Observation], found: Comparison, target: Path) -> None:
-    """A row for each state: observed, simulated, difference of block means by channel, and both profiles along x.
-
-    Args:
-        observations: In the order of the comparison.
-        found: The fitted sensor.
-        target: PNG file.
-    """
+    """A row for each state: observed, simulated, difference of block means by channel, and both profiles along x."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(15, 3.4 * len(observations)), layout="constrained")

@@ -43,12 +43,6 @@ def observe(
 ) -> Observation:
     """Averages frames.
 
-    Args:
-        frames: RGB, of the camera's size, at least one.
-        camera: Of the rig that is fitted.
-        frame: Which scored frame of the scene they show.
-        source: Where they came from, for messages.
-
     Raises:
         FrameError: Another size, or too many saturated pixels.
     """
@@ -73,11 +67,6 @@ def observe(
 
 def read_observation(source: str | Path, camera: Camera, *, frame: int | None = None) -> Observation:
     """Frames of a file, a folder, a video or a dataset.
-
-    Args:
-        source: A dataset stands for its reference frames, or, as `DATASET:3`, for the other frames of its episode 3.
-        camera: Of the rig that is fitted.
-        frame: Which scored frame of the scene they show; None for the untouched sensor.
 
     Raises:
         ConfigError: No such source or episode, or a camera, which cannot be read again.

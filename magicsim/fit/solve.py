@@ -47,15 +47,7 @@ class Solution:
 
 
 def solve(residuals: Residuals, start: Array, *, starts: int, evaluations: int, seed: int) -> Solution:
-    """Finds the least squares from several starts.
-
-    Args:
-        residuals: Of a point in the unit cube; the same number of them everywhere.
-        start: The first start; the others are scrambled Sobol points.
-        starts: How many.
-        evaluations: Points tried from each start at most, those of derivatives not counted.
-        seed: Of the starts.
-    """
+    """Finds the least squares from several starts."""
     known: dict[bytes, Array] = {}
 
     def evaluate(point: Array) -> Array:
@@ -93,12 +85,7 @@ def solve(residuals: Residuals, start: Array, *, starts: int, evaluations: int, 
 
 
 def differences(residuals: Residuals, point: Array) -> Array:
-    """Jacobian by differences of `STEP`, one-sided at the faces of the cube, shape (residuals, unknowns).
-
-    Args:
-        residuals: Of a point in the unit cube.
-        point: Where.
-    """
+    """Jacobian by differences of `STEP`, one-sided at the faces of the cube, shape (residuals, unknowns)."""
     columns = []
     for place in range(len(point)):
         low, high = point.copy(), point.copy()

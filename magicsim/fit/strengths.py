@@ -42,12 +42,7 @@ def check_blocks(blocks: tuple[int, int], *, rows: int, columns: int) -> None:
 
 
 def block_means(image: npt.ArrayLike, blocks: tuple[int, int]) -> Array:
-    """Mean of each block and channel, shape (blocks down, blocks across, 3).
-
-    Args:
-        image: Shape (rows, columns, 3).
-        blocks: Down and across; where they do not divide the image, neighbours differ by one pixel.
-    """
+    """Mean of each block and channel, shape (blocks down, blocks across, 3)."""
     whole = np.asarray(image, np.float64)
     parts = [np.array_split(row, blocks[1], axis=1) for row in np.array_split(whole, blocks[0], axis=0)]
     return np.array([[part.mean((0, 1)) for part in row] for row in parts])
@@ -58,11 +53,6 @@ def block_contrast(first: npt.ArrayLike, second: npt.ArrayLike, blocks: tuple[in
 
     The root of their covariance in the block: noise of either, of a camera or of a Monte Carlo rendering, does not
     enter its mean. Negative where the covariance is.
-
-    Args:
-        first: Shape (rows, columns, 3).
-        second: An independent image of the same.
-        blocks: Down and across.
     """
     one, other = np.asarray(first, np.float64), np.asarray(second, np.float64)
     covariance = block_means(one * other, blocks) - block_means(one, blocks) * block_means(other, blocks)

@@ -31,14 +31,7 @@ class FrameRun:
 
 
 def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse: bool) -> list[FrameRun]:
-    """Frames whose verdict changed in the direction of a change.
-
-    Args:
-        before: As the baseline's detector judged the episode.
-        now: As it is judged now.
-        measure: Which measure changed: contact verdicts for those of touch, proximity verdicts for the others.
-        worse: Whether to list what became wrong; otherwise what became right.
-    """
+    """Frames whose verdict changed in the direction of a change."""
     is_contact = measure in CONTACT_MEASURES
     old, new = (before.contact, now.contact) if is_contact else (before.proximity, now.proximity)
     scored = set(range(len(old))) if is_contact else _outside_contact(now)
@@ -52,15 +45,7 @@ def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, wor
 
 
 def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse: bool, least: float) -> list[FrameRun]:
-    """Frames whose score changed in the direction of a change, with the mean scores of neighbouring ones.
-
-    Args:
-        before: As the baseline's detector judged the episode.
-        now: As it is judged now.
-        measure: A key of `SCORE_MEANS`.
-        worse: Whether to list what became worse; otherwise what became better.
-        least: Smallest change of a frame's score that is listed.
-    """
+    """Frames whose score changed in the direction of a change, with the mean scores of neighbouring ones."""
     mean = SCORE_MEANS[measure]
     old, new = getattr(before, mean.score), getattr(now, mean.score)
     change = (new - old) * (1 if mean.is_positive is not worse else -1)

@@ -196,15 +196,7 @@ def weights_of(indices: Index, episodes: int) -> Array:
 
 
 def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, seed: int) -> Estimate:
-    """One measure of a tally with its interval.
-
-    Args:
-        name: A key of `MEASURES`.
-        table: The episodes.
-        groups: One label an episode; episodes of one label are drawn together, since they share a take.
-        resamples: Number of bootstrap resamples.
-        seed: Of the resampling.
-    """
+    """One measure of a tally with its interval; episodes of one group are drawn together, since they share a take."""
     value = measure(name, table)
     labels = list(dict.fromkeys(groups))
     low = high = None

@@ -210,11 +210,6 @@ def _number(path: Path, number: int, row: dict[str, str | None], name: str, *, e
 def read_episode(folder: Path) -> Episode:
     """Frames and classes of one episode.
 
-    Args:
-        folder: What `magicsim simulate --out` wrote, or images with a table of their true states, `truth.csv`
-            (`magicsim.judge.recorded`), or of their classes, `labels.csv`
-            (`magicsim.judge.recorded`).
-
     Raises:
         ConfigError: None of these, or a table that cannot be read.
         FrameError: An image is missing or cannot be used.

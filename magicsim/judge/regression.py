@@ -46,9 +46,6 @@ def exchanges(units: int, *, seed: int) -> Mask:
 def p_values(statistics: Array) -> Array:
     """Share of exchanges with a statistic at least as large, for every exchange and measure.
 
-    Args:
-        statistics: One row an exchange, one column a measure; large is against the hypothesis.
-
     Returns:
         Shape (exchanges, measures), in 0..1.
     """
@@ -127,14 +124,7 @@ class Change:
 
 
 def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int, same_scale: bool = False) -> list[Change]:
-    """All compared measures of all conditions, with corrected p-values.
-
-    Args:
-        pairs: The same episodes judged before and now.
-        conditions: Condition of each pair; that of the first pair is the standard one.
-        seed: Of random exchanges.
-        same_scale: Whether scores before and now mean the same, as those of one detector do.
-    """
+    """All compared measures of all conditions, with corrected p-values."""
     changes = _tested(pairs, conditions, seed=seed)
     if same_scale:
         changes += _scores(
@@ -219,13 +209,7 @@ def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
 
 
 def _values(table: Tally, name: str, from_now: Mask) -> Array:
-    """A measure of episodes taken from before or from now, shape (exchanges,).
-
-    Args:
-        table: All episodes before, then all episodes now.
-        name: A key of `MEASURES`.
-        from_now: Which episodes are taken from now, shape (exchanges, episodes).
-    """
+    """A measure of episodes taken from before or from now, shape (exchanges,)."""
     return MEASURES[name].compute(table, np.concatenate([~from_now, from_now], axis=1).astype(np.float64))
 
 

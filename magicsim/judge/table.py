@@ -57,10 +57,6 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
 def read_table(folder: Path, names: Sequence[str]) -> list[dict[str, Any]]:
     """Rows of the table in a folder of results.
 
-    Args:
-        folder: What `magicsim simulate --out` wrote.
-        names: Columns, of those in `READ`.
-
     Raises:
         ConfigError: The table cannot be read, lacks a column, or holds something else there; the message names it.
     """

@@ -12,12 +12,7 @@ LINE = "#0072b2"
 
 
 def figures_table(title: str, figures: Mapping[str, object]) -> str:
-    """A titled table of names and values.
-
-    Args:
-        title: What the figures belong to.
-        figures: Values by name; a number is shown with four digits.
-    """
+    """A titled table of names and values."""
     rows = "".join(
         f'<tr><td style="text-align:left">{escape(name)}</td>'
         f'<td style="text-align:right">{escape(_shown(value))}</td></tr>'
@@ -27,14 +22,7 @@ def figures_table(title: str, figures: Mapping[str, object]) -> str:
 
 
 def curve(x: Sequence[float], y: Sequence[float], *, x_label: str, y_label: str) -> str:
-    """Points joined by a line, both axes from zero or below, as SVG.
-
-    Args:
-        x: Places along the horizontal axis.
-        y: Values there, as many.
-        x_label: Name and unit of the horizontal axis.
-        y_label: Name and unit of the vertical one.
-    """
+    """Points joined by a line, both axes from zero or below, as SVG."""
     low_x, high_x, low_y, high_y = min(0.0, *x), max(*x, 1e-12), min(0.0, *y), max(0.0, *y)
     high_y = high_y if high_y > low_y else low_y + 1.0
     across = [LEFT + (WIDTH - LEFT - 12) * (each - low_x) / (high_x - low_x) for each in x]

@@ -30,11 +30,6 @@ def check_curve_file(target: Path) -> None:
 def write_curve(curve: PressCurve, target: Path, *, title: str) -> None:
     """Writes a table with a row a depth, `COLUMNS`, or draws force and contact area against depth.
 
-    Args:
-        curve: What was solved.
-        target: A file that ends in .csv or .png.
-        title: Of the picture: which object, which block.
-
     Raises:
         ConfigError: Another ending.
         OutputError: The file cannot be written.

@@ -102,13 +102,7 @@ def drawn_panel(height_in: float, place: tuple[float, float, float, float]) -> t
 
 
 def to_svg(figure: Figure, *, name: str, label: str) -> str:
-    """The drawing as an `svg` element that fills the width it is given. To be called within `plot_style`.
-
-    Args:
-        figure: What to draw.
-        name: Put before every identifier, so that several drawings can share a page.
-        label: What the drawing shows, for a reader who cannot see it.
-    """
+    """The drawing as an `svg` element that fills the width it is given. To be called within `plot_style`."""
     buffer = io.StringIO()
     with mpl.rc_context({"svg.hashsalt": name}):
         figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))

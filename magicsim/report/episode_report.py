@@ -36,13 +36,7 @@ class EpisodeReport:
 
 
 def report_episode(folder: Path, episode: Episode, facts: Mapping[str, str]) -> EpisodeReport:
-    """Judges an episode with every standard profile, and adds to its folder what its scene's output asks for.
-
-    Args:
-        folder: Of the episode; holds its frames.
-        episode: What happened.
-        facts: Names and values at the head of the page.
-    """
+    """Judges an episode with every standard profile, and adds to its folder what its scene's output asks for."""
     scene, start = episode.scene, time.perf_counter()
     judgements, refused = judged(episode)
     seconds = time.perf_counter() - start

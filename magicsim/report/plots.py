@@ -29,12 +29,7 @@ def frame_times(frames: Sequence[SimulatedFrame]) -> Series:
 
 
 def time_panels(frames: Sequence[SimulatedFrame], titles: Sequence[str]) -> tuple[Figure, list[Axes]]:
-    """Empty panels one above the other, shaded by class.
-
-    Args:
-        frames: The scored frames, at least one.
-        titles: One for each panel, from the top.
-    """
+    """Empty panels one above the other, shaded by class."""
     count = len(titles)
     height = _HEAD_IN + count * _PANEL_IN + (count - 1) * _GAP_IN + _FOOT_IN
     figure = Figure(figsize=(WIDTH_IN, height))
@@ -74,13 +69,7 @@ def _shade_classes(panel: Axes, frames: Sequence[SimulatedFrame], times: Series,
 
 
 def plot_features(frames: Sequence[SimulatedFrame], judgement: Judgement, *, name: str) -> str:
-    """E, C and S over time with their thresholds; wrong verdicts are crosses, proximity's on E and C.
-
-    Args:
-        frames: The scored frames, at least one.
-        judgement: Verdicts on them.
-        name: Put before the drawing's identifiers.
-    """
+    """E, C and S over time with their thresholds; wrong verdicts are crosses, proximity's on E and C."""
     pairs = [(one, frame.truth.frame_class) for one, frame in zip(judgement.verdicts, frames, strict=True)]
     far = np.array([proximity_right(*pair) is False for pair in pairs])
     touch = np.array([contact_right(*pair) is False for pair in pairs])
@@ -105,12 +94,7 @@ def plot_features(frames: Sequence[SimulatedFrame], judgement: Judgement, *, nam
 
 
 def plot_forces(frames: Sequence[SimulatedFrame], *, name: str) -> str:
-    """Force, depth and gap over time.
-
-    Args:
-        frames: The scored frames, at least one.
-        name: Put before the drawing's identifiers.
-    """
+    """Force, depth and gap over time."""
     times, force = frame_times(frames), _forces(frames)
     sideways = np.hypot(force[:, 0], force[:, 1])
     depth = np.array([frame.truth.depth_mm for frame in frames], dtype=np.float64)
@@ -132,10 +116,6 @@ def plot_force_depth(frames: Sequence[SimulatedFrame], *, name: str) -> str:
 
     A frame belongs to the unloading where it is less deep than the frame before it, to the loading where it
     is deeper, and to the hold where the depth stays. Only frames with contact are drawn.
-
-    Args:
-        frames: The scored frames, at least one.
-        name: Put before the drawing's identifiers.
     """
     depth = np.array([frame.truth.depth_mm for frame in frames], dtype=np.float64)
     contact = np.array([frame.truth.contact for frame in frames], dtype=np.bool_)

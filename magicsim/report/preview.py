@@ -27,13 +27,7 @@ _WRONG = "#ff9a4d"
 
 
 def with_strip(frame: SimulatedFrame, verdict: Verdict | None, *, scale: float = 1.0) -> Image.Image:
-    """A frame's picture above its strip.
-
-    Args:
-        frame: What to show.
-        verdict: What was said of it; None for the truth alone.
-        scale: Factor on the picture's size; the words keep theirs.
-    """
+    """A frame's picture above its strip."""
     picture = Image.fromarray(frame.image)
     size = (max(1, round(picture.width * scale)), max(1, round(picture.height * scale)))
     picture = picture if size == picture.size else picture.resize(size, Image.Resampling.LANCZOS)
@@ -100,10 +94,6 @@ def animate(
 
     Returns:
         The path.
-
-    Raises:
-        OutputError: No frames, a frame rate of 0 or less, or another number of verdicts than of frames; or the file
-            cannot be written.
     """
     if not frames or frames_per_second <= 0.0:
         msg = f"{len(frames)} frames at {frames_per_second:g}/s make no preview; both must be above 0"

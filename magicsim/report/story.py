@@ -140,10 +140,6 @@ def pick_frames(frames: Sequence[SimulatedFrame], limit: int = SHEET_FRAMES) -> 
     equal states look the same, so what counts is the number of different states. Where there are more
     stretches than places, the first one of every class comes first, then the first of every phase, then the
     longest.
-
-    Args:
-        frames: The scored frames.
-        limit: Largest number of frames to pick, at least 1.
     """
     classes = [frame.truth.frame_class for frame in frames]
     scenes = _most_telling(list(runs(list(zip(tell_phases(frames), classes, strict=True)))), limit)

@@ -105,12 +105,7 @@ class Mistake:
 
 
 def list_mistakes(frames: Sequence[SimulatedFrame], verdicts: Sequence[Verdict]) -> list[Mistake]:
-    """All wrong verdicts, proximity first, with neighbouring equal ones taken together.
-
-    Args:
-        frames: The scored frames.
-        verdicts: One for each frame.
-    """
+    """All wrong verdicts, proximity first, with neighbouring equal ones taken together."""
     classes = [frame.truth.frame_class for frame in frames]
     pairs = list(zip(verdicts, classes, strict=True))
     near = [(each, one.proximity) if proximity_right(one, each) is False else None for one, each in pairs]
@@ -144,12 +139,7 @@ class RestRow:
 
 
 def rest_rows(frames: Sequence[SimulatedFrame], judgement: Judgement) -> tuple[list[str], list[RestRow]]:
-    """Parts of the story that have frames, and one row a measure; none where nothing was said of the rest.
-
-    Args:
-        frames: The scored frames.
-        judgement: Verdicts on them, and the spread at rest.
-    """
+    """Parts of the story that have frames, and one row a measure; none where nothing was said of the rest."""
     phases = tell_phases(frames)
     parts = list(dict.fromkeys(phases))
     rows = []
@@ -185,11 +175,7 @@ class SolveRow:
 
 
 def solve_rows(frames: Sequence[SimulatedFrame]) -> list[SolveRow]:
-    """Worst figures over the frames with contact or with a solve; none where there was neither.
-
-    Args:
-        frames: Frames of the stream, in order.
-    """
+    """Worst figures over the frames with contact or with a solve; none where there was neither."""
     solved = [frame for frame in frames if frame.truth.contact or frame.truth.solve.iterations]
     figures: dict[str, tuple[Callable[[FrameTruth], float], Callable[[float], str]]] = {
         "most iterations of a frame": (lambda one: one.solve.iterations, lambda value: number(value, 0)),

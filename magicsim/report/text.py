@@ -17,10 +17,6 @@ def page_template(name: str, *packages: str) -> Template:
     """A template and those it includes: everything is escaped, and a value that is not given is an error.
 
     Characters that hide or turn text around, such as bidirectional marks in a name, are spelt out.
-
-    Args:
-        name: Name of its file.
-        packages: Packages beside whose modules templates lie, the first ones first.
     """
     environment = Environment(
         loader=ChoiceLoader([PackageLoader(package, ".") for package in packages]),

@@ -33,13 +33,7 @@ class SweptSensor(Config):
 
 
 def camera_of(sensor: SweptSensor, quality: Quality, *, scale: int = 1) -> Camera:
-    """The sensor's camera with as many pixels as the quality asks for; its field and its noise a pixel stay.
-
-    Args:
-        sensor: Whose camera.
-        quality: Its columns and rows.
-        scale: Further pixels for each, along columns and along rows.
-    """
+    """The sensor's camera with as many pixels as the quality asks for; its field and its noise a pixel stay."""
     camera = sensor.rig.camera
     columns, rows = scale * quality.columns, scale * quality.rows
     x, y = camera.principal_offset_px
@@ -112,22 +106,14 @@ def values_at(sweep: SweepConfig, point: Sequence[float]) -> dict[str, float | s
 def design_with(
     sweep: SweepConfig, index: int, changed: Mapping[str, float | str], *, is_extra: bool = False
 ) -> SweptDesign:
-    """One design of a sweep: the base with some fields changed.
-
-    Raises:
-        ConfigError: As `list_designs`.
-    """
+    """One design of a sweep: the base with some fields changed."""
     every = dict.fromkeys([*(each.field for each in sweep.swept), *(name for extra in sweep.also for name in extra)])
     values = {name: changed[name] if name in changed else value_at(sweep, name) for name in every}
     return SweptDesign(index=index, values=values, is_extra=is_extra, sensor=sensor_at(sweep, values))
 
 
 def sensor_at(sweep: SweepConfig, values: Mapping[str, float | str]) -> SweptSensor:
-    """The base sensor with some fields changed.
-
-    Raises:
-        ConfigError: As `list_designs`.
-    """
+    """The base sensor with some fields changed."""
     data = _base(sweep)
     for field, value in values.items():
         place, last = _holder(data, field, kinds=NAME if isinstance(value, str) else NUMBER)
@@ -156,13 +142,7 @@ def _base(sweep: SweepConfig) -> dict[str, Any]:
 
 
 def _holder(data: dict[str, Any], field: str, *, kinds: Mapping[type, str]) -> tuple[Any, Any]:
-    """The table or list that holds a field, and its key there.
-
-    Args:
-        data: The base.
-        field: Dotted name.
-        kinds: What it may be.
-    """
+    """The table or list that holds a field, and its key there."""
     holder: Any = data
     key: int | str = ""
     value: Any = data

@@ -168,21 +168,12 @@ def contact_auc(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
 
     Outside light is none of it: it lowers the similarity more than any touch does, and only both algorithms together
     tell it from one.
-
-    Args:
-        renderings: Scores of each.
-        seed: Of the bootstrap over renderings and places.
     """
     return Measured.mean_over([partial(_area, scores) for scores in renderings], len(renderings[0].touched), seed=seed)
 
 
 def contact_accuracy(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
-    """Balanced accuracy of the combined verdict, alarms mean over what is no touch; mean over renderings.
-
-    Args:
-        renderings: Scores of each.
-        seed: Of the bootstrap over renderings and places.
-    """
+    """Balanced accuracy of the combined verdict, alarms mean over what is no touch; mean over renderings."""
     return Measured.mean_over(
         [partial(_accuracy, scores) for scores in renderings], len(renderings[0].touched), seed=seed
     )
@@ -275,12 +266,7 @@ def approach_curve(film: Film, detector: FittedDetector, draws: int) -> Approach
 
 
 def proximity_range(renderings: Sequence[ApproachCurve], *, seed: int) -> Measured:
-    """Distance from which on an approaching object is noticed for good, in half of the frames; mean over renderings.
-
-    Args:
-        renderings: Curve of each.
-        seed: Of the bootstrap over renderings, the camera's noise, and the frames that set the threshold.
-    """
+    """Distance from which on an approaching object is noticed for good, in half of the frames; mean over renderings."""
     draws, clear = renderings[0].entropy.shape[1], len(renderings[0].clear_entropy)
     random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, clear])))
 

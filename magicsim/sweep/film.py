@@ -91,14 +91,7 @@ class Film:
     """Outside light and no object."""
 
     def frames(self, shown: Shown, draws: int, *, first: int = 0, drift: float = 0.0) -> list[Frame]:
-        """A state seen several times, each with noise of its own.
-
-        Args:
-            shown: The state.
-            draws: How often.
-            first: Number of the first draw; the same number is the same frame.
-            drift: Standard deviation of the strength of all lights, as a share of what it was at calibration.
-        """
+        """A state seen several times, each with noise of its own."""
         start = shown.number * SPAN + first
         random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([self.seed, DRIFT, start])))
         strengths = 1 + drift * random.standard_normal(draws)
@@ -125,9 +118,6 @@ def film_design(
         quality: How much is shown, and how well.
         seed: Of everything random.
         untouched: Untouched states that other scenes share.
-
-    Raises:
-        MagicsimError: The design, a deformation or an image is not valid.
     """
 
     @cache
@@ -224,11 +214,7 @@ def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.N
 
 
 def _states(sensor: SweptSensor, quality: Quality, *, seed: int) -> list[FrameState]:
-    """States of a film, in order.
-
-    Raises:
-        ConfigError: The object would be outside of the room, or go through the block.
-    """
+    """States of a film, in order."""
     gaps = [*quality.gaps_mm, *(-depth for depth in quality.depths_mm)]
     states = [replace(UNTOUCHED, gap_mm=gap) for gap in gaps]
     at_places = (NEAR_MM, -quality.light_depth_mm, -quality.touch_depth_mm)

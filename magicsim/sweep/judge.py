@@ -28,9 +28,6 @@ def judge_design(task: DesignTask) -> bytes:
 
     Returns:
         Its `DesignResult` as JSON.
-
-    Raises:
-        MagicsimError: The design cannot be built, pressed or rendered, and trying again would not help.
     """
     from magicsim.light.records.untouched_states import shared_states
     from magicsim.sweep import parts

@@ -73,10 +73,6 @@ def true_places(film: Film) -> Array:
 def left_out_predictions(features: Array, targets: Array) -> Array:
     """Predictions of each row by a ridge regression on all other rows.
 
-    Args:
-        features: Shape (rows, features).
-        targets: Shape (rows, targets).
-
     Returns:
         Shape (rows, targets).
     """

@@ -95,11 +95,7 @@ def indented(sensor: SweptSensor, sweep: SweepConfig) -> Parts:
 
 
 def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) -> Parts:
-    """Everything that one film serves.
-
-    Raises:
-        MagicsimError: The film has no valid frames.
-    """
+    """Everything that one film serves."""
     seen = [each.sensor for each in renderings_of(sensor, sweep)]
     films = film_design(seen, sweep.object, sweep.quality, seed=sweep.seed, untouched=untouched)
     first = films[0]

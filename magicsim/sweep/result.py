@@ -114,11 +114,7 @@ def read_results(out: Path, count: int) -> list[DesignResult]:
 
 
 def read_result(out: Path, index: int) -> DesignResult | None:
-    """A design's result, None without one.
-
-    Raises:
-        OutputError: It cannot be read.
-    """
+    """A design's result, None without one."""
     path = out / result_name(index)
     try:
         return DesignResult.from_json(path.read_bytes())

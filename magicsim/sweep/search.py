@@ -39,11 +39,7 @@ def costs_of(results: Sequence[DesignResult], objectives: Sequence[Objective]) -
 
 
 def pareto_front(costs: Array) -> Mask:
-    """Which designs no other one equals or beats in every objective and beats in one, shape (designs,).
-
-    Args:
-        costs: Shape (designs, objectives); a design with a NaN is in no front, and without objectives there is none.
-    """
+    """Which designs no other one equals or beats in every objective and beats in one, shape (designs,)."""
     known = np.asarray(np.isfinite(costs).all(1) & (costs.shape[1] > 0))
     result = np.array(known)
     for index in np.flatnonzero(known):
@@ -159,14 +155,6 @@ def search_designs(
 
     A design that is chosen again is not judged again: its first result counts. One that failed in a batch that was
     judged whole stays failed, because later designs were chosen in that knowledge.
-
-    Args:
-        sweep: What to search.
-        ledger: Of the folder of the results.
-        judge: Judges new designs, told how many ended and how many failed before them; places their results in the
-            folder and returns who failed.
-        earlier: What `record` was told last in an earlier run.
-        record: Told who failed so far, after every batch that was judged.
     """
     study, count, size = Study(sweep=sweep), sweep.count or 1, (sweep.search or SearchSettings()).batch
     failed: Failures = {}

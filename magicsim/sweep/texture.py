@@ -92,9 +92,6 @@ def press_plate(
         like: What the plate has its colour from.
         seed: Of rendering and noise.
         untouched: Untouched states that other scenes share.
-
-    Raises:
-        MagicsimError: The plate does not fit on the face, or the design, the deformation or an image is not valid.
     """
     if PLATE_PERIODS * spacing_mm > min(sensor.design.footprint_mm):
         msg = f"a plate of {PLATE_PERIODS} x {spacing_mm:g} mm is larger than the face"

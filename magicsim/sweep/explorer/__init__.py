@@ -24,12 +24,7 @@ Row = dict[str, float | int | str | bool | None]
 
 
 def rows_of(results: Sequence[DesignResult], front: Sequence[bool]) -> list[Row]:
-    """One row a design.
-
-    Args:
-        results: Of one sweep.
-        front: Whether each is in the Pareto front.
-    """
+    """One row a design."""
     rows = []
     for result, in_front in zip(results, front, strict=True):
         cell = result.block.cell_mm or (None, None, None)
@@ -91,15 +86,7 @@ def render_explorer(
     trends: Sequence[TrendCheck],
     failed: Mapping[str, str],
 ) -> str:
-    """The page.
-
-    Args:
-        sweep: What was asked for.
-        results: All judged designs.
-        front: Whether each is in the Pareto front.
-        trends: Checked trends.
-        failed: Why a design has no result, by its number.
-    """
+    """The page."""
     title = f"Design sweep: {len(results)} designs"
     return page_template("explorer.html.jinja", "magicsim.sweep.explorer").render(
         title=title,
