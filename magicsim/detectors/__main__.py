@@ -12,7 +12,6 @@ from magicsim.errors import ConfigError, MagicsimError, one_line
 
 EXIT_WRONG_INPUT = 2
 """Exit status for an argument, a file or a frame that cannot be used."""
-
 EXIT_STOPPED = 130
 """Exit status after an interruption, as of shells."""
 
@@ -36,19 +35,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(arguments)
         with quiet_opencv():  # a broken image is reported once, by us
             write_verdicts(
-                sys.stdout,
-                options.source,
-                options.reference,
-                options.profile,
-                frames=options.frames,
-                grasp=options.grasp,
-                as_json=options.json,
-            )
-    except MagicsimError as error:
-        sys.stderr.write(f"error: {error}\n")
-        return EXIT_WRONG_INPUT
-    except OSError as error:  # a name that is too long, links in a circle, a folder that may not be read
-        sys.stderr.write(f"error: {one_line(str(error))}\n")
+                sys.stdout, options.source, options.reference, options.profile, frames=options.frames,
+                grasp=options.grasp, as_json=options.json,
+            )  # fmt: skip
+    except (MagicsimError, OSError) as error:  # or a name that is too long, a folder that may not be read
+        sys.stderr.write(f"error: {error if isinstance(error, MagicsimError) else one_line(str(error))}\n")
         return EXIT_WRONG_INPUT
     except KeyboardInterrupt:
         return EXIT_STOPPED

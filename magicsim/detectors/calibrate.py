@@ -126,33 +126,26 @@ def fit_profile(
         ConfigError: A class without frames, no candidates, or no candidate whose references show a grid.
         FrameError: A frame cannot be used.
     """
-    tried = candidates or Candidates()
-    of_entropy = margin_sd if entropy_margin_sd is None else entropy_margin_sd
+    tried, entropy_sd = candidates or Candidates(), margin_sd if entropy_margin_sd is None else entropy_margin_sd
     classes = scored_classes(episodes)
     missing = [str(each) for each in FrameClass if each not in classes]
     if missing:
         msg = f"training episodes hold no frame of class {', '.join(missing)}; every class is needed"
         raise ConfigError(msg)
     options = list(product(tried.tau_b, tried.polarity, tried.grid_blur_px, tried.surround_px))
-    owner, at_rest = _owners(episodes), _untouched_frames(episodes)
+    owner, clear = _owners(episodes), np.array([each is FrameClass.CLEAR for each in classes])
+    at_rest = [clear & (owner == number) for number in range(len(episodes))]
     similarities = measure_similarity(episodes, base, options, tried.similarity)
     scores: list[CandidateScore] = []
     for difference_blur_px in tried.difference_blur_px:
         entropy, correlation = measure_brightening(episodes, base, difference_blur_px)
-        near = fit_proximity(entropy, correlation, classes, least_tau_e=rest_limit(entropy, at_rest, of_entropy))
+        near = fit_proximity(entropy, correlation, classes, least_tau_e=rest_limit(entropy, at_rest, entropy_sd))
         noise = (entropy >= near.tau_e) & (correlation >= near.tau_c)
         for ((tau_b, polarity, grid_blur_px, surround_px), measure), similarity in similarities.items():
             profile = replace(
-                base,
-                tau_e=near.tau_e,
-                tau_c=near.tau_c,
-                tau_b=tau_b,
-                polarity=polarity,
-                similarity=measure,
-                grid_blur_px=grid_blur_px,
-                surround_px=surround_px,
-                difference_blur_px=difference_blur_px,
-            )
+                base, tau_e=near.tau_e, tau_c=near.tau_c, tau_b=tau_b, polarity=polarity, similarity=measure,
+                grid_blur_px=grid_blur_px, surround_px=surround_px, difference_blur_px=difference_blur_px,
+            )  # fmt: skip
             touch, held_out = None, None
             if similarity is not None:
                 limit = -rest_limit(-similarity, at_rest, margin_sd)
@@ -175,13 +168,6 @@ def _owners(episodes: Sequence[Episode]) -> npt.NDArray[np.int64]:
     """Number of the episode of each scored frame."""
     counts = [sum(each is not None for each in episode.classes) for episode in episodes]
     return np.repeat(np.arange(len(episodes)), counts)
-
-
-def _untouched_frames(episodes: Sequence[Episode]) -> list[npt.NDArray[np.bool_]]:
-    """Which of all scored frames are Clear ones of each episode."""
-    clear = np.array([each is FrameClass.CLEAR for each in scored_classes(episodes)])
-    owner = _owners(episodes)
-    return [clear & (owner == number) for number in range(len(episodes))]
 
 
 def held_out_accuracy(

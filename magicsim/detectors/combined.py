@@ -63,12 +63,7 @@ def detect_all(frames: Iterable[npt.ArrayLike], references: References, profile:
 
 
 def judge(
-    *,
-    entropy: float,
-    correlation: float,
-    similarity: float,
-    profile: DetectorProfile,
-    source: str | None = None,
+    *, entropy: float, correlation: float, similarity: float, profile: DetectorProfile, source: str | None = None
 ) -> Verdict:
     """Verdicts and probabilities from the three features.
 
@@ -82,7 +77,7 @@ def judge(
     <<<<<<< HEAD
     widths from `magicsim.detectors.thresholds.fit_widths` (as `magicsim fit profile` writes them) b, a and p_touch
     =======
-    widths from `magicsim.detectors.profiles.widths.fit_widths` (as `magicsim fit profile` writes them) b, a and p_touch
+    widths from `magicsim.detectors.thresholds.fit_widths` (as `magicsim fit profile` writes them) b, a and p_touch
     >>>>>>> d37912bc (Commands: eleven with forms of their own, earlier names still work and say the present one)
     are calibrated: each is the share of positives among training frames at that distance, were both groups as frequent.
     With other widths, `published` among them, they rank frames and say no share.

@@ -45,14 +45,11 @@ def mask_areas(blurred: Frame, grid: GridReference) -> GridAreas:
     mask = grid_mask(blurred, tau_b=grid.tau_b, polarity=grid.polarity)
     shared = cv2.sumElems(cv2.bitwise_and(grid.counts, mask))
     shown = cv2.sumElems(mask)
+    count, areas = grid.frames, grid.areas
     return GridAreas(
-        intersection=(shared[0] / grid.frames, shared[1] / grid.frames, shared[2] / grid.frames),
+        intersection=(shared[0] / count, shared[1] / count, shared[2] / count),
         frame=(shown[0] / FULL, shown[1] / FULL, shown[2] / FULL),
-        reference=(
-            grid.areas[0] / grid.frames,
-            grid.areas[1] / grid.frames,
-            grid.areas[2] / grid.frames,
-        ),
+        reference=(areas[0] / count, areas[1] / count, areas[2] / count),
     )
 
 

@@ -16,7 +16,6 @@ from magicsim.frame_class import FrameClass
 
 Features = npt.NDArray[np.float64]
 """One feature of every scored frame, shape (frames,)."""
-
 GridOption = tuple[int, Polarity, int, int]
 """tau_b, polarity, grid blur [px] and surroundings [px]."""
 
@@ -99,21 +98,16 @@ def measure_similarity(
                 tau_b, polarity = option[:2]
                 try:
                     grid = fuse_grid(
-                        references,
-                        tau_b=tau_b,
-                        polarity=polarity,
-                        blur_px=size,
-                        blur_sigma_px=base.grid_blur_sigma_px,
-                        kind=base.grid_reference,
-                        surround_px=surround_px,
-                    )
+                        references, tau_b=tau_b, polarity=polarity, blur_px=size, surround_px=surround_px,
+                        blur_sigma_px=base.grid_blur_sigma_px, kind=base.grid_reference,
+                    )  # fmt: skip
                 except FrameError:
                     empty.add(option)
                     continue
                 areas = [mask_areas(image, grid) for image in level]
                 for similarity in similarities:
                     values[option, similarity] += [grid_similarity(each, similarity) for each in areas]
-    return {key: None if key[0] in empty else np.array(found) for key, found in values.items()}
+    return {key: None if key[0] in empty else np.array(each) for key, each in values.items()}
 
 
 def _checked_references(episode: Episode, base: DetectorProfile) -> list[Frame]:

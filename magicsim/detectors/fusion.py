@@ -149,15 +149,10 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
     return References(
         background=fuse_background(checked, count=profile.background_count, blur_px=profile.difference_blur_px),
         grid=fuse_grid(
-            checked,
-            tau_b=profile.tau_b,
-            polarity=profile.polarity,
-            blur_px=profile.grid_blur_px,
-            blur_sigma_px=profile.grid_blur_sigma_px,
-            kind=profile.grid_reference,
-            surround_px=profile.surround_px,
+            checked, tau_b=profile.tau_b, polarity=profile.polarity, blur_px=profile.grid_blur_px,
+            blur_sigma_px=profile.grid_blur_sigma_px, kind=profile.grid_reference, surround_px=profile.surround_px,
         ),
-    )
+    )  # fmt: skip
 
 
 def fuse_background(frames: Sequence[Frame], *, count: int, blur_px: int = 0) -> BackgroundReference:
@@ -226,13 +221,6 @@ def fuse_grid(
         )
         raise FrameError(msg)
     return GridReference(
-        counts=counts,
-        frames=len(frames),
-        areas=(red, green, blue),
-        tau_b=tau_b,
-        polarity=polarity,
-        blur_px=blur_px,
-        blur_sigma_px=blur_sigma_px,
-        kind=kind,
-        surround_px=surround_px,
-    )
+        counts=counts, frames=len(frames), areas=(red, green, blue), tau_b=tau_b, polarity=polarity, blur_px=blur_px,
+        blur_sigma_px=blur_sigma_px, kind=kind, surround_px=surround_px,
+    )  # fmt: skip

@@ -71,7 +71,7 @@ def stream_sources(
     *,
     frames: int | None = None,
 ) -> Iterator[Verdict]:
-    """As `detect_sources`, one verdict at a time, so that a camera can be judged for as long as it runs."""
+    """Judge a source like `detect_sources`, one verdict at a time: a camera for as long as it runs."""
     if frames is not None and frames < 1:
         msg = f"frames = {frames} is not allowed; must be a whole number of at least 1"
         raise ConfigError(msg)
@@ -130,7 +130,6 @@ def _naming(frame: SourceFrame) -> Iterator[None]:
 
 Row = Mapping[str, float | str | bool | None]
 """One frame's verdict ready for JSON; None is a word that is not judged."""
-
 _CAMERA_WIDTH = 16
 
 
@@ -173,8 +172,8 @@ def rows(verdicts: Iterable[Verdict], profile: DetectorProfile, *, grasp: bool =
 
 def json_text(found: Sequence[Row], not_judged: str | None = None) -> str:
     """One JSON object with the list `frames` and, where there is something, `not_judged`; and a final newline."""
-    told = {"frames": list(found)} | ({"not_judged": not_judged} if not_judged else {})
-    return json.dumps(told, allow_nan=False) + "\n"
+    content = {"frames": list(found)} | ({"not_judged": not_judged} if not_judged else {})
+    return json.dumps(content, allow_nan=False) + "\n"
 
 
 def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None = None) -> Iterator[str]:

@@ -9,7 +9,7 @@ import dataclasses
 import json
 import os
 import secrets
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -20,21 +20,19 @@ from magicsim.errors import NAME_LENGTH, ConfigError, OutputError, shortened, un
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """What a field may be and what it means; stands in the field's metadata under `limits`."""
+    """What a field of the profile may be and what it means; stands in the field's metadata under `limits`."""
 
     about: str
     """One sentence for documentation and the JSON Schema."""
     low: float | None = None
-    """Smallest allowed value."""
     high: float | None = None
-    """Largest allowed value."""
     odd: bool = False
     """Whether the number is the side of a centred kernel: odd, or 0 for none."""
     choices: tuple[str, ...] = ()
     """The allowed words, for a text field."""
 
     def allowed(self, kind: type) -> str:
-        """Say in words what is allowed for a value of type `kind` (int, float or str)."""
+        """What is allowed for a value of type `kind` (int, float or str), in words."""
         if self.choices:
             return f"one of: {', '.join(self.choices)}"
         if self.low == self.high:
@@ -44,72 +42,37 @@ class Limits:
             return f"an odd whole number {span}, or 0 for none"
         return f"a {'whole ' if kind is int else ''}number {span}"
 
+    def admits(self, value: object, kind: type) -> bool:
+        """Whether a value is one of the words, or a number of that type in the range."""
+        if kind is str:
+            return isinstance(value, str) and value in self.choices
+        if not isinstance(value, int if kind is int else (int, float)) or isinstance(value, bool):
+            return False
+        inside = self.low <= value <= self.high  # type: ignore[operator]  # NaN is never inside
+        return inside and (not self.odd or value == 0 or value % 2 == 1)
+
 
 def option(
-    default: float | str,
-    about: str,
-    low: float | None = None,
-    high: float | None = None,
-    *,
-    odd: bool = False,
+    default: float | str, about: str, low: float | None = None, high: float | None = None, *, odd: bool = False,
     choices: tuple[str, ...] = (),
-) -> Any:  # noqa: ANN401 - a field of whatever type its default has
-    """A field of a dataclass of options, with its default and what it may be (see `Limits`)."""
+) -> Any:  # noqa: ANN401  # fmt: skip
+    """A field of the profile, with its default and what it may be (see `Limits`)."""
     limits = Limits(about=about, low=low, high=high, odd=odd, choices=choices)
     return field(default=default, metadata={"limits": limits})
 
 
-def limits_of(each: "Field[object]") -> Limits:
-    """The limits of one field of a dataclass of options."""
-    limits: Limits = each.metadata["limits"]
-    return limits
-
-
-def kind_of(each: "Field[object]") -> type[int | float | str]:
-    """The plain type of one field of a dataclass of options: int, float or str."""
-    return type(each.default)  # type: ignore[return-value]
-
-
-def checked(each: "Field[object]", value: object) -> object:
-    """The value in the field's own type, or an error that names field, value and what is allowed."""
-    limits, kind = limits_of(each), kind_of(each)
-    good = _in_choices(value, limits) if kind is str else _in_range(value, kind, limits)
-    if not good:
-        msg = f"{each.name} = {shortened(repr(value), NAME_LENGTH)} is not allowed; must be {limits.allowed(kind)}"
-        raise ConfigError(msg)
-    return float(value) if kind is float else value  # type: ignore[arg-type]
-
-
-def _in_choices(value: object, limits: Limits) -> bool:
-    return isinstance(value, str) and value in limits.choices
-
-
-def _in_range(value: object, kind: type, limits: Limits) -> bool:
-    numeric = isinstance(value, int if kind is int else (int, float)) and not isinstance(value, bool)
-    if not numeric:
-        return False
-    inside = limits.low <= value <= limits.high  # type: ignore[operator]  # NaN is never inside
-    return inside and (not limits.odd or value == 0 or value % 2 == 1)  # type: ignore[operator]
-
-
 SCHEMA_VERSION = 1
 """Version of the profile's keys."""
-
 Polarity = Literal["dark", "bright"]
 """Which side of `tau_b` is the grid: pixels at or below it, or pixels above it."""
-
 Similarity = Literal["recall", "iou", "dice"]
 """How the overlap of a frame's grid with the reference becomes one number in 0..1."""
-
 GridKind = Literal["presence", "majority"]
 """What the grid reference keeps of the binarised frames: their mean, or that mean binarised at one half."""
-
 Grey = Literal["luma", "mean"]
 """How three channels become one grey level: 0.299 R + 0.587 G + 0.114 B, or (R + G + B) / 3."""
-
 Rounding = Literal["nearest", "down"]
 """How a grey level becomes 8 bit: to the nearest level (halves up), or cut off."""
-
 ConstantChannel = Literal["zero", "skip"]
 """What a pair with a constant channel, which has no correlation, adds to the mean: 0, or nothing at all."""
 
@@ -193,7 +156,13 @@ class DetectorProfile:
     def __post_init__(self) -> None:
         """Check every field, and turn whole numbers into floats where a float is asked for."""
         for each in fields(self):
-            object.__setattr__(self, each.name, checked(each, getattr(self, each.name)))
+            value, kind, limits = getattr(self, each.name), type(each.default), each.metadata["limits"]
+            if not limits.admits(value, kind):
+                given = shortened(repr(value), NAME_LENGTH)
+                msg = f"{each.name} = {given} is not allowed; must be {limits.allowed(kind)}"
+                raise ConfigError(msg)
+            if kind is float:
+                object.__setattr__(self, each.name, float(value))
         if self.reference_count < self.background_count:
             msg = (
                 f"reference_count = {self.reference_count} must be at least background_count = {self.background_count}"
@@ -254,7 +223,7 @@ def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) ->
         raise OutputError(msg) from error
 
 
-_JSON_TYPES = {int: "integer", float: "number", str: "string"}
+_JSON_TYPES: dict[type, str] = {int: "integer", float: "number", str: "string"}
 
 
 def profile_schema() -> dict[str, object]:
@@ -271,13 +240,10 @@ def profile_schema() -> dict[str, object]:
 
 
 def _property(each: "dataclasses.Field[object]") -> dict[str, object]:
-    """Schema of one field."""
-    limits, kind = limits_of(each), kind_of(each)
+    limits: Limits = each.metadata["limits"]
     entry: dict[str, object] = {
-        "type": _JSON_TYPES[kind],
-        "description": limits.about,
-        "default": each.default,
-    }
+        "type": _JSON_TYPES[type(each.default)], "description": limits.about, "default": each.default,
+    }  # fmt: skip
     if limits.choices:
         return entry | {"enum": list(limits.choices)}
     entry |= {"minimum": limits.low, "maximum": limits.high}

@@ -18,7 +18,6 @@ from magicsim.detectors.verdict import Proximity
 
 GREY_LEVELS = 256
 """Grey levels of an 8-bit image."""
-
 _LUMA_THOUSANDTHS = (299, 587, 114)
 """Weights of red, green and blue in the luma of ITU-R BT.601, in thousandths."""
 

@@ -22,13 +22,9 @@ from magicsim.frame_class import FrameClass
 
 SPREAD_FLOOR = 1e-3
 """Smallest spread that a margin is divided by, in the feature's unit: below it differences are rounding."""
-
 COMPARED_DECIMALS = 9
 """Decimals to which scores and margins are compared, so that rounding decides nothing."""
-
-_ENTROPY_ENDS = (0.0, 8.0)
-_CORRELATION_ENDS = (-1.0, 1.0)
-_SIMILARITY_ENDS = (0.0, 1.0)
+_ENTROPY_ENDS, _CORRELATION_ENDS, _SIMILARITY_ENDS = (0.0, 8.0), (-1.0, 1.0), (0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,13 +101,8 @@ def fit_proximity(
         chosen = _first_best(scores, margins_c)
         weaker, stronger = sorted((float(margin_e), float(margins_c[chosen])))
         key = tuple(round(each, COMPARED_DECIMALS) for each in (float(scores[chosen]), weaker, stronger))
-        fit = ProximityFit(
-            tau_e=float(tau_e),
-            tau_c=float(cuts_c[chosen]),
-            accuracy=float(accuracy[chosen]),
-            margin=weaker,
-        )
-        fits.append((key, fit))
+        found = {"tau_e": tau_e, "tau_c": cuts_c[chosen], "accuracy": accuracy[chosen], "margin": weaker}
+        fits.append((key, ProximityFit(**{name: float(each) for name, each in found.items()})))
     return max(fits, key=lambda keyed: keyed[0])[1]
 
 
@@ -178,10 +169,8 @@ def _first_best(scores: Features, margins: Features) -> int:
 
 Mask = npt.NDArray[np.bool_]
 """Which scored frames belong to a group, shape (frames,)."""
-
 NARROWEST = 1e-6
 """Smallest width, in the feature's unit: the smallest that a profile may have."""
-
 _HALVINGS = 200
 
 
@@ -208,23 +197,19 @@ def fit_widths(profile: DetectorProfile, episodes: Sequence[Episode]) -> Detecto
         raise ConfigError(msg)
     entropy, correlation = measure_brightening(episodes, profile, profile.difference_blur_px)
     dark = (entropy < profile.tau_e) | (correlation < profile.tau_c)
+    e, c, s = entropy - profile.tau_e, correlation - profile.tau_c, profile.tau_g - similarity
     return replace(
         profile,
-        entropy_width=_width(entropy - profile.tau_e, near | light, clear, profile.entropy_width, widest=8.0),
-        correlation_width=_width(
-            correlation - profile.tau_c, light, near | contact, profile.correlation_width, widest=2.0
-        ),
-        similarity_width=_width(
-            profile.tau_g - similarity, contact & dark, ~contact & dark, profile.similarity_width, widest=1.0
-        ),
+        entropy_width=_width(e, near | light, clear, profile.entropy_width, widest=8.0),
+        correlation_width=_width(c, light, near | contact, profile.correlation_width, widest=2.0),
+        similarity_width=_width(s, contact & dark, ~contact & dark, profile.similarity_width, widest=1.0),
     )
 
 
 def _width(distances: Features, positive: Mask, negative: Mask, otherwise: float, *, widest: float) -> float:
     """The fitted width, or the old one where a group has no frames."""
-    if not positive.any() or not negative.any():
-        return otherwise
-    return logistic_width(distances[positive], distances[negative], widest=widest)
+    both = positive.any() and negative.any()
+    return logistic_width(distances[positive], distances[negative], widest=widest) if both else otherwise
 
 
 def logistic_width(positive: npt.ArrayLike, negative: npt.ArrayLike, *, widest: float) -> float:

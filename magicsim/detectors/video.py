@@ -18,7 +18,6 @@ from magicsim.errors import FrameError
 
 VIDEO_SUFFIXES = (".avi", ".m4v", ".mjpeg", ".mjpg", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm")
 """File name endings that are read as videos, in any case."""
-
 _LOG = logging.getLogger(__name__)
 
 

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -55,13 +55,8 @@ def default_baseline(suite: str, profile: str) -> Path | None:
 
 def save_baseline(path: Path, episodes: Sequence[JudgedEpisode], *, suite: str, detector: str) -> None:
     """Writes a baseline; the file appears whole or not at all."""
-    content = {
-        "format": FORMAT,
-        "suite": suite,
-        "detector": detector,
-        "episodes": {each.tag.name: _packed(each) for each in episodes},
-    }
-    text = json.dumps(content, indent=1)
+    packed = {each.tag.name: _packed(each) for each in episodes}
+    text = json.dumps({"format": FORMAT, "suite": suite, "detector": detector, "episodes": packed}, indent=1)
     with result_file(path) as partial, partial.open("w", encoding="utf-8") as file:
         file.write(text + "\n")
         file.flush()
@@ -138,14 +133,14 @@ def _packed(episode: JudgedEpisode) -> dict[str, Any]:
 def _unpacked(entry: dict[str, str]) -> BaselineEpisode:
     words = {letter: str(word) for word, letter in PROXIMITY_LETTERS.items()}
     touches = {letter: str(word) for word, letter in CONTACT_LETTERS.items()}
-    found = BaselineEpisode(
+    episode = BaselineEpisode(
         classes=entry["classes"],
         proximity=tuple(words[letter] for letter in entry["proximity"]),
         contact=tuple(touches[letter] for letter in entry["contact"]),
         approach=tuple(map(float, entry["approach"].split())),
         touch=tuple(map(float, entry["touch"].split())),
     )
-    if len({len(found.classes), len(found.proximity), len(found.contact), len(found.approach), len(found.touch)}) != 1:
+    if len({len(getattr(episode, each.name)) for each in fields(episode)}) != 1:
         msg = "lists of different length"
         raise IndexError(msg)
-    return found
+    return episode

@@ -64,19 +64,12 @@ def _case(
         path=path.name,
         light=light.name,
         scene=SceneConfig(
-            schema_version=1,
-            design=design,
-            rig=rig,
-            seed=seed,
-            references=suite.references,
-            frames_per_second=suite.frames_per_second,
-            object=parse_object(thing.object),
-            contact=ContactSettings(friction=path.friction),
-            render=suite.render,
-            output=NO_OUTPUT,
+            schema_version=1, design=design, rig=rig, seed=seed, references=suite.references,
+            frames_per_second=suite.frames_per_second, object=parse_object(thing.object),
+            contact=ContactSettings(friction=path.friction), render=suite.render, output=NO_OUTPUT,
             keyframes=tuple(Keyframe(**each) for each in _lit(keyframes, light)),
         ),
-    )
+    )  # fmt: skip
 
 
 def _jitter(suite: SuiteConfig, name: str, seed: int) -> tuple[float, float, float]:
@@ -91,14 +84,8 @@ def _keyframe(each: PathFrame, thing: SuiteObject, shift: tuple[float, float, fl
     if not each.has_object:
         return {"frame": each.frame, **light}
     gap = each.gap_mm if each.gap_mm is not None else -(each.press or 0.0) * thing.press_mm
-    return {
-        "frame": each.frame,
-        "gap_mm": gap,
-        "x_mm": thing.x_mm + shift[0] + each.x_mm,
-        "y_mm": thing.y_mm + shift[1] + each.y_mm,
-        "twist_deg": shift[2] + each.twist_deg,
-        **light,
-    }
+    x, y, twist = thing.x_mm + shift[0] + each.x_mm, thing.y_mm + shift[1] + each.y_mm, shift[2] + each.twist_deg
+    return {"frame": each.frame, "gap_mm": gap, "x_mm": x, "y_mm": y, "twist_deg": twist, **light}
 
 
 def _lit(keyframes: list[dict[str, Any]], light: SuiteLight) -> Iterator[dict[str, Any]]:

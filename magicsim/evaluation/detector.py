@@ -5,6 +5,7 @@ import importlib.util
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
@@ -116,6 +117,8 @@ def detector_by(detector: str | MakeDetector) -> MakeDetector:
 def named_detector(name: str | None, *, profile: str, is_coated: bool = False) -> MakeDetector:
     """A plug-in by its name as `find_detector` takes it, or without one the built-in detectors with a profile.
 
+    Behind an opaque coat a built-in detector is not asked what is near.
+
     Raises:
         ConfigError: Nothing there, or not a detector.
         PresetError: No such profile.
@@ -136,7 +139,10 @@ def find_detector(name: str) -> MakeDetector:
             raise ConfigError(f"{unknown_choice('detector', name, points)}; or give module:Class or file.py:Class")
         found = tried(points[name].load, f"detector '{name}' cannot be loaded")
     else:
-        module = _load_file(module_name) if module_name.endswith(".py") else _load_module(module_name)
+        is_file_name = module_name.endswith(".py")
+        problem = f"detector module '{module_name}' cannot be imported"
+        load = partial(importlib.import_module, module_name)
+        module = _load_file(module_name) if is_file_name else tried(load, problem)
         if not hasattr(module, attribute):
             public = [each for each in vars(module) if not each.startswith("_")]
             raise ConfigError(unknown_choice(f"attribute of '{module_name}'", attribute, public))
@@ -150,11 +156,6 @@ def _made(name: str, make: Callable[[], object]) -> Detector:
         msg = f"detector '{name}' has no methods fit and step"
         raise ConfigError(msg)
     return made
-
-
-def _load_module(name: str) -> ModuleType:
-    module: ModuleType = tried(lambda: importlib.import_module(name), f"detector module '{name}' cannot be imported")
-    return module
 
 
 def _load_file(path: str) -> ModuleType:

@@ -64,12 +64,12 @@ class Evaluation:
 
     @property
     def regressions(self) -> list[Change]:
-        """What is significantly worse than the baseline."""
+        """Changes that are significantly worse than the baseline."""
         return [each for each in self.changes if each.is_regression]
 
     @property
     def improvements(self) -> list[Change]:
-        """What is significantly better."""
+        """Changes that are significantly better."""
         return [each for each in self.changes if each.is_improvement]
 
     def as_dict(self) -> dict[str, Any]:
@@ -144,64 +144,45 @@ def evaluate_suite(
     Raises:
         MagicsimError: An episode cannot be simulated or read, the detector fails, or the baseline does not fit.
     """
+    start, total, coated = time.perf_counter(), count_takes(suite), suite.design.is_opaque
     with waiting("judging takes", told if progress is None else unheard) as share:
-        return _evaluated(
-            suite, make, name=name, detector=detector, baseline=baseline, progress=progress or share,
-            films=film_suite(suite, cache) if films is None else films,
-        )  # fmt: skip
-
-
-def _evaluated(
-    suite: SuiteConfig,
-    make: MakeDetector,
-    *,
-    name: str,
-    detector: str,
-    baseline: Baseline | None,
-    progress: Progress,
-    films: Iterable[list[Footage]],
-) -> Evaluation:
-    start = time.perf_counter()
-    total = count_takes(suite)
-    coated = suite.design.is_opaque
-    episodes: list[JudgedEpisode] = []
-    footage: list[Footage] = []
-    for done, take in enumerate(films, 1):
-        footage += take
-        judged = [judge_footage(film, make, who=detector) for film in take]
-        episodes += [_without_proximity(each) for each in judged] if coated else judged
-        progress(done, max(done, total))
-    conditions = [condition_of(each) for each in episodes]
-    standard = [each for each, one in zip(episodes, conditions, strict=True) if one == conditions[0]]
-    options: dict[str, Any] = {"resamples": suite.resamples, "seed": suite.seed}
-    curve = options | {"false_alarm_rate": suite.false_alarm_rate}
-    changes = []
-    if baseline is not None:
-        pairs = paired(baseline, episodes)
-        conditions_now = [condition_of(now) for _, now in pairs]
-        changes = compare(pairs, conditions_now, seed=suite.seed, same_scale=baseline.detector == detector)
-    return Evaluation(
-        suite=name,
-        detector=detector,
-        baseline=baseline.detector if baseline is not None else None,
-        standard=conditions[0],
-        metrics={
-            group: _estimates(chosen, coated=coated, **options) for group, chosen in group_episodes(episodes).items()
-        },
-        confusion=confusion(standard, coated=coated),
-        distance=[] if coated else detection_by_distance(standard, **curve),
-        depth=detection_by_depth(standard, **curve),
-        roc={
-            "approach": None if coated else trade_off(standard, "approach", {FrameClass.NEAR}, NOTHING_NEAR),
-            "touch": trade_off(standard, "touch", {FrameClass.CONTACT}, NO_TOUCH),
-        },
-        changes=changes,
-        rest=rest_streams(footage, episodes, make, seconds=suite.rest_s, who=detector),
-        episodes=episodes,
-        footage=footage,
-        seconds=time.perf_counter() - start,
-        not_judged=COATED if coated else None,
-    )
+        episodes: list[JudgedEpisode] = []
+        footage: list[Footage] = []
+        for done, take in enumerate(film_suite(suite, cache) if films is None else films, 1):
+            footage += take
+            judged = [judge_footage(film, make, who=detector) for film in take]
+            episodes += [_without_proximity(each) for each in judged] if coated else judged
+            (progress or share)(done, max(done, total))
+        conditions = [condition_of(each) for each in episodes]
+        groups = group_episodes(episodes)
+        standard = groups[conditions[0]]
+        options: dict[str, Any] = {"resamples": suite.resamples, "seed": suite.seed}
+        curve = options | {"false_alarm_rate": suite.false_alarm_rate}
+        changes = []
+        if baseline is not None:
+            pairs = paired(baseline, episodes)
+            conditions_now = [condition_of(now) for _, now in pairs]
+            changes = compare(pairs, conditions_now, seed=suite.seed, same_scale=baseline.detector == detector)
+        return Evaluation(
+            suite=name,
+            detector=detector,
+            baseline=baseline.detector if baseline is not None else None,
+            standard=conditions[0],
+            metrics={group: _estimates(each, coated=coated, **options) for group, each in groups.items()},
+            confusion=confusion(standard, coated=coated),
+            distance=[] if coated else detection_by_distance(standard, **curve),
+            depth=detection_by_depth(standard, **curve),
+            roc={
+                "approach": None if coated else trade_off(standard, "approach", {FrameClass.NEAR}, NOTHING_NEAR),
+                "touch": trade_off(standard, "touch", {FrameClass.CONTACT}, NO_TOUCH),
+            },
+            changes=changes,
+            rest=rest_streams(footage, episodes, make, seconds=suite.rest_s, who=detector),
+            episodes=episodes,
+            footage=footage,
+            seconds=time.perf_counter() - start,
+            not_judged=COATED if coated else None,
+        )
 
 
 def film_suite(suite: SuiteConfig, cache: Path) -> Iterator[list[Footage]]:
@@ -226,8 +207,7 @@ def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEp
         for one in dict.fromkeys(conditions)
     }
     standard = groups[conditions[0]]
-    elsewhere = [one for one in groups if one.startswith(f"{conditions[0]}/")]
-    if elsewhere:
+    if elsewhere := [one for one in groups if one.startswith(f"{conditions[0]}/")]:
         groups["other places"] = [each for one in elsewhere for each in groups[one]]
     for kind in ("role", "object", "path"):
         values = dict.fromkeys(getattr(each.tag, kind) for each in standard)

@@ -1,7 +1,8 @@
 """Frames that exist: a run of `simulate`, a dataset, or a recording, as footage and with verdicts."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, TextIO
@@ -14,13 +15,11 @@ from magicsim.config.named_files import read_with_paths
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.manifest import MANIFEST
-from magicsim.detectors.combined import behind_coat, detect, detect_all
 from magicsim.detectors.features import Episode
-from magicsim.detectors.fusion import fuse
 from magicsim.detectors.offline import json_text, rows, table_lines
-from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.profile import load_profile
 from magicsim.detectors.source import read_image
-from magicsim.detectors.verdict import Verdict, features_at_rest, marked
+from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
 from magicsim.evaluation.footage import RECORDED, Footage, recorded_footage
 from magicsim.evaluation.suite import SuiteConfig, SuitePlace, SuiteRecording
@@ -30,7 +29,7 @@ from magicsim.judge.judged import FIRST_PLACE, EpisodeTag, Labels
 from magicsim.judge.recorded import TRUTH, read_episode, read_recording
 from magicsim.judge.table import TABLE as RUN
 from magicsim.judge.table import read_table
-from magicsim.judge.verdicts import COATED
+from magicsim.judge.verdicts import COATED, SensorDetector
 from magicsim.scenes.scene import SceneConfig
 
 AS_MADE = "as-made"
@@ -46,36 +45,19 @@ SHOWN = "none"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunImages:
-    """PNG files of a run."""
+class StoredImages:
+    """Images that are read when they are asked for."""
 
-    folder: Path
-    reference_files: tuple[str, ...]
-    frame_files: tuple[str, ...]
-
-    def references(self) -> Iterator[Frame]:
-        """See `Images`."""
-        return (read_image(self.folder / name) for name in self.reference_files)
-
-    def frames(self) -> Iterator[Frame]:
-        """See `Images`."""
-        return (read_image(self.folder / name) for name in self.frame_files)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RowImages:
-    """Rows of a dataset."""
-
-    reference_rows: FrameTable
-    frame_rows: FrameTable
+    read: Callable[[bool], Iterator[Frame]]
+    """Takes whether references are wanted, or the frames after them."""
 
     def references(self) -> Iterator[Frame]:
         """See `Images`."""
-        return (row["image"] for row in self.reference_rows)
+        return self.read(True)
 
     def frames(self) -> Iterator[Frame]:
         """See `Images`."""
-        return (row["image"] for row in self.frame_rows)
+        return self.read(False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,39 +118,28 @@ def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, lis
         OutputError: A dataset that is not finished.
     """
     found = read_existing(folder, frames_per_second=suite.frames_per_second)
-    emptied: dict[str, Any] = {
-        "objects": (),
-        "paths": (),
-        "lights": (),
-        "episodes": (),
-        "recordings": (),
-        "places": (SuitePlace(name=FIRST_PLACE),),
-        "rest_s": 0.0,
-    }
     kept = (SuiteRecording(name=RECORDING, folder=str(folder)),) if not found.sensor else ()
-    return suite.model_copy(update=emptied | {"recordings": kept, **found.sensor}), found.films
+    emptied: dict[str, Any] = dict.fromkeys(("objects", "paths", "lights", "episodes"), ())
+    emptied |= {"recordings": kept, "places": (SuitePlace(name=FIRST_PLACE),), "rest_s": 0.0}
+    return suite.model_copy(update=emptied | dict(found.sensor)), found.films
 
 
 def labelled_episodes(folder: Path) -> list[Episode]:
     """All labelled episodes of a folder in memory, as `magicsim.judge.profile_fit.calibrate` takes them."""
     if not (folder / MANIFEST).is_file():
         return [read_episode(folder)]
-    films = read_existing(folder, frames_per_second=1.0).films
     return [
         Episode(
-            references=list(film.images.references()),
-            frames=list(film.images.frames()),
-            classes=list(film.labels.classes),
+            references=list(film.images.references()), frames=list(film.images.frames()), classes=film.labels.classes
         )
-        for film in films
+        for film in read_existing(folder, frames_per_second=1.0).films
     ]
 
 
 def _run(folder: Path, scene: SceneConfig) -> Footage:
     rows = read_table(folder, ("file", "is_reference", "gap_mm", "force_n", "flashlight"))
     scored = [row for row in rows if not row["is_reference"]]
-    references = tuple(row["file"] for row in rows if row["is_reference"])
-    _check_references(folder, len(references))
+    _check_references(folder, len(rows) - len(scored))
     return Footage(
         tag=_tag(folder.resolve().name, scene.object.kind if scene.object is not None else SHOWN, "scene"),
         labels=Labels.of(
@@ -176,7 +147,9 @@ def _run(folder: Path, scene: SceneConfig) -> Footage:
             np.linalg.norm(np.array([row["force_n"] for row in scored], float).reshape(-1, 3), axis=1),
             np.array([row["flashlight"] for row in scored], bool),
         ),
-        images=RunImages(folder=folder, reference_files=references, frame_files=tuple(row["file"] for row in scored)),
+        images=StoredImages(
+            read=lambda wanted: (read_image(folder / row["file"]) for row in rows if row["is_reference"] is wanted)
+        ),
         frames_per_second=scene.frames_per_second,
     )
 
@@ -197,12 +170,15 @@ def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool) -> li
         if is_recorded:  # its classes may rest on more than gap and force
             given = [FrameClass(each) if each else None for each in scored.column("frame_class").tolist()]
             labels = replace(labels, classes=tuple(given))
-        images = RowImages(reference_rows=frames.where(mine & is_reference), frame_rows=scored)
-        tag = _tag(
-            f"episode-{number}", str(scored.column("object_kind")[0]) or SHOWN, str(scored.column("path_kind")[0])
-        )
+        images = StoredImages(read=partial(_row_images, scored, frames.where(mine & is_reference)))
+        thing, path = (str(scored.column(name)[0]) for name in ("object_kind", "path_kind"))
+        tag = _tag(f"episode-{number}", thing or SHOWN, path)
         found.append(Footage(tag=tag, labels=labels, images=images, frames_per_second=frames_per_second))
     return found
+
+
+def _row_images(scored: FrameTable, references: FrameTable, wanted: bool) -> Iterator[Frame]:
+    return (row["image"] for row in (references if wanted else scored))
 
 
 def _tag(take: str, thing: str, path: str) -> EpisodeTag:
@@ -229,22 +205,15 @@ def write_existing_verdicts(
     chosen = load_profile(profile)
     existing = read_existing(folder, frames_per_second=1.0)
     coated = existing.is_coated
-    told = chain.from_iterable(
-        rows(_verdicts(film, chosen, coated=coated), chosen, grasp=grasp) for film in existing.films
-    )
-    found = list(islice(told, frames))
-    if coated:
-        found = [{**row, "proximity": None} for row in found]
-    not_judged = COATED if coated else None
-    out.write(json_text(found, not_judged) if as_json else "".join(table_lines(found, grasp=grasp)))
+
+    def verdicts(film: Footage) -> Iterator[Verdict]:
+        untouched = list(islice(film.images.references(), chosen.reference_count))
+        detector = SensorDetector.of(untouched, chosen, is_coated=coated)
+        for number, frame in enumerate(film.images.frames()):
+            yield detector.verdict(frame, source=f"{film.tag.take}#{number}")
+
+    judged = chain.from_iterable(rows(verdicts(film), chosen, grasp=grasp) for film in existing.films)
+    found = [{**row, "proximity": None} if coated else row for row in islice(judged, frames)]
+    out.write(json_text(found, COATED if coated else None) if as_json else "".join(table_lines(found, grasp=grasp)))
     if coated and not as_json:
         out.write(f"not judged: {COATED}\n")
-
-
-def _verdicts(film: Footage, profile: DetectorProfile, *, coated: bool) -> Iterator[Verdict]:
-    untouched = list(islice(film.images.references(), profile.reference_count))
-    references = fuse(untouched, profile)
-    rest = features_at_rest(detect_all(untouched, references, profile))
-    for number, frame in enumerate(film.images.frames()):
-        verdict = detect(frame, references, profile, source=f"{film.tag.take}#{number}")
-        yield marked(behind_coat(verdict) if coated else verdict, rest)

@@ -5,7 +5,7 @@ A quick evaluation sees the part of a suite that fits into three minutes.
 
 import time
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from magicsim.arrays import Frame, Mask
+from magicsim.arrays import FloatImage, Frame, Mask
 from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Lit
 from magicsim.camera.stream import CameraStream, Instant
@@ -72,26 +72,27 @@ class ExposedTake:
 
     def at_rest(self, count: int) -> Iterator[Frame]:
         """So many frames of the untouched sensor, right after the references, with noise of their own."""
-        take, rate = self.take, self.frames_per_second
-        room = take.room if take.room.size else None
-        stream = CameraStream.of(self.camera, take.radiance[0], self.lit, room=room)
-        memory, first = stream.begin(rate), int(take.is_reference.sum())
-        for index in range(first, first + count):
-            at = Instant(seed=self.seed ^ REST_STREAM, index=index, time_s=index / rate, frames_per_second=rate)
-            image, memory = stream.take(take.radiance[0], memory, at)
-            yield image
+        first = int(self.take.is_reference.sum())
+        at_rest = ((index, self.take.radiance[0]) for index in range(first, first + count))
+        return (image for _, image in self._stream(at_rest, self.seed ^ REST_STREAM))
 
     def _exposed(self, is_wanted: Mask) -> Iterator[Frame]:
         """The wanted frames; where frames depend on those before, the others are exposed on the way."""
+        take = self.take
+        places = np.flatnonzero(is_wanted | bool(self.camera.history)).tolist()
+        frames = self._stream(((index, take.radiance[take.state[index]]) for index in places), self.seed)
+        return (image for index, image in frames if is_wanted[index])
+
+    def _stream(self, states: Iterable[tuple[int, FloatImage]], seed: int) -> Iterator[tuple[int, Frame]]:
+        """Numbers and images of frames, each exposed after the one before."""
         take, rate = self.take, self.frames_per_second
         room = take.room if take.room.size else None
         stream = CameraStream.of(self.camera, take.radiance[0], self.lit, room=room)
         memory = stream.begin(rate)
-        for index in np.flatnonzero(is_wanted | bool(self.camera.history)).tolist():
-            at = Instant(seed=self.seed, index=index, time_s=index / rate, frames_per_second=rate)
-            image, memory = stream.take(take.radiance[take.state[index]], memory, at)
-            if is_wanted[index]:
-                yield image
+        for index, radiance in states:
+            at = Instant(seed=seed, index=index, time_s=index / rate, frames_per_second=rate)
+            image, memory = stream.take(radiance, memory, at)
+            yield index, image
 
 
 def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
@@ -102,26 +103,19 @@ def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
     return [
         Footage(
             tag=EpisodeTag(
-                take=case.name,
-                object=case.object,
-                role=case.role,
-                path=case.path,
-                light=case.light,
-                noise=noise.name,
-                place=case.place,
+                take=case.name, object=case.object, role=case.role, path=case.path, light=case.light,
+                noise=noise.name, place=case.place,
             ),
             labels=labels,
             images=ExposedTake(
-                take=take,
-                camera=_camera(case.scene.rig.camera, noise),
-                frames_per_second=suite.frames_per_second,
+                take=take, camera=_camera(case.scene.rig.camera, noise), frames_per_second=suite.frames_per_second,
                 lit=case.scene.rig.lit,
                 seed=zlib.crc32(f"{suite.seed} {case.name} {noise.name}".encode()) & 0x7FFFFFFF,
             ),
             frames_per_second=suite.frames_per_second,
         )
         for noise in suite.noises
-    ]
+    ]  # fmt: skip
 
 
 def read_recordings(suite: SuiteConfig) -> list[Footage]:

@@ -99,15 +99,15 @@ def render_page(found: Evaluation) -> str:
 def describe(found: Evaluation) -> list[str]:
     """Results as lines for people."""
     lines = [f"{found.detector} on {found.suite}: {len(found.episodes)} episodes, standard condition {found.standard}"]
-    for group, row in found.metrics.items():
-        parts = [f"{COLUMNS[name]} {value_text(name, row[name])}" for name in list(COLUMNS)[:2]]
+    for group, values in found.metrics.items():
+        parts = [f"{COLUMNS[name]} {value_text(name, values[name])}" for name in list(COLUMNS)[:2]]
         lines.append(f"  {group}: {', '.join(parts)}")
     lines += [f"  {line}" for line in rest_lines(found.rest)]
     lines += [f"not judged: {found.not_judged}"] if found.not_judged else []
     for each in (*found.regressions, *found.improvements):
-        told = change_row(each)
-        chance = f", p = {told.p}" if told.is_tested else ""
-        lines.append(f"{told.verdict}: {told.title} ({told.condition}) {told.baseline} -> {told.current}{chance}")
+        row = change_row(each)
+        chance = f", p = {row.p}" if row.is_tested else ""
+        lines.append(f"{row.verdict}: {row.title} ({row.condition}) {row.baseline} -> {row.current}{chance}")
         lines += [
             f"  {run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
             for run in each.frames
@@ -130,8 +130,8 @@ def rest_lines(found: Sequence[Rest]) -> list[str]:
         alarms = f"{each.alarms} false alarms in {each.frames} untouched frames"
         hourly = f"{number(each.low, 1)} to {number(each.high, 1)} an hour"
         lines.append(f"at rest, {each.place}/{each.noise}: {'; '.join([f'{alarms} ({hourly})', *margins])}")
-        told = [f"{row[1]} {row[2]} (touch {row[3]}, near {row[4]} sd)" for row in feature_rows([each])]
-        lines += [f"at rest, {each.place}/{each.noise}: {', '.join(told)}"] if told else []
+        measures = [f"{row[1]} {row[2]} (touch {row[3]}, near {row[4]} sd)" for row in feature_rows([each])]
+        lines += [f"at rest, {each.place}/{each.noise}: {', '.join(measures)}"] if measures else []
     return lines
 
 
@@ -143,11 +143,8 @@ def rest_rows(found: Sequence[Rest]) -> list[list[str]]:
         row = [f"{each.place}, {each.noise}", str(each.frames), str(each.alarms)]
         row += [f"{number(each.low, 1)} to {number(each.high, 1)}", expected]
         for score in (each.touch, each.approach):
-            row += (
-                [MISSING, MISSING]
-                if score is None
-                else [number(score.margin_sd, 1), f"{score.weak_verdicts} of {score.verdicts}"]
-            )
+            weak = MISSING if score is None else f"{score.weak_verdicts} of {score.verdicts}"
+            row += [MISSING if score is None else number(score.margin_sd, 1), weak]
         rows.append(row)
     return rows
 
@@ -185,18 +182,16 @@ def share_of_episodes(each: Estimate) -> str:
 
 def change_row(each: Change) -> ChangeRow:
     """A compared measure as text."""
-    regressed, improved = each.is_regression, each.is_improvement
-    kind = MEASURES[each.measure]
     p = each.p_fall_corrected if each.fall > 0 else each.p_rise_corrected
     show = percent if each.measure in SHARES else (lambda value: number(value, 3))
     return ChangeRow(
-        title=kind.title,
+        title=MEASURES[each.measure].title,
         condition=each.condition,
         baseline=show(each.baseline),
         current=show(each.current),
         p=MISSING if p is None else f"{p:.3g}",
         is_tested=p is not None,
-        verdict="regression" if regressed else ("improvement" if improved else "no change"),
+        verdict="regression" if each.is_regression else "improvement" if each.is_improvement else "no change",
         frames=each.frames,
     )
 
@@ -205,14 +200,7 @@ def _drawn(found: Evaluation, which: str) -> Markup | None:
     points = found.distance if which == "distance" else found.depth
     if not points:
         return None
-    scored = (
-        (truth.NEAR_MIN_MM, truth.NEAR_MAX_MM)
-        if which == "distance"
-        else (truth.CONTACT_MIN_DEPTH_MM, points[-1].to_mm)
-    )
-    return Markup(
-        plot_detection(
-            points, axis=f"{'gap' if which == 'distance' else 'depth'} [mm]", name=which, scored_mm=scored,
-            label=f"Detection rate against {which}",
-        )
-    )  # fmt: skip
+    near, touched = (truth.NEAR_MIN_MM, truth.NEAR_MAX_MM), (truth.CONTACT_MIN_DEPTH_MM, points[-1].to_mm)
+    axis, scored = ("gap [mm]", near) if which == "distance" else ("depth [mm]", touched)
+    label = f"Detection rate against {which}"
+    return Markup(plot_detection(points, axis=axis, name=which, scored_mm=scored, label=label))

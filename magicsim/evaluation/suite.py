@@ -228,10 +228,7 @@ def _sensor_of(design: ElastomerDesign, rig: Rig, place: SuitePlace) -> tuple[El
     if unknown:
         raise ConfigError(unknown_choice(f"places.{place.name}: setting of", unknown[0], data))
     source = f"places.{place.name}"
-    return (
-        validate(ElastomerDesign, changed["design"], source=source),
-        validate(Rig, changed["rig"], source=source),
-    )
+    return (validate(ElastomerDesign, changed["design"], source=source), validate(Rig, changed["rig"], source=source))
 
 
 def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SuiteConfig:

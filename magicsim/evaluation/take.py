@@ -50,11 +50,7 @@ class Take:
 
 def take_key(scene: SceneConfig) -> str:
     """Hash of everything that decides a take: the scene, the version of the program, and the files that it names."""
-    content = {
-        "format": TAKE_FORMAT,
-        "version": magicsim.__version__,
-        "scene": scene.model_dump(mode="json"),
-    }
+    content = {"format": TAKE_FORMAT, "version": magicsim.__version__, "scene": scene.model_dump(mode="json")}
     return config_digest(content)[:24]
 
 

@@ -22,14 +22,14 @@ Measure = Callable[[Tally, Array], Array]
 UNTOUCHED = ("Clear", "Near", "Light")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasureKind:
+@dataclass(frozen=True, slots=True)
+class DetectorMeasure:
     """A measure and which way is better."""
 
     title: str
-    unit: str
-    better: Literal["higher", "lower"]
     compute: Measure
+    unit: str = ""
+    better: Literal["higher", "lower"] = "higher"
 
 
 def _ratio(part: Array, whole: Array, weights: Array) -> Array:
@@ -124,37 +124,37 @@ def _mean(name: str) -> Measure:
     return compute
 
 
-def _kind(
-    title: str, compute: Measure, *, unit: str = "", better: Literal["higher", "lower"] = "higher"
-) -> MeasureKind:
-    return MeasureKind(title=title, unit=unit, better=better, compute=compute)
-
-
-MEASURES: Mapping[str, MeasureKind] = {
-    "proximity_balanced_accuracy": _kind("Proximity, balanced accuracy", _proximity_accuracy),
-    "contact_balanced_accuracy": _kind("Contact, balanced accuracy", _contact_accuracy),
-    "clear_recall": _kind("Clear called Normal", _recall("Clear", "Normal")),
-    "approach_recall": _kind("Near called Approaching (recall)", _recall("Near", "Approaching")),
-    "approach_precision": _kind("Approaching that is Near (precision)", _approach_precision),
-    "light_recall": _kind("Light called Noise", _recall("Light", "Noise")),
-    "touch_recall": _kind("Contact called Touched (recall)", _recall("Contact", "Touched")),
-    "touch_precision": _kind("Touched that is Contact (precision)", _touch_precision),
-    "approach_auc": _kind("Approach, area under the ROC curve", _area("approach", ("Near",), ("Clear", "Light"))),
-    "touch_auc": _kind("Touch, area under the ROC curve", _area("touch", ("Contact",), UNTOUCHED)),
+MEASURES: Mapping[str, DetectorMeasure] = {
+    "proximity_balanced_accuracy": DetectorMeasure("Proximity, balanced accuracy", _proximity_accuracy),
+    "contact_balanced_accuracy": DetectorMeasure("Contact, balanced accuracy", _contact_accuracy),
+    "clear_recall": DetectorMeasure("Clear called Normal", _recall("Clear", "Normal")),
+    "approach_recall": DetectorMeasure("Near called Approaching (recall)", _recall("Near", "Approaching")),
+    "approach_precision": DetectorMeasure("Approaching that is Near (precision)", _approach_precision),
+    "light_recall": DetectorMeasure("Light called Noise", _recall("Light", "Noise")),
+    "touch_recall": DetectorMeasure("Contact called Touched (recall)", _recall("Contact", "Touched")),
+    "touch_precision": DetectorMeasure("Touched that is Contact (precision)", _touch_precision),
+    "approach_auc": DetectorMeasure(
+        "Approach, area under the ROC curve", _area("approach", ("Near",), ("Clear", "Light"))
+    ),
+    "touch_auc": DetectorMeasure("Touch, area under the ROC curve", _area("touch", ("Contact",), UNTOUCHED)),
     **{
-        name: _kind(each.title, _score(each.score, each.classes), better="higher" if each.is_positive else "lower")
+        name: DetectorMeasure(
+            each.title, _score(each.score, each.classes), better="higher" if each.is_positive else "lower"
+        )
         for name, each in SCORE_MEANS.items()
     },
-    "light_false_alarms": _kind(
+    "light_false_alarms": DetectorMeasure(
         "Light alone called Approaching or Touched",
         lambda table, weights: _ratio(table.count["Light alarmed"], table.count["Light"], weights),
         better="lower",
     ),
-    "lead_mm": _kind("Lead: gap at which an approach is noticed for good", _mean("lead_mm"), unit="mm"),
-    "lead_frames": _kind("Lead before contact", _mean("lead_frames"), unit="frames"),
-    "lead_s": _kind("Lead before contact", _mean("lead_s"), unit="s"),
-    "onset_mm": _kind("Depth at which a touch is noticed", _mean("onset_mm"), unit="mm", better="lower"),
-    "latency_frames": _kind("Contact frames before Touched", _mean("latency_frames"), unit="frames", better="lower"),
+    "lead_mm": DetectorMeasure("Lead: gap at which an approach is noticed for good", _mean("lead_mm"), unit="mm"),
+    "lead_frames": DetectorMeasure("Lead before contact", _mean("lead_frames"), unit="frames"),
+    "lead_s": DetectorMeasure("Lead before contact", _mean("lead_s"), unit="s"),
+    "onset_mm": DetectorMeasure("Depth at which a touch is noticed", _mean("onset_mm"), unit="mm", better="lower"),
+    "latency_frames": DetectorMeasure(
+        "Contact frames before Touched", _mean("latency_frames"), unit="frames", better="lower"
+    ),
 }
 """All measures by the name they have in the JSON."""
 OF_PROXIMITY = frozenset({

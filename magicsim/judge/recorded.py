@@ -36,10 +36,8 @@ from magicsim.judge.table import TABLE, read_table
 
 LABELS = "labels.csv"
 """Name of the table inside the folder."""
-
 REFERENCE = "Reference"
 """Class of the frames of the untouched sensor that make the references."""
-
 LABEL_COLUMNS = ("file", "class")
 
 

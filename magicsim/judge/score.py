@@ -91,12 +91,9 @@ def _score_proximity(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> Task
         str(truth): _share(row[columns.index(truth)], sum(row)) for truth, row in zip(truths, confusion, strict=True)
     }
     return TaskScore(
-        accuracy=_mean(list(recall.values())),
-        recall=recall,
-        confusion=confusion,
-        row_labels=tuple(map(str, truths)),
-        column_labels=tuple(map(str, columns)),
-    )
+        accuracy=_mean(list(recall.values())), recall=recall, confusion=confusion,
+        row_labels=tuple(map(str, truths)), column_labels=tuple(map(str, columns)),
+    )  # fmt: skip
 
 
 def _score_contact(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> TaskScore:
@@ -110,19 +107,12 @@ def _score_contact(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> TaskSc
         for row, line in zip(rows, confusion, strict=True)
     }
     frames = {row: sum(line) for row, line in zip(rows, confusion, strict=True)}
-    untouched = [row for row in rows if row is not FrameClass.CONTACT]
+    groups = ([FrameClass.CONTACT], [row for row in rows if row is not FrameClass.CONTACT])
+    recalls = [_share(sum(right[row] for row in group), sum(frames[row] for row in group)) for group in groups]
     return TaskScore(
-        accuracy=_mean(
-            [
-                _share(right[FrameClass.CONTACT], frames[FrameClass.CONTACT]),
-                _share(sum(right[row] for row in untouched), sum(frames[row] for row in untouched)),
-            ]
-        ),
-        recall={str(row): _share(right[row], frames[row]) for row in rows},
-        confusion=confusion,
-        row_labels=tuple(map(str, rows)),
-        column_labels=tuple(map(str, columns)),
-    )
+        accuracy=_mean(recalls), recall={str(row): _share(right[row], frames[row]) for row in rows},
+        confusion=confusion, row_labels=tuple(map(str, rows)), column_labels=tuple(map(str, columns)),
+    )  # fmt: skip
 
 
 def _share(part: int, whole: int) -> float | None:

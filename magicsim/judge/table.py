@@ -20,6 +20,7 @@ from magicsim.simulation.touch_truth import TOUCH_COLUMNS, touch_columns
 
 TABLE = "episode.parquet"
 """Name of the table in a folder of results."""
+MARKERS = ("markers_mm", "markers_px")
 READ = {
     field.name: field for field in (
         pa.field("file", pa.string(), nullable=False), pa.field("is_reference", pa.bool_(), nullable=False),
@@ -83,12 +84,9 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, A
         ("contact_mask", picture), ("displacements_mm", pa.list_(pa.float32())),
     ]  # fmt: skip
     if marked:
-        fields += [(name, pa.list_(pa.list_(number))) for name in ("markers_mm", "markers_px")]
-    fields += [
-        (name, number if name.startswith("max_") else pa.list_(pa.list_(number)))
-        for name in TOUCH_COLUMNS
-        if name in touch
-    ]
+        fields += [(name, pa.list_(pa.list_(number))) for name in MARKERS]
+    touched = [name for name in TOUCH_COLUMNS if name in touch]
+    fields += [(name, number if name.startswith("max_") else pa.list_(pa.list_(number))) for name in touched]
     for judgement in judgements:
         fields += [(f"{judgement.profile}_{key}", number) for key in NUMBERS]
         fields += [(f"{judgement.profile}_{key}", pa.string()) for key in WORDS]
@@ -100,35 +98,21 @@ def _row(frame: SimulatedFrame) -> dict[str, Any]:
     truth, state = frame.truth, frame.truth.state
     moved, mask = frame.labels.displacements_mm, frame.labels.contact_mask
     return {
-        "step": truth.index,
-        "file": frame_file(truth.index),
-        "time_s": truth.time_s,
-        "is_reference": truth.is_reference,
-        "frame_class": str(truth.frame_class or ""),
-        "gap_mm": state.gap_mm if state.gap_mm is not None else math.nan,
-        "x_mm": state.x_mm,
-        "y_mm": state.y_mm,
-        "twist_deg": state.twist_deg,
-        "flashlight": state.flashlight,
-        "contact": truth.contact,
-        "depth_mm": truth.depth_mm,
-        "force_n": list(truth.force_n),
-        "torque_nmm": list(truth.torque_nmm),
-        "contact_area_mm2": truth.contact_area_mm2,
-        "light_way": frame.way.light,
-        "image_way": frame.way.image,
+        "step": truth.index, "file": frame_file(truth.index), "time_s": truth.time_s,
+        "is_reference": truth.is_reference, "frame_class": str(truth.frame_class or ""),
+        "gap_mm": state.gap_mm if state.gap_mm is not None else math.nan, "x_mm": state.x_mm, "y_mm": state.y_mm,
+        "twist_deg": state.twist_deg, "flashlight": state.flashlight, "contact": truth.contact,
+        "depth_mm": truth.depth_mm, "force_n": list(truth.force_n), "torque_nmm": list(truth.torque_nmm),
+        "contact_area_mm2": truth.contact_area_mm2, "light_way": frame.way.light, "image_way": frame.way.image,
         **asdict(truth.solve),
         "contact_mask": {"bytes": _png(mask), "path": None} if mask is not None else None,
         "displacements_mm": moved.ravel() if moved is not None else None,
-    }
+    }  # fmt: skip
 
 
 def _marker_row(frame: SimulatedFrame) -> dict[str, Any]:
-    places, pixels = frame.labels.markers_mm, frame.labels.markers_px
-    return {
-        "markers_mm": places.tolist() if places is not None else None,
-        "markers_px": pixels.tolist() if pixels is not None else None,
-    }
+    labels = {name: getattr(frame.labels, name) for name in MARKERS}
+    return {name: each.tolist() if each is not None else None for name, each in labels.items()}
 
 
 def _touch_row(frame: SimulatedFrame, settings: TaxelSettings) -> dict[str, Any]:

@@ -7,6 +7,7 @@ interval several times too narrow, so resampling and permutation move whole epis
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -102,18 +103,18 @@ def tally(episodes: Sequence[JudgedEpisode]) -> Tally:
         count[f"{each} said {Contact.TOUCHED}"] = _both(held, touched)
         if each in PROXIMITY_TRUTH:
             near = [np.array(episode.proximity) == Proximity.APPROACHING for episode in episodes]
-            either = [one | other for one, other in zip(near, touched, strict=True)]
-            count[f"{each} alarmed"] = _both(held, either)
+            count[f"{each} alarmed"] = _both(held, [one | other for one, other in zip(near, touched, strict=True)])
         for score in SCORES:
             count[f"{each} {score}"] = np.array([class_scores(one, score, {each}).sum() for one in episodes])
-    leads, onsets = [approach_lead(each) for each in episodes], [touch_onset(each) for each in episodes]
+    leads: list[Any] = [approach_lead(each) for each in episodes]
+    onsets: list[Any] = [touch_onset(each) for each in episodes]
     value = {
-        "lead_mm": np.array([np.nan if each is None else each.gap_mm for each in leads]),
-        "lead_frames": np.array([np.nan if each is None else each.frames for each in leads]),
-        "lead_s": np.array([np.nan if each is None else each.seconds for each in leads]),
-        "onset_mm": np.array([np.nan if each is None else each.depth_mm for each in onsets]),
-        "latency_frames": np.array([np.nan if each is None else each.frames for each in onsets]),
-    }
+        f"{kind}_{unit}": np.array([np.nan if each is None else getattr(each, name) for each in found])
+        for kind, unit, name, found in (
+            ("lead", "mm", "gap_mm", leads), ("lead", "frames", "frames", leads), ("lead", "s", "seconds", leads),
+            ("onset", "mm", "depth_mm", onsets), ("latency", "frames", "frames", onsets),
+        )
+    }  # fmt: skip
     return Tally(count=count, value=value, pairs=score_pairs(episodes))
 
 

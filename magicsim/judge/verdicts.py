@@ -36,6 +36,34 @@ class Judgement:
     """`entropy`, `correlation` and `similarity` of the reference frames."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorDetector:
+    """One profile with the references of one sensor under one light."""
+
+    profile: DetectorProfile
+    references: References
+    rest: Mapping[str, FeatureAtRest]
+    """E, C and S of the reference frames."""
+    is_coated: bool = False
+    """Whether an opaque coat hides what is outside."""
+
+    @classmethod
+    def of(cls, untouched: Sequence[Frame], profile: DetectorProfile, *, is_coated: bool = False) -> Self:
+        """A profile fused with frames of the untouched sensor, RGB of shape (rows, columns, 3), in order of time.
+
+        Raises:
+            FrameError: Too few frames, or they show no grid.
+        """
+        references = fuse(untouched, profile)
+        rest = features_at_rest(detect_all(untouched, references, profile))
+        return cls(profile=profile, references=references, rest=rest, is_coated=is_coated)
+
+    def verdict(self, frame: Frame, *, source: str | None = None) -> Verdict:
+        """The verdict on a frame, with whether it rests on less than the camera's own repeatability."""
+        verdict = detect(frame, self.references, self.profile, source=source)
+        return marked(behind_coat(verdict) if self.is_coated else verdict, self.rest)
+
+
 def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Judgement:
     """Verdicts of one profile on the frames after the references, and their score.
 
@@ -52,26 +80,21 @@ def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Jud
     """
     profile = load_profile(profile_name)
     with waiting(f"judging {len(episode.frames)} frames", told):
-        references = fuse([frame.image for frame in episode.references], profile)
-        resting = detect_all([frame.image for frame in episode.references], references, profile)
-        verdicts = detect_all([frame.image for frame in episode.scored], references, profile)
-    if episode.scene.design.is_opaque:
-        verdicts = [behind_coat(each) for each in verdicts]
-    rest = features_at_rest(resting)
-    verdicts = [marked(each, rest) for each in verdicts]
-    score = score_verdicts(verdicts, [frame.truth.frame_class for frame in episode.scored])
+        untouched = [frame.image for frame in episode.references]
+        detector = SensorDetector.of(untouched, profile, is_coated=episode.scene.design.is_opaque)
+        verdicts = tuple(detector.verdict(frame.image) for frame in episode.scored)
     return Judgement(
         profile=profile_name,
         thresholds={"tau_e": profile.tau_e, "tau_c": profile.tau_c, "tau_g": profile.tau_g},
-        verdicts=tuple(verdicts),
-        score=score,
-        at_rest=rest,
+        verdicts=verdicts,
+        score=score_verdicts(verdicts, [frame.truth.frame_class for frame in episode.scored]),
+        at_rest=detector.rest,
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FusedProfiles:
-    """The standard profiles with their references of one sensor under one light, for single frames."""
+    """The standard profiles with their references of one sensor, for single frames."""
 
     fused: dict[str, tuple[DetectorProfile, References] | str]
     """Each profile with its references, or why it refuses the sensor."""

@@ -23,21 +23,17 @@ CLASS_COLORS = {
     FrameClass.LIGHT: "#f0e442",
 }
 """Shade behind the frames of each class; frames that are not scored have none."""
-
 ORANGE = "#e69f00"
-
 INK = "#010203"
 """Stands for the page's colour of text until `THEME` replaces it."""
 FAINT = "#010204"
 """Stands for the page's colour of thin lines until `THEME` replaces it."""
 LINE = "#010205"
 """Stands for the page's colour of measured curves until `THEME` replaces it."""
-
 BLUE = "#010206"
 """Stands for the page's blue until `THEME` replaces it."""
 WRONG = "#010207"
 """Stands for the page's colour of wrong verdicts until `THEME` replaces it."""
-
 THEME = {
     INK: "var(--ink, #1f2933)",
     FAINT: "var(--faint, #d5dae1)",
@@ -50,10 +46,8 @@ THEME = {
 
 WIDTH_IN = 4.9
 """Width of every drawing [in]: about a phone's window at one point a pixel."""
-
 _SIZE = re.compile(r'(?<=\s)(?:width|height)="[\d.]+pt" ?')
 """Width and height of the whole drawing, in its first line."""
-
 _STYLE = {
     "svg.hashsalt": "magicsim",
     "svg.fonttype": "none",

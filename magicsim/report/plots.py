@@ -15,7 +15,6 @@ from magicsim.report.text import number
 from magicsim.simulation.episode import SimulatedFrame
 
 Series = npt.NDArray[np.float64]
-
 _PANEL_IN = 1.25
 _FOOT_IN = 0.44
 _HEAD_IN = 0.26
@@ -135,12 +134,7 @@ def plot_force_depth(frames: Sequence[SimulatedFrame], *, name: str) -> str:
         for label, chosen, color, marker in looks:
             both = contact & chosen
             (marks,) = panel.plot(depth[both], force[both], linestyle="none", marker=marker, label=label)
-            marks.set(
-                color=color,
-                markersize=5.0,
-                fillstyle="none" if color == INK else "full",
-                gid=label.split()[0],
-            )
+            marks.set(color=color, markersize=5.0, fillstyle="none" if color == INK else "full", gid=label.split()[0])
         panel.legend(loc="upper left", handletextpad=0.3)
         panel.set_xlabel("depth [mm]")
         panel.set_title("force along z [N]", pad=4.0)

@@ -18,7 +18,6 @@ from magicsim.simulation.episode import SimulatedFrame
 
 STRIP_WIDTH_PX = 200
 """Smallest width that the words need [px]."""
-
 _LINE_PX = 16
 _FONT_PX = 12
 _PAPER = "#14181d"
@@ -57,10 +56,7 @@ def strip_lines(frame: SimulatedFrame, verdict: Verdict | None) -> list[tuple[st
     ]
     if verdict is None:
         return lines
-    wrong = [
-        proximity_right(verdict, truth.frame_class) is False,
-        contact_right(verdict, truth.frame_class) is False,
-    ]
+    wrong = [proximity_right(verdict, truth.frame_class) is False, contact_right(verdict, truth.frame_class) is False]
     mark = " (wrong)"
     return [
         *lines,
@@ -71,7 +67,6 @@ def strip_lines(frame: SimulatedFrame, verdict: Verdict | None) -> list[tuple[st
 
 PREVIEW_BYTES = 3_000_000
 """Size above which a preview is made with smaller pictures [bytes]."""
-
 _SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
 
 

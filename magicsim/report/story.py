@@ -105,7 +105,6 @@ def _slides(before: FrameState, now: FrameState, was: bool) -> bool:
 
 SHEET_FRAMES = 18
 """Largest number of frames on a contact sheet."""
-
 Scene = Run[tuple[Phase, FrameClass | None]]
 
 

@@ -51,10 +51,8 @@ def data_uri(image: Frame) -> str:
 
 MISSING = "\u2013"
 """Stands for a value that does not exist."""
-
 MINUS = "\u2212"
 """Sign of a negative number."""
-
 _SPACE = "\u00a0"
 
 

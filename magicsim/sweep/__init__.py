@@ -12,7 +12,5 @@ if TYPE_CHECKING:
     from magicsim.sweep.sweep_file import load_sweep
 
 __all__ = ["load_sweep", "run_sweep"]
-
 _HOMES = {"load_sweep": "magicsim.sweep.sweep_file", "run_sweep": "magicsim.sweep.comparison"}
-
 __getattr__, __dir__ = lazy_names("magicsim.sweep", _HOMES)

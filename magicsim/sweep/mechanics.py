@@ -51,12 +51,7 @@ class CentralPress:
 
 
 def press_centrally(
-    design: ElastomerDesign,
-    thing: ObjectConfig,
-    depth_mm: float,
-    *,
-    cells_across: int,
-    spacing_mm: float | None = None,
+    design: ElastomerDesign, thing: ObjectConfig, depth_mm: float, *, cells_across: int, spacing_mm: float | None = None
 ) -> CentralPress:
     """Presses an object from rest.
 

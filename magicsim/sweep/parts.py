@@ -150,10 +150,7 @@ def textured(sensor: SweptSensor, sweep: SweepConfig, patterns: Sequence[Pattern
 
 
 def _pattern(
-    sweep: SweepConfig,
-    pattern: Pattern,
-    pressed: Callable[[float], PlateFrames],
-    plain: Callable[[float], PlateFrames],
+    sweep: SweepConfig, pattern: Pattern, pressed: Callable[[float], PlateFrames], plain: Callable[[float], PlateFrames]
 ) -> Parts:
     """One pattern; a spacing that cannot be pressed counts as missed."""
     quality, name = sweep.quality, SPACING_MEASURES[pattern]
@@ -224,7 +221,7 @@ def _touched(films: Sequence[Filmed], draws: int, seed: int) -> Parts:
             "similarity": {
                 "depth_mm": [-(each.gap_mm or 0.0) for each in film.press],
                 "similarity": mean_similarity(film.press, film, detector, draws).tolist(),
-            },
+            }
         },
     )
 
