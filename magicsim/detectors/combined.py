@@ -74,11 +74,7 @@ def judge(
     rises with both, p_touch falls with S; and b, a and p_touch are one half at their thresholds.
 
     The paper names the distances to the thresholds as the source of its probabilities; the form is assumed. With
-    <<<<<<< HEAD
     widths from `magicsim.detectors.thresholds.fit_widths` (as `magicsim fit profile` writes them) b, a and p_touch
-    =======
-    widths from `magicsim.detectors.thresholds.fit_widths` (as `magicsim fit profile` writes them) b, a and p_touch
-    >>>>>>> d37912bc (Commands: eleven with forms of their own, earlier names still work and say the present one)
     are calibrated: each is the share of positives among training frames at that distance, were both groups as frequent.
     With other widths, `published` among them, they rank frames and say no share.
 
