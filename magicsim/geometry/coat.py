@@ -1,4 +1,4 @@
-"""What covers the contact face: an opaque coat or a half mirror. Configuration of `[coat]` in a design.
+"""Cover of the contact face: an opaque coat or a half mirror. Configuration of `[coat]` in a design.
 
 A coat with a thickness and a modulus stiffens the face as a membrane (`magicsim.deform.lattice.membrane`); without them
 it is seen and not felt.
@@ -20,7 +20,7 @@ STIFFEST_MM = 0.25
 
 
 class Sheet(Config):
-    """What a coat is to touch: a thin elastic layer, or nothing where neither number is given."""
+    """Stiffness of a coat: a thin elastic layer, or none where neither number is given."""
 
     thickness_mm: Annotated[float, Field(ge=0.001, le=0.5)] | None = None
     """Thickness, at most a tenth of the block's height; given together with `modulus_mpa` [mm]."""
@@ -33,22 +33,14 @@ class Sheet(Config):
         return (self.thickness_mm or 0.0) * (self.modulus_mpa or 0.0) / 3
 
     def wrinkle_mm(self, body_mpa: float) -> float:
-        """Length of its wrinkles over 2 pi, h (E_c / 3 E_b)^(1/3), on a deep body as incompressible as itself [mm].
+        """Length of the coat's wrinkles over 2 pi, h (E_c / 3 E_b)^(1/3), on a deep body as incompressible as it [mm].
 
         Over much more than that its bending does not count (Chen and Hutchinson, J. Appl. Mech. 71 (2004) 597).
-
-        Args:
-            body_mpa: Young's modulus of the body [MPa].
         """
         return (self.thickness_mm or 0.0) * cbrt((self.modulus_mpa or 0.0) / (3 * body_mpa))
 
     def problem(self, height_mm: float, body_mpa: float) -> str | None:
-        """Why a block cannot have this coat, or None where it can.
-
-        Args:
-            height_mm: Height of the block [mm].
-            body_mpa: Young's modulus of the body [MPa].
-        """
+        """Why a block of a height and of a body's Young's modulus cannot have this coat, or None where it can."""
         if self.thickness_mm is None or self.modulus_mpa is None:
             return None
         if self.thickness_mm > THICKEST_SHARE * height_mm:

@@ -1,6 +1,6 @@
-"""What a printed elastomer is made of: the configuration model of `geometry/*.toml`."""
+"""Footprint, layers, grid, materials and face of a printed block: the configuration model of `geometry/*.toml`."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -79,7 +79,7 @@ class BodyMaterial(Optics):
 
 
 class InfillMaterial(Optics):
-    """What fills the cells: nearly a liquid, so its stiffness is given as shear and bulk modulus."""
+    """Filling of the cells: nearly a liquid, so its stiffness is given as shear and bulk modulus."""
 
     shear_modulus_mpa: Modulus
     """Shear modulus [MPa]."""
@@ -100,11 +100,11 @@ class Materials(Config):
 
 
 Base = Literal["bonded", "table"]
-"""What the face opposite the contact face does."""
+"""Hold of the face opposite the contact face."""
 
 
 class Mounting(Config):
-    """What holds the block from below."""
+    """Hold of the block from below."""
 
     base: Base = "bonded"
     """`bonded` to what carries it, as a print glued or pressed onto its lens is, or loose on a rigid `table`: held by
@@ -154,9 +154,9 @@ class ElastomerDesign(Config):
     face: Face | None = None
     """Shape of the contact face; flat by default. Heights of skin and core then hold at the crown."""
     coat: Coat | None = None
-    """What covers the contact face; bare by default."""
+    """Cover of the contact face; bare by default."""
     markers: Markers | None = None
-    """What is printed on or below it; nothing by default."""
+    """Print on or below the contact face; nothing by default."""
     unevenness: Unevenness = Unevenness()
     roughness: Roughness = Roughness()
     inclusions: Inclusions = Inclusions()
@@ -206,57 +206,50 @@ class ElastomerDesign(Config):
         return self.model_copy(update=flawless)
 
     def mounted(self, mounting: Mounting) -> Self:
-        """This print held in another way."""
+        """This print on another mounting."""
         return self.model_copy(update={"mounting": mounting})
 
     @model_validator(mode="after")
     def _check_limits(self) -> Self:
-        low, high = HEIGHT_MM
-        if not low <= self.height_mm <= high:
-            msg = f"height 2 * skin_mm + core_mm = {self.height_mm:g} mm is not allowed: must be {low:g} to {high:g} mm"
-            raise ValueError(msg)
-        problem = self.face.problem(self.height_mm) if self.face is not None else None
-        if problem is None and isinstance(self.face, HeightMap) and self.face.footprint_mm != self.footprint_mm:
-            problem = f"face.footprint_mm = {list(self.face.footprint_mm)} is not allowed: must be the block's own"
+        problem = next(filter(None, self._problems()), None)
         if problem is not None:
             raise ValueError(problem)
-        problem = self.markers.problem(self.footprint_mm, self.height_mm) if self.markers is not None else None
-        problem = problem or self.inclusions.problem(self.cell_mm)
-        if problem is None and self.coat is not None:
-            problem = self.coat.problem(self.height_mm, self.materials.body.youngs_modulus_mpa)
-        if problem is None and self.roughness.skin > 0 and isinstance(self.coat, HalfMirror):
-            problem = (
+        return self
+
+    def _problems(self) -> Iterator[str | None]:
+        """Why the block cannot be printed, rule by rule, each once those before it hold; None where a rule holds."""
+        low, high = HEIGHT_MM
+        if not low <= self.height_mm <= high:
+            yield f"height 2 * skin_mm + core_mm = {self.height_mm:g} mm is not allowed: must be {low:g} to {high:g} mm"
+        if self.face is not None:
+            yield self.face.problem(self.height_mm)
+        if isinstance(self.face, HeightMap) and self.face.footprint_mm != self.footprint_mm:
+            yield f"face.footprint_mm = {list(self.face.footprint_mm)} is not allowed: must be the block's own"
+        if self.markers is not None:
+            yield self.markers.problem(self.footprint_mm, self.height_mm)
+        yield self.inclusions.problem(self.cell_mm)
+        if self.coat is not None:
+            yield self.coat.problem(self.height_mm, self.materials.body.youngs_modulus_mpa)
+        if self.roughness.skin > 0 and isinstance(self.coat, HalfMirror):
+            yield (
                 f"roughness.skin = {self.roughness.skin:g} is not allowed with coat.kind = 'half_mirror': must be 0, "
                 "since a film's share is known for a smooth face"
             )
-        if problem is not None:
-            raise ValueError(problem)
         if not self.has_grid:
-            return self
-        if not CELL_MM[0] <= self.cell_mm <= CELL_MM[1]:
-            msg = (
-                f"cell_mm = {self.cell_mm:g} is not allowed: must be 0 (no grid) or {CELL_MM[0]:g} to {CELL_MM[1]:g} mm"
-            )
-            raise ValueError(msg)
+            return
+        low, high = CELL_MM
+        if not low <= self.cell_mm <= high:
+            yield f"cell_mm = {self.cell_mm:g} is not allowed: must be 0 (no grid) or {low:g} to {high:g} mm"
         if self.wall_mm < MIN_WALL_MM:
-            msg = f"wall_mm = {self.wall_mm:g} is not allowed: must be at least {MIN_WALL_MM:g} mm"
-            raise ValueError(msg)
+            yield f"wall_mm = {self.wall_mm:g} is not allowed: must be at least {MIN_WALL_MM:g} mm"
         core_mm = np.array([*self.footprint_mm, self.height_mm]) - 2 * self.skin_mm
-        problem = self.unevenness.problem(core_mm, self.skin_mm, self.cell_mm, self.wall_mm)
-        if problem is not None:
-            raise ValueError(problem)
+        yield self.unevenness.problem(core_mm, self.skin_mm, self.cell_mm, self.wall_mm)
         if self.materials.infill is None:
-            msg = "materials.infill is missing: a design with cells (cell_mm > 0) needs an infill material"
-            raise ValueError(msg)
-        return self
+            yield "materials.infill is missing: a design with cells (cell_mm > 0) needs an infill material"
 
 
 def load_design(name: str | Path, overrides: Sequence[str] = ()) -> ElastomerDesign:
-    """Reads the design of a block by preset name or path.
-
-    Args:
-        name: Design preset, such as `mini-magictac`, or TOML file.
-        overrides: `dotted.key=value` settings.
+    """Reads the design of a block: a preset, such as `mini-magictac`, or a TOML file, with `dotted.key=value` settings.
 
     Raises:
         PresetError: The design does not exist.

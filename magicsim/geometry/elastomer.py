@@ -37,7 +37,7 @@ SLACK = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Elastomer:
-    """A design made solid. The walls and the skin are what lies in `body` and outside `infill`."""
+    """Closed meshes of a design. Walls and skin are what lies in `body` and outside `infill`."""
 
     design: ElastomerDesign
     grid: CellGrid | None
@@ -87,9 +87,9 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
     body = _block(design, facet_mm)
     _check("body", body, float(np.prod([*design.footprint_mm, design.height_mm])))
     body = _lifted(body, design)
+    if design.face is not None:
+        _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
     if grid is None:
-        if design.face is not None:
-            _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
         return Elastomer(design=design, grid=None, body=body, infill=None, triangles_per_cell=0)
     radius_mm = design.unevenness.crossing_radius_mm
     cell = cell_mesh(grid.cell_mm, subdivision(design, grid, facet_mm), radius_mm)
@@ -106,8 +106,6 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
     inclusions = draw_inclusions(design.inclusions, grid, drawn)
     fused = draw_fused_cells(design.unevenness.torn_share, design.unevenness.seed, grid, infill)
     infill = _lifted(replace(infill, vertices=printed_cells(infill.vertices, grid, design.unevenness)), design)
-    if design.face is not None:
-        _check("body", body, block_volume_mm3(design), CURVED_TOLERANCE)
     return Elastomer(
         design=design, grid=grid, body=body, infill=infill, triangles_per_cell=len(infill.faces) // grid.cell_count,
         inclusions=inclusions, fused=fused,

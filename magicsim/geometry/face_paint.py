@@ -17,7 +17,7 @@ MOST_PIXELS = 4_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FacePaint:
-    """What is opaque on the face; the rest is bare, or behind a film."""
+    """The opaque part of a face; the rest is bare, or behind a film."""
 
     texels: Array
     """Diffuse reflectance in linear RGB and opacity, shape (rows, columns, 4), rows along +y, columns along +x."""
@@ -31,9 +31,6 @@ def face_paint(design: ElastomerDesign) -> FacePaint | None:
     """The paint of a design's face; None where it is bare or has a film alone.
 
     Edges of dots rise over the width of one texel, so that they have no steps.
-
-    Args:
-        design: The block.
     """
     ground = (*design.coat.color, 1.0) if isinstance(design.coat, OpaqueCoat) else (0.0, 0.0, 0.0, 0.0)
     size, markers = np.array(design.footprint_mm), design.markers

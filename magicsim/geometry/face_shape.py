@@ -63,13 +63,10 @@ class Dome(Config):
         return None
 
     def rise_mm(self, places_mm: Array) -> Array:
-        """Height of the face over the crown's plane at places x, y, shape (...,) [mm].
+        """Height of the face over the crown's plane at places x, y of shape (..., 2) [mm].
 
         A surface of revolution about the crown for equal radii, a cylinder for one: q / (1 + sqrt(1 - p)) with
         q = x^2 / Rx + y^2 / Ry and p = x^2 / Rx^2 + y^2 / Ry^2.
-
-        Args:
-            places_mm: Shape (..., 2) [mm].
         """
         squared = places_mm**2
         inverse = np.array([0.0 if radius is None else 1 / radius for radius in (self.radius_x_mm, self.radius_y_mm)])
@@ -113,19 +110,15 @@ class HeightMap(Config):
         return np.asarray(heights - heights.max())
 
     def rise_mm(self, places_mm: Array) -> Array:
-        """Height of the face over the crown's plane at places x, y, shape (...,) [mm]: a cubic spline.
-
-        Args:
-            places_mm: Shape (..., 2) [mm].
-        """
+        """Height of the face over the crown's plane at places x, y of shape (..., 2) [mm]: a cubic spline."""
         from scipy.ndimage import map_coordinates
 
         heights = self._heights()
         rows, columns = heights.shape
         x = (places_mm[..., 0] / self.footprint_mm[0] + 0.5) * (columns - 1)
         y = (0.5 - places_mm[..., 1] / self.footprint_mm[1]) * (rows - 1)
-        found = map_coordinates(heights, [np.ravel(y), np.ravel(x)], order=3, mode="nearest")
-        return np.asarray(-found.reshape(np.shape(x)))
+        raised = map_coordinates(heights, [np.ravel(y), np.ravel(x)], order=3, mode="nearest")
+        return np.asarray(-raised.reshape(np.shape(x)))
 
 
 @lru_cache(maxsize=4)
@@ -153,13 +146,7 @@ Face = Annotated[Dome | HeightMap, Field(discriminator="kind")]
 
 
 def lifted(points_mm: Array, face: Dome | HeightMap | None, height_mm: float) -> Array:
-    """Points of the box where the block has them; the same array for a flat face.
-
-    Args:
-        points_mm: In the box, shape (..., 3) [mm].
-        face: Shape of the contact face, or None where it is flat.
-        height_mm: Height of the block [mm].
-    """
+    """Points of the box, shape (..., 3) [mm], where a block of that height has them; the same array for a flat face."""
     if face is None:
         return points_mm
     rise = face.rise_mm(points_mm[..., :2])

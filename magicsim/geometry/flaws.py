@@ -1,4 +1,4 @@
-"""How the grid of a print differs from its drawing: the configuration model of `design.unevenness`."""
+"""How a print differs from its drawing: `unevenness`, `roughness` and `inclusions` of a design."""
 
 from typing import Annotated, Self
 
@@ -20,6 +20,11 @@ Scale = Annotated[float, Field(ge=0.9, le=1.1)]
 Drift = Annotated[float, Field(ge=-0.2, le=0.2)]
 Spread = Annotated[float, Field(ge=0, le=0.5)]
 WaveLength = Annotated[float, Field(ge=0.5, le=100)]
+Slope = Annotated[float, Field(ge=0, le=0.5)]
+WIDEST_SHARE = 0.35
+"""Largest radius of a bubble or flake in units of a cell's edge."""
+Radius = Annotated[float, Field(ge=0.005, le=0.5)]
+Density = Annotated[float, Field(ge=0, le=20)]
 
 
 class Unevenness(Config):
@@ -81,14 +86,9 @@ class Unevenness(Config):
         return self
 
     def shift_mm(self, places: Array, low_mm: Array, high_mm: Array) -> Array:
-        """How far a pitch that is not the drawn one moves places, shape (places, 3) [mm].
+        """How far a pitch that is not the drawn one moves places in a core between two corners, shape (places, 3) [mm].
 
         The pitch grows linearly along an axis, from scale - drift / 2 to scale + drift / 2 of the drawn one.
-
-        Args:
-            places: Shape (places, 3) [mm].
-            low_mm: Corner of the core at smallest x, y, z, shape (3,) [mm].
-            high_mm: The opposite one, shape (3,) [mm].
         """
         half = (high_mm - low_mm) / 2
         along = (places - low_mm) / half - 1
@@ -96,14 +96,7 @@ class Unevenness(Config):
         return np.asarray(half * ((np.array(self.pitch_scale) - 1) * along + growth))
 
     def problem(self, core_mm: Array, skin_mm: float, cell_mm: float, wall_mm: float) -> str | None:
-        """Why a grid cannot be printed like this, in one line, or None where it can.
-
-        Args:
-            core_mm: Size of the core along x, y and z, shape (3,) [mm].
-            skin_mm: Skin on every side of it [mm].
-            cell_mm: Edge of a cell [mm].
-            wall_mm: Wall between cells [mm].
-        """
+        """Why a grid in a core of a size along x, y and z cannot be printed like this, or None where it can."""
         if wall_mm - 3 * self.wall_sd_mm < MIN_WALL_MM and self.wall_sd_mm > 0:
             return (
                 f"unevenness.wall_sd_mm = {self.wall_sd_mm:g} is not allowed with wall_mm = {wall_mm:g}: "
@@ -134,9 +127,6 @@ class Unevenness(Config):
         return None
 
 
-Slope = Annotated[float, Field(ge=0, le=0.5)]
-
-
 class Roughness(Config):
     """Rough interfaces, smooth by default.
 
@@ -151,14 +141,8 @@ class Roughness(Config):
     """Slope between walls and infill."""
 
 
-WIDEST_SHARE = 0.35
-"""Largest radius in units of a cell's edge."""
-Radius = Annotated[float, Field(ge=0.005, le=0.5)]
-Density = Annotated[float, Field(ge=0, le=20)]
-
-
 class Inclusions(Config):
-    """What a print holds that is neither of its materials; none by default.
+    """Bubbles and flakes in the infill; none by default.
 
     All values are assumed: nobody has counted them. Bubbles show in clear prints as points that glitter, flakes are
     cured droplets and dust that the jets bring.
@@ -198,11 +182,7 @@ class Inclusions(Config):
         return self
 
     def problem(self, cell_mm: float) -> str | None:
-        """Why they do not fit into cells of that size, None where they do.
-
-        Args:
-            cell_mm: Edge of a cell, 0 without a grid [mm].
-        """
+        """Why bubbles and flakes do not fit into cells with that edge, 0 without a grid, or None where they do."""
         if self.is_clean:
             return None
         if cell_mm == 0:

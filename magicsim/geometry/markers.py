@@ -10,11 +10,17 @@ from pydantic import Field
 from magicsim.arrays import Array
 from magicsim.config.models import Config
 from magicsim.config.presets import PATHS_START, is_file
+from magicsim.errors import ConfigError
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Color = tuple[Share, Share, Share]
 Depth = Annotated[float, Field(ge=0, le=25)]
 MOST_MARKERS = 20_000
+ROUNDING_MM = 1e-9
+GREY_STEP = 1 / 255
+"""Difference of channels up to which a pixel counts as grey."""
+HALF = 0.5
+"""Opacity from which on a pixel belongs to a spot."""
 TRIES = 200
 """Places that are tried for each dot of a random pattern before it counts as full."""
 
@@ -58,43 +64,36 @@ class DotMarkers(Config):
         return None
 
     def centres_mm(self, footprint_mm: tuple[float, float]) -> Array:
-        """Centres of the dots on the undeformed face, shape (markers, 2) [mm], row by row.
-
-        Args:
-            footprint_mm: Size of the face along x and y [mm].
-        """
+        """Centres of the dots on the undeformed face of that size, shape (markers, 2) [mm], row by row."""
         room = np.array(footprint_mm) / 2 - self.margin_mm - self.diameter_mm / 2
         if self.pattern == "random":
             return self._scattered(room)
         rows_apart = self.pitch_mm * (np.sqrt(0.75) if self.pattern == "hexagonal" else 1.0)
         rows = _centred(room[1], rows_apart)
-        found = []
+        dots = []
         for number, y in enumerate(rows):
             x = _centred(room[0], self.pitch_mm)
             if self.pattern == "hexagonal" and (number - len(rows) // 2) % 2:
                 x = np.concatenate([x - self.pitch_mm / 2, [x[-1] + self.pitch_mm / 2]])
                 x = x[np.abs(x) <= room[0] + ROUNDING_MM]
-            found.append(np.stack([x, np.full(len(x), y)], 1))
-        return np.concatenate(found)
+            dots.append(np.stack([x, np.full(len(x), y)], 1))
+        return np.concatenate(dots)
 
     def _scattered(self, room: Array) -> Array:
         """At random, no two dots closer than a diameter and a tenth."""
         wanted = max(1, round(float(np.prod(2 * room)) / self.pitch_mm**2))
-        random, found = np.random.default_rng(self.seed), np.zeros((0, 2))
+        random, dots = np.random.default_rng(self.seed), np.zeros((0, 2))
         for _ in range(wanted):
             for _ in range(TRIES):
                 place = random.uniform(-room, room)
-                if (np.linalg.norm(found - place, axis=1) > 1.1 * self.diameter_mm).all():
-                    found = np.concatenate([found, place[None]])
+                if (np.linalg.norm(dots - place, axis=1) > 1.1 * self.diameter_mm).all():
+                    dots = np.concatenate([dots, place[None]])
                     break
-        return found[np.lexsort((found[:, 0], found[:, 1]))]
-
-
-ROUNDING_MM = 1e-9
+        return dots[np.lexsort((dots[:, 0], dots[:, 1]))]
 
 
 def _centred(room: float, step: float) -> Array:
-    """As many places a step apart as fit, symmetric about 0."""
+    """Places a step apart, as many as fit, symmetric about 0."""
     count = 2 * int((room + ROUNDING_MM) // step) + 1
     return np.asarray(step * (np.arange(count) - count // 2))
 
@@ -142,8 +141,6 @@ class PictureMarkers(Config):
         """
         from PIL import Image
 
-        from magicsim.errors import ConfigError
-
         try:
             with Image.open(self.file) as picture:
                 values = np.asarray(picture.convert("RGBA"), np.float64) / 255
@@ -154,11 +151,7 @@ class PictureMarkers(Config):
         return np.concatenate([linear[..., :3], values[..., 3:]], -1)
 
     def centres_mm(self, footprint_mm: tuple[float, float]) -> Array:
-        """Centroids of the printed spots, shape (markers, 2) [mm], row by row from the top.
-
-        Args:
-            footprint_mm: Size of the face along x and y [mm]; the picture is centred on it.
-        """
+        """Centroids of the printed spots on the undeformed face, shape (markers, 2) [mm], row by row from the top."""
         from scipy.ndimage import center_of_mass, label
 
         opaque = self.pixels()[..., 3] >= HALF
@@ -171,8 +164,4 @@ class PictureMarkers(Config):
         return np.stack([x, (opaque.shape[0] / 2 - rows - 0.5) * pixel], 1)
 
 
-GREY_STEP = 1 / 255
-"""Difference of channels up to which a pixel counts as grey."""
-HALF = 0.5
-"""Opacity from which on a pixel belongs to a spot."""
 Markers = Annotated[DotMarkers | PictureMarkers, Field(discriminator="kind")]

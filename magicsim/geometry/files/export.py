@@ -192,6 +192,6 @@ def _write(out: Path, parts: Sequence[PrintedPart]) -> list[Path]:
 
 
 def _paths(out: Path, parts: Sequence[PrintedPart]) -> list[Path]:
-    """The file that was named, and of STL those beside it."""
+    """Files of an export: `out`, and for STL one more for each further part."""
     others = parts[1:] if out.suffix == ".stl" else []
     return [out, *(out.with_name(f"{out.stem}-{part.name}{out.suffix}") for part in others)]

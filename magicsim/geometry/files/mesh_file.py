@@ -22,7 +22,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.shapes.mesh_solid import MeshShape
 
 LOGGER = logging.getLogger(__name__)
-logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # what it stumbles on is told once, by us
+logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # its errors are reported once, by us
 SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 MAX_BYTES = 200_000_000
 """Largest file: text with as many triangles as are allowed has about 130 MB."""
@@ -229,7 +229,7 @@ def crossing_edges(surface: SurfaceMesh) -> int:
     begin = np.ascontiguousarray(moved[edges[:, 0]])
     along = np.ascontiguousarray(moved[edges[:, 1]] - begin)
     hits = [
-        (edge, hit[0]) for edge, found in enumerate(tree.intersect_ray(moved, faces, begin, along)) for hit in found
+        (edge, hit[0]) for edge, each in enumerate(tree.intersect_ray(moved, faces, begin, along)) for hit in each
         if 0 < hit[1] < 1
     ]  # fmt: skip
     if not hits:

@@ -31,15 +31,7 @@ BALL = 24
 def spanner_head(
     jaw_mm: float, head_radius_mm: float, handle_width_mm: float, thickness_mm: float, edge_radius_mm: float
 ) -> Manifold:
-    """The open end of a spanner, flat in the xy plane, its jaw towards +y and turned by 15 degrees.
-
-    Args:
-        jaw_mm: Width across flats [mm].
-        head_radius_mm: Of the round head [mm].
-        handle_width_mm: Of the handle, which leaves the head towards -y [mm].
-        thickness_mm: Along z [mm].
-        edge_radius_mm: Of all outer edges [mm].
-    """
+    """The open end of a spanner, flat in the xy plane, its jaw towards +y, turned by 15 degrees (`SpannerObject`)."""
     length = 2.5 * head_radius_mm
     slot = CrossSection.square((jaw_mm, 2 * head_radius_mm), center=True).translate((0, 0.6 * head_radius_mm))
     handle = CrossSection.square((handle_width_mm, length), center=True).translate((0, -length / 2))
@@ -51,13 +43,7 @@ def spanner_head(
 
 
 def fluted_handle(radius_mm: float, length_mm: float, flutes: int) -> Manifold:
-    """A screwdriver's handle along y with lengthwise flutes, its butt at +y a dome.
-
-    Args:
-        radius_mm: Over the ridges between the flutes [mm].
-        length_mm: From the butt to the end that is cut off [mm].
-        flutes: Number of grooves.
-    """
+    """A screwdriver's handle along y with lengthwise flutes, its butt at +y a dome (`ScrewdriverObject`)."""
     groove = CrossSection.circle(0.55 * radius_mm, CIRCLE // 2).translate((1.42 * radius_mm, 0))
     section = CrossSection.circle(radius_mm, CIRCLE)
     for number in range(flutes):
@@ -73,12 +59,7 @@ def fluted_handle(radius_mm: float, length_mm: float, flutes: int) -> Manifold:
 
 
 def tube(centres_mm: Array, radii_mm: Array) -> Manifold:
-    """Hulls of neighbouring balls along a polyline, united.
-
-    Args:
-        centres_mm: Shape (points, 3) [mm].
-        radii_mm: Shape (points,) [mm].
-    """
+    """Hulls of neighbouring balls along a polyline, united; centres of shape (points, 3) and radii (points,) [mm]."""
     balls = [
         Manifold.sphere(float(radius), BALL).translate(tuple(centre))
         for centre, radius in zip(centres_mm, radii_mm, strict=True)
@@ -88,14 +69,7 @@ def tube(centres_mm: Array, radii_mm: Array) -> Manifold:
 
 
 def scissor_loops(loop_width_mm: float, loop_length_mm: float, tube_radius_mm: float, gap_mm: float) -> Manifold:
-    """The two finger loops of scissors side by side in the xy plane, their arms running together towards +y.
-
-    Args:
-        loop_width_mm: Of one loop's centre line, along x [mm].
-        loop_length_mm: Of one loop's centre line, along y [mm].
-        tube_radius_mm: Of the round stock that the loops are bent from [mm].
-        gap_mm: Free distance between the loops, where they are closest [mm].
-    """
+    """The finger loops of scissors side by side in the xy plane, the arms together towards +y (`ScissorsObject`)."""
     turn = np.linspace(0, 2 * np.pi, 49)
     offset = (loop_width_mm + gap_mm) / 2 + tube_radius_mm
     loop = np.stack([loop_width_mm / 2 * np.cos(turn), loop_length_mm / 2 * np.sin(turn), 0 * turn], axis=1)
@@ -114,10 +88,7 @@ def scissor_loops(loop_width_mm: float, loop_length_mm: float, tube_radius_mm: f
 def banana_section(radius_mm: float, length_mm: float, bend_radius_mm: float) -> Manifold:
     """The middle of a banana along y: a bent five-sided bar with rounded ridges, its outer side towards +z.
 
-    Args:
-        radius_mm: Of the circle around its section in the middle [mm]; a quarter less at both ends.
-        length_mm: Along the bend [mm].
-        bend_radius_mm: Of the centre line [mm].
+    Its section is a quarter narrower at both ends than in the middle (`BananaObject`).
     """
     along = np.linspace(-1, 1, 13)
     angles = along * length_mm / 2 / bend_radius_mm

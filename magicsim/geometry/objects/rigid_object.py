@@ -20,11 +20,11 @@ EDGE_RADIUS_MM = 0.1
 SHELL_MM = 0.05
 """Depth below a surface up to which contact keeps the nearest feature, see `EntrySide` [mm]."""
 SHELL_SHARE = 0.25
-"""That depth in units of the radius or half width of a slender part; the smaller one holds."""
+"""Depth of the shell in units of the radius or half width of a slender part; the smaller one holds."""
 REACH_MM = 0.5
 """Way to the surface above up to which contact holds to the side of entry, see `EntrySide` [mm]: a long load step."""
 REACH_FEATURES = 2.0
-"""That way in units of the solid's smallest feature; the smaller one holds. A load step is at most half a feature."""
+"""Reach in units of the solid's smallest feature; the smaller one holds. A load step is at most half a feature."""
 
 
 class ObjectBase(Config):

@@ -7,11 +7,11 @@ entered through the surface above it. For such a point
 
     gap = -t (n . u),   normal = n,
 
-with u the approach direction, t > 0 the way along u to the surface and n the outward normal there. For a plane this is
-the exact distance, for any smooth surface it is exact to first order in t, and n varies as smoothly as the surface
-above: there is no medial axis to flip across. The skin wraps around the shaft in deep presses, so points inside the
-shell keep their nearest feature, and so do points further below the surface than a few load steps, which no step can
-have carried there. Both limits are blended smoothly: the gap is continuous, and so is the normal down to the reach.
+with u the approach direction, t > 0 the distance along u to the surface and n the outward normal there. For a plane
+this is the exact distance, for any smooth surface it is exact to first order in t, and n varies as smoothly as the
+surface above: there is no medial axis to flip across. The skin wraps around the shaft in deep presses, so points inside
+the shell keep their nearest feature, and so do points further below the surface than a few load steps, which no step
+can have carried there. Both limits are blended smoothly: the gap is continuous, and so is the normal down to the reach.
 
 Motion across the approach direction must be stepped by less than the shell where the skin lies against a shaft: a point
 further inside than that, near the upper end, is lifted instead of being pushed aside.
@@ -25,10 +25,10 @@ from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.shapes.solids import Shape
 
-WAY_TOLERANCE_MM = 1e-9
-"""Accuracy of the way to the surface above [mm]."""
+RISE_TOLERANCE_MM = 1e-9
+"""Accuracy of the rise to the surface above [mm]."""
 CLOSE_MM = 0.01
-"""Distance to the surface below which steps along the way are Newton's instead of safe [mm]."""
+"""Distance to the surface below which steps of the rise are Newton's instead of safe [mm]."""
 MIN_SLOPE = 0.05
 """Surfaces more nearly parallel to the approach direction than this sine are approached by safe steps alone."""
 MAX_STEPS = 100
@@ -44,7 +44,7 @@ class EntrySide:
     shell_mm: float
     """Depth up to which the nearest feature is kept [mm]; from twice that on, the side of entry holds."""
     reach_mm: float
-    """Longest way to the surface above at which the rule holds in full [mm]; it has faded out at twice that."""
+    """Longest rise to the surface above at which the rule holds in full [mm]; it has faded out at twice that."""
 
     @property
     def feature_mm(self) -> float:
@@ -57,10 +57,10 @@ class EntrySide:
         deep = np.flatnonzero(distance < -self.shell_mm)
         if len(deep) == 0:
             return distance, normal
-        way, above = self.way_out(points[deep])
+        rise, above = self.rise_to_surface(points[deep])
         slope = above @ np.array(self.up)
-        weight = _smooth(-distance[deep] / self.shell_mm - 1) * (1 - _smooth(way / self.reach_mm - 1)) * (slope > 0)
-        distance[deep] = (1 - weight) * distance[deep] - weight * way * slope
+        weight = _smooth(-distance[deep] / self.shell_mm - 1) * (1 - _smooth(rise / self.reach_mm - 1)) * (slope > 0)
+        distance[deep] = (1 - weight) * distance[deep] - weight * rise * slope
         blended = (1 - weight)[:, None] * normal[deep] + weight[:, None] * above
         length = np.linalg.norm(blended, axis=1)
         opposed = length < 1e-6  # noqa: PLR2004
@@ -68,26 +68,26 @@ class EntrySide:
         normal[deep] = blended / length[:, None]
         return distance, normal
 
-    def way_out(self, points: Array) -> tuple[Array, Array]:
-        """Way along `up` to the surface, shape (count,) [mm], and the normal there, for points inside.
+    def rise_to_surface(self, points: Array) -> tuple[Array, Array]:
+        """Distance along `up` to the surface, shape (count,) [mm], and the normal there, for points inside.
 
         Steps of the distance to the nearest surface never leave the solid (Hart 1996); close to the surface they are
-        Newton's. Ways longer than the rule's limit are not followed to their end.
+        Newton's. Rises longer than the rule's limit are not followed to their end.
         """
         up = np.array(self.up)
         limit = 2 * self.reach_mm
-        way, above = np.zeros(len(points)), np.zeros_like(points)
+        rise, above = np.zeros(len(points)), np.zeros_like(points)
         active = np.arange(len(points))
         for _ in range(MAX_STEPS):
-            distance, above[active] = self.solid.distance(points[active] + way[active, None] * up)
+            distance, above[active] = self.solid.distance(points[active] + rise[active, None] * up)
             slope = above[active] @ up
             newton = (np.abs(distance) < CLOSE_MM) & (slope > MIN_SLOPE)
-            way[active] -= np.where(newton, distance / np.where(newton, slope, 1), distance)
-            active = active[(np.abs(distance) > WAY_TOLERANCE_MM) & (way[active] <= limit)]
+            rise[active] -= np.where(newton, distance / np.where(newton, slope, 1), distance)
+            active = active[(np.abs(distance) > RISE_TOLERANCE_MM) & (rise[active] <= limit)]
             if len(active) == 0:
                 break
-        way[active] = 2 * limit
-        return way, above
+        rise[active] = 2 * limit
+        return rise, above
 
     def support_mm(self, direction: Array) -> float:
         """See `Shape.support_mm`."""

@@ -104,10 +104,10 @@ def test_nearest_features_alone_would_push_deep_points_sideways():
     assert (np.abs(normal[distance < -0.1, 2]) < 0.1).any()
 
 
-def test_way_out_ends_on_the_surface(entered: EntrySide):
+def test_rise_to_the_surface_ends_on_the_surface(entered: EntrySide):
     points = near_top(entered, 0.5)
     points = points[entered.solid.distance(points)[0] < 0]
-    way, normal = entered.way_out(points)
+    way, normal = entered.rise_to_surface(points)
     found = way <= 0.4
     assert found.mean() > 0.3
     landed, outward = entered.solid.distance((points + way[:, None] * np.array(entered.up))[found])
@@ -115,12 +115,12 @@ def test_way_out_ends_on_the_surface(entered: EntrySide):
     assert np.abs(np.einsum("pi,pi->p", outward, normal[found]) - 1).max() < 1e-5
 
 
-def test_way_out_is_the_first_crossing_along_the_approach():
+def test_rise_to_the_surface_is_the_first_crossing_along_the_approach():
     shape = parse_object("cone:half_angle_deg=30").shape()
     assert isinstance(shape, EntrySide)
     apex = 2.5 - 0.05 + 0.05 / np.sin(np.radians(30))
     points = np.array([[0.3, 0.0, apex - 0.3 / np.tan(np.radians(30)) - 0.17]])
-    way, normal = shape.way_out(points)
+    way, normal = shape.rise_to_surface(points)
     assert way[0] == pytest.approx(0.17)
     assert normal[0] == pytest.approx([np.cos(np.radians(30)), 0, 0.5])
     # The vertical way times the slope is the distance to a plane
