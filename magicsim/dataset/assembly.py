@@ -1,12 +1,10 @@
 """Turns finished episodes into shards, in whatever order they end, and knows after an interruption what is left."""
 
-from collections.abc import Iterator
-
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 
-from magicsim.dataset.layout import Layout, ShardPlan
+from magicsim.arrays import Index
+from magicsim.dataset.layout import Layout
 from magicsim.dataset.manifest import FOLDER, STAGED, FailedEpisode, Manifest, ShardEntry
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import as_schema, read_episodes, read_rows, rows_as_bytes, write_rows
@@ -20,21 +18,19 @@ class Assembly:
 
     def __init__(self, ledger: Ledger, recipe: Recipe, manifest: Manifest, schema: pa.Schema) -> None:
         """Takes up what an earlier run left."""
-        self.ledger, self.out, self.schema = ledger, ledger.out, schema
-        self.staging = Staging(ledger)
-        self.manifest = manifest
+        self.ledger, self.out, self.schema, self.manifest = ledger, ledger.out, schema, manifest
         self._layout = Layout(recipe)
         self._failed = {each.episode: each for each in manifest.failed if each.kind == "refused"}
-        self._shards = {entry.file: entry for entry in manifest.shards if self._is_intact(entry)}
+        self._shards = {entry.file: entry for entry in manifest.shards if ledger.is_intact(entry.file)}
         self._is_missing = np.ones(recipe.episodes, bool)
         self._closed: set[int] = set()
-        waiting = self.staging.episodes()
+        waiting = self._waiting()
         known = waiting | set(self._failed) | {entry.episodes[0] for entry in self._shards.values() if entry.episodes}
         self._begun = {self._layout.number_of(each) for each in known if 0 <= each < recipe.episodes}
         for number in sorted(self._begun):
             self._take_up(number, waiting)
 
-    def episodes_to_simulate(self) -> npt.NDArray[np.int64]:
+    def episodes_to_simulate(self) -> Index:
         """Numbers of those neither in a shard nor waiting for one, in order, shape (episodes left,)."""
         return np.flatnonzero(self._is_missing)
 
@@ -63,7 +59,7 @@ class Assembly:
         episode = outcome.key
         log_failures(self.out, "episode", episode, outcome.failures)
         if outcome.result is not None:
-            self.staging.put(episode, outcome.result)
+            self.ledger.place(_staged(episode), outcome.result)
             self._failed.pop(episode, None)
         else:
             last = outcome.failures[-1]
@@ -73,16 +69,23 @@ class Assembly:
 
     def write_manifest(self) -> None:
         """Replaces the manifest by what is true now."""
-        shards = tuple(self._shards[file] for file in sorted(self._shards))
         self.manifest = self.manifest.model_copy(
             update={
-                "shards": shards,
+                "shards": tuple(self._shards[file] for file in sorted(self._shards)),
                 "failed": tuple(self._failed[episode] for episode in sorted(self._failed)),
                 "rows": self.rows,
                 "is_complete": len(self._closed) == len(self._layout),
             }
         )
         FOLDER.write_index(self.ledger, self.manifest)
+
+    def _waiting(self) -> set[int]:
+        """Numbers of the episodes that wait for their shard; what is damaged of them is dropped."""
+        episodes = {int(path.stem.partition("-")[2]) for path in self.out.glob(STAGED)}
+        damaged = {each for each in episodes if not self.ledger.is_intact(_staged(each))}
+        for each in sorted(damaged):
+            self.ledger.remove(_staged(each))
+        return episodes - damaged
 
     def _take_up(self, number: int, waiting: set[int]) -> None:
         plan = self._layout[number]
@@ -92,7 +95,7 @@ class Assembly:
             self._closed.add(number)
         elif entry is not None:
             for episode, table in read_episodes(self.out / plan.file, wanted - waiting):
-                self.staging.put(episode, rows_as_bytes(as_schema(table, self.schema)))
+                self.ledger.place(_staged(episode), rows_as_bytes(as_schema(table, self.schema)))
                 waiting.add(episode)
         missing = wanted - waiting if number not in self._closed else ()
         for episode in plan.episodes:
@@ -100,69 +103,24 @@ class Assembly:
 
     def _close_if_whole(self, number: int) -> None:
         plan = self._layout[number]
-        if not self._is_missing[list(plan.episodes)].any():
-            self._close(plan)
-            self._closed.add(number)
-            self.write_manifest()
-            self.staging.drop(plan.episodes)
-
-    def _close(self, plan: ShardPlan) -> None:
-        """Writes a shard."""
+        if self._is_missing[list(plan.episodes)].any():
+            return
         episodes = tuple(episode for episode in plan.episodes if episode not in self._failed)
         if episodes:
+            tables = (as_schema(read_rows(self.out / _staged(episode)), self.schema) for episode in episodes)
             with self.ledger.writing(plan.file) as partial:
-                rows = write_rows(partial, self._tables(episodes), self.schema)
+                rows = write_rows(partial, tables, self.schema)
             written = self.ledger.listed(plan.file)
             self._shards[plan.file] = ShardEntry(
-                file=plan.file,
-                split=plan.split,
-                episodes=episodes,
-                rows=rows,
-                size=(self.out / plan.file).stat().st_size,
-                sha256=written.sha256,
-            )
-
-    def _tables(self, episodes: tuple[int, ...]) -> Iterator[pa.Table]:
-        for episode in episodes:
-            yield as_schema(self.staging.table(episode), self.schema)
-
-    def _is_intact(self, entry: ShardEntry) -> bool:
-        return self.ledger.is_intact(entry.file)
+                file=plan.file, split=plan.split, episodes=episodes, rows=rows,
+                size=written.size or 0, sha256=written.sha256,
+            )  # fmt: skip
+        self._closed.add(number)
+        self.write_manifest()
+        for episode in plan.episodes:
+            self.ledger.remove(_staged(episode))
 
 
-class Staging:
-    """Finished episodes on disk, each whole or not there."""
-
-    def __init__(self, ledger: Ledger) -> None:
-        """Looks at what is there, and drops what is damaged."""
-        self._ledger = ledger
-        self._waiting: set[int] = set()
-        for path in sorted(ledger.out.glob(STAGED)):
-            episode = int(path.stem.partition("-")[2])
-            if ledger.is_intact(_name(episode)):
-                self._waiting.add(episode)
-            else:
-                ledger.remove(_name(episode))
-
-    def episodes(self) -> set[int]:
-        """Numbers of the episodes that wait."""
-        return set(self._waiting)
-
-    def put(self, episode: int, content: bytes) -> None:
-        """Takes a finished episode."""
-        self._ledger.place(_name(episode), content)
-        self._waiting.add(episode)
-
-    def table(self, episode: int) -> pa.Table:
-        """Rows of an episode."""
-        return read_rows(self._ledger.out / _name(episode))
-
-    def drop(self, episodes: tuple[int, ...]) -> None:
-        """Forgets episodes that are in a finished shard."""
-        for episode in episodes:
-            self._ledger.remove(_name(episode))
-            self._waiting.discard(episode)
-
-
-def _name(episode: int) -> str:
+def _staged(episode: int) -> str:
+    """Name of a finished episode that waits for its shard."""
     return f"{WORK}/episode-{episode:08d}.parquet"

@@ -1,13 +1,12 @@
 """From a recipe to a dataset on disk: resumable, and the same bytes however it was computed."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
 import tomli_w
 
 from magicsim.camera.codecs import check_codec
@@ -128,25 +127,28 @@ def _generated(
 ) -> DatasetSummary:
     check_codec(recipe.rig.camera.compression)
     episodes = draw_episodes(recipe)
-    _draw_once(episodes, range(min(len(episodes), CHECKED_FIRST)))
+    checked = iter(range(min(len(episodes), CHECKED)))
+    for number in islice(checked, CHECKED_FIRST):
+        episodes[number]
     FOLDER.check(out, resume=resume)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
         is_new = FOLDER.begun(out) is None
         if announce is not None and is_new:  # before the sensors are drawn, which takes a while where there are many
             announce(estimate(recipe, episodes, processes=options.workers))
-        _draw_once(episodes, range(CHECKED_FIRST, min(len(episodes), CHECKED)))
-        assembly = _begin(recipe, out, columns_of(recipe), simulator.variant())
+        for number in checked:
+            episodes[number]
+        columns = columns_of(recipe)
+        assembly = _begin(recipe, out, columns, simulator.variant())
         left = assembly.episodes_to_simulate()
         if announce is not None and not is_new:
             announce(estimate(recipe, episodes, left, processes=options.workers))
-        return _complete(recipe, assembly, episodes, left, options, simulator, progress)
-
-
-def _draw_once(episodes: Drawn[DrawnEpisode], numbers: range) -> None:
-    """Draws episodes to see that their values are allowed together."""
-    for number in numbers:
-        episodes[number]
+        constants = assembly.manifest.constants() | {"variant": assembly.manifest.variant}
+        tasks = (
+            (index, SampleTask(episode=episodes[index], columns=columns, constants=constants))
+            for index in map(int, left)
+        )
+        return _complete(recipe, assembly, episodes, len(left), options, simulator, tasks, progress)
 
 
 def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:
@@ -195,32 +197,27 @@ def _complete(
     recipe: Recipe,
     assembly: Assembly,
     episodes: Drawn[DrawnEpisode],
-    left: npt.NDArray[np.int64],
+    total: int,
     options: WorkerOptions,
     simulator: Simulator,
+    tasks: Iterable[tuple[int, SampleTask]],
     progress: Callable[[Standing], None],
 ) -> DatasetSummary:
     start = time.perf_counter()
     assembly.write_manifest()
     assembly.close_ready_shards()
     frames = 0
-    tasks = _tasks(recipe, assembly, episodes, left)
     with closing(run_tasks(simulator.function, tasks, options, prepare=simulator.prepare)) as outcomes:
-        for done, outcome in enumerate(outcomes if len(left) else (), 1):
+        for done, outcome in enumerate(outcomes if total else (), 1):
             assembly.take(outcome)
             added = recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
             frames += added
             progress(
                 Standing(
-                    done=done,
-                    episode=outcome.key,
-                    total=len(left),
-                    failed=assembly.failed,
-                    frames=frames,
-                    episode_frames=added,
-                    episode_seconds=outcome.seconds,
+                    done=done, episode=outcome.key, total=total, failed=assembly.failed, frames=frames,
+                    episode_frames=added, episode_seconds=outcome.seconds,
                 )
-            )
+            )  # fmt: skip
     assembly.write_manifest()
     assembly.ledger.close()
     seconds = time.perf_counter() - start
@@ -233,17 +230,3 @@ def _complete(
         bytes=sum(entry.size for entry in assembly.manifest.shards),
         out=str(assembly.out),
     )
-
-
-def _tasks(
-    recipe: Recipe, assembly: Assembly, episodes: Sequence[DrawnEpisode], left: npt.NDArray[np.int64]
-) -> Iterator[tuple[int, SampleTask]]:
-    columns = columns_of(recipe)
-    made_by = ", ".join(f"{name} {version}" for name, version in assembly.manifest.versions.items())
-    constants = {
-        "config_hash": assembly.manifest.config_hash,
-        "version": made_by,
-        "variant": assembly.manifest.variant,
-    }
-    for index in map(int, left):
-        yield index, SampleTask(episode=episodes[index], columns=columns, constants=constants)

@@ -75,6 +75,11 @@ class Manifest(FolderIndex):
                 raise ValueError(msg)
         return self
 
+    def constants(self) -> dict[str, str]:
+        """Columns that say in every row of the dataset what made it."""
+        made_by = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        return {"config_hash": self.config_hash, "version": made_by}
+
     def listed(self) -> dict[str, Listed]:
         """What every other file was when it was written, by name."""
         shards = {entry.file: entry.listed for entry in self.shards}

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -27,68 +27,25 @@ from magicsim.folder.result import result_file
 from magicsim.folder.target import output_errors, refuse_foreign
 from magicsim.frame_class import classify_frame
 from magicsim.scenes.scene import OutputSettings, SceneConfig
-from magicsim.scenes.timeline import FrameState, timeline
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.workers.attempt import bound_threads
 from magicsim.workers.options import WorkerOptions, usable_cores
 from magicsim.workers.tasks import run_tasks
+
+if TYPE_CHECKING:
+    from magicsim.simulation.sensor import Sensor
 
 SAMPLES, PARTICLES = 3, 10_000
 SHRINK, ENLARGE = 4, 2
 """Factors by which a preview is rendered with fewer rows and columns, and shown larger."""
 SPACING_MM = 2.0
 """Lattice of a preview: forces are rough, contact is where it will be."""
-
-
-def telling_state(scene: SceneConfig) -> FrameState:
-    """The last of the deepest (or nearest) states, or the middle one without an object."""
-    states = timeline(scene)
-    near = [state for state in states if state.gap_mm is not None]
-    if not near:
-        return states[len(states) // 2]
-    deepest = min(state.gap_mm for state in near if state.gap_mm is not None)
-    return [state for state in near if state.gap_mm == deepest][-1]
-
-
-def preview_scene(episode: DrawnEpisode) -> SceneConfig:
-    """One coarse frame of an episode: small, without friction, without the anchor that makes frames clean."""
-    state = telling_state(episode.scene)
-    keyframe = {"frame": 0, "flashlight": state.flashlight, "light_x_mm": state.light_x_mm}
-    if state.gap_mm is not None:
-        keyframe |= {name: getattr(state, name) for name in ("gap_mm", "x_mm", "y_mm", "twist_deg")}
-    return _coarse(episode.scene.model_dump() | {"keyframes": [keyframe]})
-
-
-def metering_scene(recipe: Recipe, episode: DrawnEpisode) -> SceneConfig:
-    """The untouched sensor without tolerances, as coarse, which the exposure of all previews is metered on."""
-    own = {"design": recipe.design.model_dump(), "rig": recipe.rig.model_dump(), "object": None, "seed": recipe.seed}
-    return _coarse(episode.scene.model_dump() | own | {"keyframes": [{"frame": 0}]})
-
-
-def quality() -> str:
-    """What a preview leaves out, in a line."""
-    return (
-        f"Preview: 1/{SHRINK} of the pixels a side, {SAMPLES} samples, {PARTICLES:,} particles, lattice nodes "
-        f"{SPACING_MM:g} mm apart, no friction, exposure of the sensor without tolerances."
-    )
-
-
-def _coarse(data: dict[str, Any]) -> SceneConfig:
-    camera, lattice, render = data["rig"]["camera"], data["design"]["lattice"], data["render"]
-    camera |= {"compression": None}  # blocks of 8 pixels are large here
-    camera |= {"rows": max(8, camera["rows"] // SHRINK), "columns": max(8, camera["columns"] // SHRINK)}
-    camera["principal_offset_px"] = tuple(each / SHRINK for each in camera["principal_offset_px"])
-    lattice |= {"spacing_mm": max(SPACING_MM, lattice["spacing_mm"] or 0.0), "cells_across": 0}
-    samples, particles = min(SAMPLES, render["samples"]), min(PARTICLES, render["particles"])
-    render |= {"samples": samples, "particles": particles, "anchor_samples": 0}
-    data["contact"]["friction"] = 0.0
-    data["output"] = OutputSettings.nothing()
-    return SceneConfig.model_validate(data | {"references": 0})
-
-
 COUNTED = 10_000
 """Most episodes that are counted."""
 MARGIN, LINE, LETTER, TEXT_PX = 6, 14, 7, 0.36
 PAPER, INK = 255, (30, 30, 30)
+SHEETS = "sheet_sha256"
+"""Key of the statistics: hashes of the sheet and, in case a run is killed between both files, of the one before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,12 +82,12 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     episodes = draw_episodes(recipe)
     places = np.linspace(0, len(episodes) - 1, min(count, len(episodes))).round().astype(int)
     chosen = [episodes[int(place)] for place in places]
-    images: dict[int, Frame] = {}
     metering = metering_scene(recipe, chosen[0])
-    tasks = ((each.index, PreviewTask(scene=preview_scene(each), metering=metering)) for each in chosen)
-    for outcome in run_tasks(preview_frame, tasks, options, prepare=bound_threads):
-        if outcome.result is not None:
-            images[outcome.key] = outcome.result
+    tasks = ((each.index, (preview_scene(each), metering)) for each in chosen)
+    outcomes = run_tasks(preview_frame, tasks, options, prepare=bound_threads)
+    images = {
+        each.key: each.result.repeat(ENLARGE, 0).repeat(ENLARGE, 1) for each in outcomes if each.result is not None
+    }
     cost = estimate(recipe, episodes, processes=options.workers)
     step = odd_step(len(episodes), COUNTED)
     counted = quality() if step == 1 else f"{quality()} Statistics of every {step}th episode."
@@ -140,7 +97,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
         "estimated_megabytes": round(cost.bytes / 1e6, 1),
     }
     camera = metering.rig.camera
-    tiles = [(_enlarged(images.get(each.index)), captions(each)) for each in chosen]
+    tiles = [(images.get(each.index), captions(each)) for each in chosen]
     sheet = contact_sheet(tiles, ENLARGE * camera.rows, ENLARGE * camera.columns, note=quality())
     write_preview(out, cv2.imencode(".png", sheet[:, :, ::-1])[1].tobytes(), statistics)
     return Preview(
@@ -153,37 +110,34 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PreviewTask:
-    """One frame to render."""
+def preview_frame(scenes: tuple[SceneConfig, SceneConfig]) -> Frame:
+    """The coarse frame of one episode, shape (rows, columns, 3).
 
-    scene: SceneConfig
-    metering: SceneConfig
-    """The untouched sensor that its exposure is metered on."""
-
-
-def preview_frame(task: PreviewTask) -> Frame:
-    """The coarse frame of one episode, shape (rows, columns, 3)."""
+    Args:
+        scenes: What to render, and the untouched sensor that its exposure is metered on.
+    """
     from magicsim.camera.exposure import expose, meter
-    from magicsim.scenes.timeline import timeline
     from magicsim.simulation.plan import can_touch
-    from magicsim.simulation.sensor import Sensor
 
-    sensor, state = Sensor.for_scene(task.scene), timeline(task.scene)[0]
+    scene, metering = scenes
+    sensor, state = _sensor(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
-    radiance, camera = sensor.radiance(state, deformation), task.scene.rig.camera
-    exposure = meter(_untouched(task.metering.model_dump_json()), camera, task.metering.rig.lit)
-    return expose(radiance, exposure, camera, seed=task.scene.seed, frame=0)
+    radiance, camera = sensor.radiance(state, deformation), scene.rig.camera
+    exposure = meter(_untouched(metering.model_dump_json()), camera, metering.rig.lit)
+    return expose(radiance, exposure, camera, seed=scene.seed, frame=0)
 
 
 @lru_cache(maxsize=1)
 def _untouched(scene: str) -> npt.NDArray[np.float32]:
     """Radiance of an untouched sensor, rendered once in each process."""
-    from magicsim.scenes.timeline import UNTOUCHED
+    sensor = _sensor(SceneConfig.model_validate_json(scene))
+    return sensor.radiance(UNTOUCHED, sensor.rest)
+
+
+def _sensor(scene: SceneConfig) -> "Sensor":
     from magicsim.simulation.sensor import Sensor
 
-    sensor = Sensor.for_scene(SceneConfig.model_validate_json(scene))
-    return sensor.radiance(UNTOUCHED, sensor.rest)
+    return Sensor.for_scene(scene)
 
 
 def captions(episode: DrawnEpisode) -> list[str]:
@@ -193,10 +147,6 @@ def captions(episode: DrawnEpisode) -> list[str]:
     if state.gap_mm is not None:
         where = f"gap {state.gap_mm:.2f} mm" if state.gap_mm >= 0 else f"{-state.gap_mm:.2f} mm deep"
     return [f"{episode.index}: {episode.path_kind}", thing.kind if thing is not None else "", where]
-
-
-def _enlarged(image: Frame | None) -> Frame | None:
-    return None if image is None else image.repeat(ENLARGE, 0).repeat(ENLARGE, 1)
 
 
 def contact_sheet(tiles: list[tuple[Frame | None, list[str]]], rows: int, columns: int, *, note: str = "") -> Frame:
@@ -244,7 +194,7 @@ def recipe_statistics(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> dict[
         "episodes": len(episodes),
         "frames": sum(frames.values()),
         "sensors": len({episode.sensor for episode in episodes}),
-        "frames_by_class": _sorted(frames),
+        "frames_by_class": dict(sorted(frames.items())),
         "episodes_by_path": _sorted(Counter(episode.path_kind for episode in episodes)),
         "episodes_by_object": _sorted(Counter(kinds)),
         "episodes_by_split": _sorted(Counter(split_of(recipe, episode.index) for episode in episodes)),
@@ -254,10 +204,7 @@ def recipe_statistics(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> dict[
 
 def _class(state: FrameState) -> str:
     touching = state.gap_mm is not None and state.gap_mm < 0
-    found = classify_frame(
-        gap_mm=state.gap_mm, force_n=1.0 if touching else 0.0, light_on=state.flashlight, is_reference=False
-    )
-    return str(found) if found is not None else "between"
+    return str(classify_frame(gap_mm=state.gap_mm, force_n=float(touching), light_on=state.flashlight) or "between")
 
 
 def _sorted(counts: Counter[str]) -> dict[str, int]:
@@ -269,8 +216,50 @@ def _spread(values: list[float]) -> dict[str, float]:
     return {"count": len(values), "min": low, "median": middle, "max": high}
 
 
-SHEETS = "sheet_sha256"
-"""Key of the statistics: hashes of the sheet and, in case a run is killed between both files, of the one before."""
+def telling_state(scene: SceneConfig) -> FrameState:
+    """The last of the deepest (or nearest) states, or the middle one without an object."""
+    states = timeline(scene)
+    near = [state for state in states if state.gap_mm is not None]
+    if not near:
+        return states[len(states) // 2]
+    deepest = min(state.gap_mm for state in near if state.gap_mm is not None)
+    return [state for state in near if state.gap_mm == deepest][-1]
+
+
+def preview_scene(episode: DrawnEpisode) -> SceneConfig:
+    """One coarse frame of an episode: small, without friction, without the anchor that makes frames clean."""
+    state = telling_state(episode.scene)
+    keyframe = {"frame": 0, "flashlight": state.flashlight, "light_x_mm": state.light_x_mm}
+    if state.gap_mm is not None:
+        keyframe |= {name: getattr(state, name) for name in ("gap_mm", "x_mm", "y_mm", "twist_deg")}
+    return _coarse(episode.scene.model_dump() | {"keyframes": [keyframe]})
+
+
+def metering_scene(recipe: Recipe, episode: DrawnEpisode) -> SceneConfig:
+    """The untouched sensor without tolerances, as coarse, which the exposure of all previews is metered on."""
+    own = {"design": recipe.design.model_dump(), "rig": recipe.rig.model_dump(), "object": None, "seed": recipe.seed}
+    return _coarse(episode.scene.model_dump() | own | {"keyframes": [{"frame": 0}]})
+
+
+def quality() -> str:
+    """What a preview leaves out, in a line."""
+    return (
+        f"Preview: 1/{SHRINK} of the pixels a side, {SAMPLES} samples, {PARTICLES:,} particles, lattice nodes "
+        f"{SPACING_MM:g} mm apart, no friction, exposure of the sensor without tolerances."
+    )
+
+
+def _coarse(data: dict[str, Any]) -> SceneConfig:
+    camera, lattice, render = data["rig"]["camera"], data["design"]["lattice"], data["render"]
+    camera |= {"compression": None}  # blocks of 8 pixels are large here
+    camera |= {"rows": max(8, camera["rows"] // SHRINK), "columns": max(8, camera["columns"] // SHRINK)}
+    camera["principal_offset_px"] = tuple(each / SHRINK for each in camera["principal_offset_px"])
+    lattice |= {"spacing_mm": max(SPACING_MM, lattice["spacing_mm"] or 0.0), "cells_across": 0}
+    samples, particles = min(SAMPLES, render["samples"]), min(PARTICLES, render["particles"])
+    render |= {"samples": samples, "particles": particles, "anchor_samples": 0}
+    data["contact"]["friction"] = 0.0
+    data["output"] = OutputSettings.nothing()
+    return SceneConfig.model_validate(data | {"references": 0})
 
 
 def check_preview(out: Path) -> None:

@@ -4,9 +4,9 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +31,10 @@ from magicsim.folder.target import output_errors
 from magicsim.workers.run_folder import versions
 
 DESCRIPTION = "real.toml"
-NEVER = "recorded"
+NEVER_RENDERED = "recorded"
 """What stands for the renderer's variant."""
+TIMED_FRAMES = 16
+"""Frames whose times give the frame rate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,16 +67,17 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
     """
     start = time.perf_counter()
     FOLDER.check(out, resume=resume)
-    found = inspect_real(real)
+    inspection = inspect_real(real)
     sequences = sequences_of(real)
+    columns = table_columns(sequences)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
-        manifest = _begun(real, sequences, found, out)
-        manifest = _complete(sequences, out, manifest)
+        ledger, manifest = _begin(real, sequences, columns, inspection, out)
+        manifest = _complete(ledger, manifest, sequences, columns)
     return RealSummary(
         samples=manifest.rows,
         episodes=manifest.episodes,
-        told=found.told,
+        told=inspection.told,
         seconds=round(time.perf_counter() - start, 3),
         bytes=sum(entry.size for entry in manifest.shards),
         out=str(out),
@@ -85,29 +88,27 @@ def description_hash(real: RealSource, sequences: list[RecordedSequence]) -> str
     """SHA-256 of a description, of the content of its labels, and of names and sizes of all files of frames."""
     content: list[Any] = [real.description.model_dump(mode="json")]
     for sequence in sequences:
-        labels = sequence.labels
         content.append([[path.name, path.stat().st_size] for path in sequence.files])
-        content.append(sha256_of(labels.path) if labels is not None else "")
+        content.append(sha256_of(sequence.labels.path) if sequence.labels is not None else "")
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _begun(real: RealSource, sequences: list[RecordedSequence], found: Inspection, out: Path) -> Manifest:
-    """The manifest to go on with."""
-    earlier = FOLDER.begun(out)
-    digest = description_hash(real, sequences)
+def _begin(
+    real: RealSource, sequences: list[RecordedSequence], columns: list[Column], inspection: Inspection, out: Path
+) -> tuple[Ledger, Manifest]:
+    """The folder's files and the manifest to go on with."""
+    earlier, digest = FOLDER.begun(out), description_hash(real, sequences)
     if earlier is not None and earlier.config_hash != digest:
         msg = f"'{out}' holds a dataset of other frames or of another description; name another folder"
         raise OutputError(msg)
-    names = [each.name for each in table_columns(contact_is_told=_tells_contact(sequences))]
     facts = Recorded(
-        rows=found.recordings[0].rows,
-        columns=found.recordings[0].columns,
-        frames_per_second=real.description.frames_per_second or _rate(sequences),
-        table=tuple(names),
+        rows=inspection.recordings[0].rows,
+        columns=inspection.recordings[0].columns,
+        frames_per_second=real.description.frames_per_second or _rate(sequences[0]),
+        table=tuple(each.name for each in columns),
         description=DESCRIPTION,
     )
     text = tomli_w.dumps(real.description.model_dump(mode="json", exclude_none=True))
-    columns = table_columns(contact_is_told="contact" in names)
     contents = {
         DESCRIPTION: f"# Recorded frames; read by `magicsim real`, everything in place\n{text}".encode(),
         RECORDED: (facts.model_dump_json(indent=1) + "\n").encode(),
@@ -119,37 +120,36 @@ def _begun(real: RealSource, sequences: list[RecordedSequence], found: Inspectio
     manifest = Manifest(
         config_hash=digest,
         versions=versions(),
-        variant=NEVER,
+        variant=NEVER_RENDERED,
         seed=0,
         episodes=sum(len(each.episodes) for each in sequences),
         shards=earlier.shards if earlier is not None else (),
         files={name: ledger.listed(name).sha256 for name in contents},
     )
     FOLDER.write_index(ledger, manifest)
-    return manifest
+    return ledger, manifest
 
 
-def _complete(sequences: list[RecordedSequence], out: Path, manifest: Manifest) -> Manifest:
-    ledger = FOLDER.open_ledger(out)
-    columns = table_columns(contact_is_told=_tells_contact(sequences))
-    made_by = ", ".join(f"{name} {version}" for name, version in manifest.versions.items())
-    shared = {"config_hash": manifest.config_hash, "version": made_by}
+def _complete(ledger: Ledger, manifest: Manifest, sequences: list[RecordedSequence], columns: list[Column]) -> Manifest:
     size: tuple[int, int] | None = None
-    number = 0
-    for sequence in sequences:
-        for episode in sequence.episodes:
-            name = f"data/{sequence.source.split}-{number:05d}.parquet"
-            if not ledger.is_intact(name):
-                rows = _Rows(sequence, episode, shared | _constants(sequence, number), size)
-                with ledger.writing(name) as partial:
-                    write_rows(partial, tables(rows, columns), schema_of_columns(columns))
-                size = rows.size
-            entry = _entry(ledger, name, sequence.source.split, number)
-            others = tuple(each for each in manifest.shards if each.file != name)
-            shards = tuple(sorted((*others, entry), key=lambda each: each.file))
-            manifest = manifest.model_copy(update={"shards": shards, "rows": sum(each.rows for each in shards)})
-            FOLDER.write_index(ledger, manifest)
-            number += 1
+    for number, (sequence, episode) in enumerate((each, episode) for each in sequences for episode in each.episodes):
+        source = sequence.source
+        name = f"data/{source.split}-{number:05d}.parquet"
+        if not ledger.is_intact(name):
+            constants = {"episode": number, "sensor": source.sensor, "path_kind": source.path_kind}
+            rows = _Rows(sequence, episode, manifest.constants() | constants, size)
+            with ledger.writing(name) as partial:
+                write_rows(partial, _tables(rows, columns), schema_of_columns(columns))
+            size = rows.size
+        written = ledger.listed(name)
+        entry = ShardEntry(
+            file=name, split=source.split, episodes=(number,), rows=read_rows(ledger.out / name).num_rows,
+            size=written.size or 0, sha256=written.sha256,
+        )  # fmt: skip
+        others = [each for each in manifest.shards if each.file != name]
+        shards = tuple(sorted((*others, entry), key=lambda each: each.file))
+        manifest = manifest.model_copy(update={"shards": shards, "rows": sum(each.rows for each in shards)})
+        FOLDER.write_index(ledger, manifest)
     manifest = manifest.model_copy(update={"is_complete": True})
     FOLDER.write_index(ledger, manifest)
     ledger.close()
@@ -168,80 +168,37 @@ class _Rows:
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """One row a frame."""
         sequence, first_s = self._sequence, math.nan
-        rules = sequence.description.truth
         told = sequence.labels.told if sequence.labels is not None else frozenset()
-        step = 0
-        for frames in (sequence.references(), sequence.scored(self._episode)):
-            for frame in frames:
-                self.size = self.size or (frame.image.shape[0], frame.image.shape[1])
-                check_size(frame.image, self.size, frame.name)
-                first_s = frame.labels["time_s"] if math.isnan(first_s) else first_s
-                row = frame_row(frame, rules, told, step=step, first_s=first_s)
-                kind = frame.labels["object_kind"] or sequence.source.object_kind
-                yield {**row, "object_kind": "" if frame.is_reference else kind, **self._shared}
-                step += 1
+        for step, frame in enumerate(chain(sequence.references(), sequence.scored(self._episode))):
+            self.size = self.size or (frame.image.shape[0], frame.image.shape[1])
+            check_size(frame.image, self.size, frame.name)
+            first_s = frame.labels["time_s"] if math.isnan(first_s) else first_s
+            kind = frame.labels["object_kind"] or sequence.source.object_kind
+            yield {
+                **frame_row(frame, sequence.description.truth, told),
+                "step": step,
+                "time_s": frame.labels["time_s"] - first_s,
+                "object_kind": "" if frame.is_reference else kind,
+                **self._shared,
+            }
 
 
-def _constants(sequence: RecordedSequence, number: int) -> dict[str, Any]:
-    return {"episode": number, "sensor": sequence.source.sensor, "path_kind": sequence.source.path_kind}
-
-
-def _entry(ledger: Ledger, name: str, split: str, number: int) -> ShardEntry:
-    facts = ledger.listed(name)
-    rows = read_rows(ledger.out / name).num_rows
-    return ShardEntry(file=name, split=split, episodes=(number,), rows=rows, size=facts.size or 0, sha256=facts.sha256)
-
-
-def _tells_contact(sequences: list[RecordedSequence]) -> bool:
-    """Whether something says of the frames of every recording whether they touch."""
-    needed = {"contact", "force_n", "depth_mm", "gap_mm"}
-    return all(each.labels is not None and needed & each.labels.told for each in sequences)
-
-
-def _rate(sequences: list[RecordedSequence]) -> float | None:
-    """Frame rate by the times of the first recording's first frames [1/s]; None where nothing says it."""
-    times = []
-    for frame in sequences[0].scored(sequences[0].episodes[0]):
-        times.append(frame.labels["time_s"])
-        if len(times) == 2 * 8:
-            break
-    steps = [later - earlier for earlier, later in pairwise(times) if later > earlier]
-    return round(1 / sorted(steps)[len(steps) // 2], 6) if steps else None
-
-
-def table_columns(*, contact_is_told: bool) -> list[Column]:
-    """Columns of a dataset of recorded frames; `contact`, which has no word for what nobody knows, where it is told."""
-    return [each for each in recorded_columns() if contact_is_told or each.name != "contact"]
-
-
-def tables(rows: Iterable[Mapping[str, Any]], columns: list[Column]) -> Iterator[pa.Table]:
+def _tables(rows: _Rows, columns: list[Column]) -> Iterator[pa.Table]:
     """Rows in tables of the size of a row group."""
-    schema, left = schema_of_columns(columns), iter(rows)
+    left = iter(rows)
     while batch := list(islice(left, ROWS_A_GROUP)):
         arrays = [
             pa.array([row[each.name] if row.get(each.name) is not None else each.empty for row in batch], each.arrow)
             for each in columns
         ]
-        yield pa.Table.from_arrays(arrays, schema=schema)
+        yield pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
 
 
-def frame_row(
-    frame: RealFrame, rules: TruthRules, told: frozenset[str], *, step: int, first_s: float
-) -> dict[str, Any]:
-    """What one frame gives of the columns.
-
-    Args:
-        frame: The frame.
-        rules: How classes follow from labels.
-        told: Which labels there are at all.
-        step: Its place in the episode, references first.
-        first_s: Time of the episode's first frame [s].
-    """
+def frame_row(frame: RealFrame, rules: TruthRules, told: frozenset[str]) -> dict[str, Any]:
+    """Columns of one frame by itself; `told` are the names of the labels that there are at all."""
     labels = frame.labels
     common = {
-        "image": png(frame.image),
-        "step": step,
-        "time_s": labels["time_s"] - first_s,
+        "image": _png(frame.image),
         "is_reference": frame.is_reference,
         "flashlight": bool(labels["flashlight"]),
     }
@@ -261,17 +218,31 @@ def frame_row(
     }
 
 
-def png(image: Frame) -> dict[str, Any]:
-    """An image column's value.
-
-    Raises:
-        FrameError: It cannot be coded.
-    """
+def _png(image: Frame) -> dict[str, Any]:
     good, content = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
     if not good:
         msg = "a frame cannot be stored as PNG"
         raise FrameError(msg)
     return {"bytes": content.tobytes(), "path": None}
+
+
+def table_columns(sequences: Sequence[RecordedSequence]) -> list[Column]:
+    """Columns of a dataset of recordings; `contact` only where all of them say something of it.
+
+    That column has no word for what nobody knows.
+    """
+    needed = {"contact", "force_n", "depth_mm", "gap_mm"}
+    is_told = all(each.labels is not None and needed & each.labels.told for each in sequences)
+    return [each for each in recorded_columns() if is_told or each.name != "contact"]
+
+
+def _rate(sequence: RecordedSequence) -> float | None:
+    """Frame rate by the times of a recording's first frames [1/s]; None where nothing says it."""
+    frames = islice(sequence.scored(sequence.episodes[0]), TIMED_FRAMES)
+    steps = [
+        later - earlier for earlier, later in pairwise(each.labels["time_s"] for each in frames) if later > earlier
+    ]
+    return round(1 / sorted(steps)[len(steps) // 2], 6) if steps else None
 
 
 def real_card(description: Description, columns: Sequence[Column], splits: Sequence[str]) -> str:
