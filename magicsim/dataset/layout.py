@@ -1,10 +1,9 @@
 """Which episode goes into which split and file; an episode's place never depends on how many there are."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import overload
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +31,7 @@ def split_of(recipe: Recipe, episode: int) -> str:
     return _names(recipe)[int(_splits(recipe, np.array([episode]))[0])]
 
 
-class Layout(Sequence[ShardPlan]):
+class Layout:
     """All files of a dataset, by name; what belongs into one is looked up when it is asked for."""
 
     def __init__(self, recipe: Recipe) -> None:
@@ -60,15 +59,12 @@ class Layout(Sequence[ShardPlan]):
         """Number of files."""
         return self._count
 
-    @overload
-    def __getitem__(self, place: int) -> ShardPlan: ...
-    @overload
-    def __getitem__(self, place: slice) -> Sequence[ShardPlan]: ...
-    def __getitem__(self, place: int | slice) -> ShardPlan | Sequence[ShardPlan]:
-        """One file by its number, or the list of some."""
-        if isinstance(place, slice):
-            return [self[each] for each in range(*place.indices(len(self)))]
-        index = range(len(self))[place]
+    def __iter__(self) -> Iterator[ShardPlan]:
+        """All files in order."""
+        return (self[index] for index in range(len(self)))
+
+    def __getitem__(self, index: int) -> ShardPlan:
+        """One file by its number."""
         split = [each for each in self._begins if self._begins[each] <= index][-1]  # of equal ones all but it are empty
         number = index - self._begins[split]
         return ShardPlan(

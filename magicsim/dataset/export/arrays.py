@@ -1,7 +1,7 @@
 """HDF5 and Zarr 3: each column of a split is one array with one entry a row."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, numbers
 from magicsim.dataset.features import Column
 from magicsim.dataset.manifest import SENSORS
 
+COMPRESSION = 4
+"""Level of gzip in HDF5, 0..9."""
 LARGE = 256
 """Numbers in a row from which on it is stored by itself."""
 
@@ -40,35 +43,19 @@ def array_specs(source: Source) -> list[ArraySpec]:
     return [_spec(column, size, nodes) for column in source.columns]
 
 
-def fill(source: Source, split: str, put: Callable[[str, slice, Any], None]) -> None:
-    """Gives the content of a split to a function, an episode at a time.
-
-    Args:
-        source: The dataset.
-        split: Name of the split.
-        put: Takes an array's name, the rows, and their values.
-    """
+def episode_values(source: Source, split: str) -> Iterator[tuple[str, slice, Any]]:
+    """Content of a split, an episode at a time: an array's name, the rows, and their values."""
     done = 0
     specs = {spec.name: spec for spec in array_specs(source)}
-    for table in _tables(source, split):
+    for table in (table for shard in source.shards(split) for table in source.episodes(shard)):
         rows = slice(done, done + table.num_rows)
         for column in source.columns:
-            put(column.name, rows, _values(source, table, column, specs[column.name]))
+            yield column.name, rows, _values(source, table, column, specs[column.name])
         done = rows.stop
 
 
-def _tables(source: Source, split: str) -> Iterator[pa.Table]:
-    for shard in source.shards(split):
-        yield from source.episodes(shard)
-
-
 def _nodes(source: Source) -> int:
-    """Most lattice nodes of any sensor: shorter displacement fields are filled up with what is not a number.
-
-    0 where no column has a field.
-    """
-    import pyarrow.parquet as pq
-
+    """Most lattice nodes of any sensor, 0 where no column has a field; shorter fields are filled up."""
     if not any(column.feature["_type"] == MATRIX for column in source.columns):
         return 0
     content = pa.BufferReader(source.content(SENSORS))
@@ -115,32 +102,22 @@ def write_zarr(source: Source, folder: Path) -> None:
     root.attrs["config_hash"] = source.manifest.config_hash
     root.attrs["config"] = source.config_text
     for split in source.splits:
-        group, rows = root.create_group(split), source.rows(split)
+        group: Any = root.create_group(split)
+        rows = source.rows(split)
         texts: dict[str, list[str]] = {}
         for spec in array_specs(source):
             if spec.dtype == "string":
                 texts[spec.name] = []
                 continue
-            array = group.create_array(
-                spec.name,
-                shape=(rows, *spec.shape),
-                dtype=np.dtype(spec.dtype),
-                chunks=spec.chunks(rows),
-            )
+            shape, dtype = (rows, *spec.shape), np.dtype(spec.dtype)
+            array = group.create_array(spec.name, shape=shape, dtype=dtype, chunks=spec.chunks(rows))
             array.attrs["description"] = spec.meaning
-
-        def put(name: str, place: slice, values: Any, group: Any = group, texts: Any = texts) -> None:  # noqa: ANN401
+        for name, place, values in episode_values(source, split):
             if name in texts:
                 texts[name].extend(values)
             else:
                 group[name][place] = values
-
-        fill(source, split, put)
         group.attrs["texts"] = texts
-
-
-COMPRESSION = 4
-"""Level of gzip, 0..9."""
 
 
 def write_hdf5(source: Source, folder: Path) -> None:
@@ -152,17 +129,11 @@ def write_hdf5(source: Source, folder: Path) -> None:
             file.attrs["config_hash"] = source.manifest.config_hash
             file.attrs["config"] = source.config_text
             for spec in array_specs(source):
-                is_text, rows = spec.dtype == "string", source.rows(split)
+                rows = source.rows(split)
+                dtype = h5py.string_dtype() if spec.dtype == "string" else np.dtype(spec.dtype)
                 array = file.create_dataset(
-                    spec.name,
-                    (rows, *spec.shape),
-                    h5py.string_dtype() if is_text else np.dtype(spec.dtype),
-                    chunks=spec.chunks(rows),
-                    compression=COMPRESSION,
+                    spec.name, (rows, *spec.shape), dtype, chunks=spec.chunks(rows), compression=COMPRESSION
                 )
                 array.attrs["description"] = spec.meaning
-
-            def put(name: str, rows: slice, values: Any, file: Any = file) -> None:  # noqa: ANN401
-                file[name][rows] = values
-
-            fill(source, split, put)
+            for name, place, values in episode_values(source, split):
+                file[name][place] = values

@@ -7,6 +7,7 @@ layout; the package itself is not needed.
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +30,9 @@ FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 FILES_A_CHUNK = 1000
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Moments:
-    """Running statistics of one feature, by channel or component."""
+    """Running statistics of one feature, each of shape (components,)."""
 
     count: int
     low: AnyArray
@@ -45,15 +46,10 @@ class Moments:
         wide = values.astype(np.float64)
         return cls(len(wide), wide.min(0), wide.max(0), wide.sum(0), (wide**2).sum(0))
 
-    def plus(self, other: "Moments") -> "Moments":
+    def __add__(self, other: "Moments") -> "Moments":
         """Statistics of both together."""
-        return Moments(
-            self.count + other.count,
-            np.minimum(self.low, other.low),
-            np.maximum(self.high, other.high),
-            self.total + other.total,
-            self.squares + other.squares,
-        )
+        low, high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
+        return Moments(self.count + other.count, low, high, self.total + other.total, self.squares + other.squares)
 
     def as_dict(self, shape: tuple[int, ...], frames: int) -> dict[str, Any]:
         """What the layout stores, each of the feature's shape."""
@@ -71,28 +67,24 @@ def write_lerobot(source: Source, folder: Path) -> None:
     episodes: list[dict[str, Any]] = []
     whole: dict[str, Moments] = {}
     splits: dict[str, str] = {}
-    first = 0
+    first, files = 0, count()
     for split in source.splits:
         begun = len(episodes)
         for shard in source.shards(split):
-            file = {"chunk": len(_files(episodes)) // FILES_A_CHUNK, "file": len(_files(episodes)) % FILES_A_CHUNK}
-            path = folder / "data" / FILE.format(chunk_index=file["chunk"], file_index=file["file"])
+            chunk, number = divmod(next(files), FILES_A_CHUNK)
+            path = folder / "data" / FILE.format(chunk_index=chunk, file_index=number)
             path.parent.mkdir(parents=True, exist_ok=True)
             with pq.ParquetWriter(path, schema, compression="zstd") as writer:
                 for table in source.episodes(shard):
                     rows = _rows(table, len(episodes), first, paths)
                     moments = _moments(rows, source.pictures(table, "image"))
-                    whole = {name: whole[name].plus(each) if whole else each for name, each in moments.items()}
+                    whole = {name: whole[name] + each if whole else each for name, each in moments.items()}
                     arrays = [pa.array(rows[column.name], column.arrow) for column in columns]
                     writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
-                    episodes.append(_episode(table, len(episodes), first, file, moments))
+                    episodes.append(_episode(table, len(episodes), first, (chunk, number), moments))
                     first += table.num_rows
         splits[split] = f"{begun}:{len(episodes)}"
     _write_meta(folder / "meta", source, episodes, whole, splits, paths, first)
-
-
-def _files(episodes: list[dict[str, Any]]) -> set[tuple[int, int]]:
-    return {(each["data/chunk_index"], each["data/file_index"]) for each in episodes}
 
 
 def _columns() -> list[Column]:
@@ -109,7 +101,7 @@ def _columns() -> list[Column]:
 
 
 def _rows(table: pa.Table, episode: int, first: int, paths: list[str]) -> dict[str, Any]:
-    count = table.num_rows
+    length = table.num_rows
     parts = [
         np.array(table["force_n"].to_pylist()),
         np.array(table["torque_nmm"].to_pylist()),
@@ -119,9 +111,9 @@ def _rows(table: pa.Table, episode: int, first: int, paths: list[str]) -> dict[s
         IMAGE: table["image"].to_pylist(),
         STATE: list(np.concatenate(parts, 1).astype(np.float32)),
         "timestamp": table["time_s"].to_pylist(),
-        "frame_index": list(range(count)),
-        "episode_index": [episode] * count,
-        "index": list(range(first, first + count)),
+        "frame_index": list(range(length)),
+        "episode_index": [episode] * length,
+        "index": list(range(first, first + length)),
         "task_index": [paths.index(kind) for kind in table["path_kind"].to_pylist()],
     }
 
@@ -138,7 +130,7 @@ def _stats(moments: dict[str, Moments], frames: int) -> Iterator[tuple[str, dict
 
 
 def _episode(
-    table: pa.Table, number: int, first: int, file: dict[str, int], moments: dict[str, Moments]
+    table: pa.Table, number: int, first: int, file: tuple[int, int], moments: dict[str, Moments]
 ) -> dict[str, Any]:
     stats = {
         f"stats/{name}/{key}": value for name, each in _stats(moments, table.num_rows) for key, value in each.items()
@@ -149,8 +141,8 @@ def _episode(
         "length": table.num_rows,
         "dataset_from_index": first,
         "dataset_to_index": first + table.num_rows,
-        "data/chunk_index": file["chunk"],
-        "data/file_index": file["file"],
+        "data/chunk_index": file[0],
+        "data/file_index": file[1],
         "meta/episodes/chunk_index": 0,
         "meta/episodes/file_index": 0,
     } | stats
