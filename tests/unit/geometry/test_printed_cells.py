@@ -1,4 +1,4 @@
-"""Uneven prints: spreads as asked for, closed meshes, walls that bend together, and nothing at all by default."""
+"""Cells as printed: closed, as large as round edges say; uneven walls, waves and missing walls where they are due."""
 
 import numpy as np
 import pytest
@@ -7,12 +7,112 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import load_design
 from magicsim.geometry.elastomer import build_elastomer
 from magicsim.geometry.files.export import export_design
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.printed_cells import FACET_TOLERANCE, WHOLE, cell_mesh, cell_volume_mm3
+
+EDGES = np.array([0.8, 0.9, 1.0])
+
+
+@pytest.mark.parametrize("radius_mm", [0.0, 0.05, 0.3])
+@pytest.mark.parametrize("parts", [2, 3])
+def test_a_cell_is_closed_and_has_the_volume_of_round_edges(radius_mm, parts):
+    cell = cell_mesh(EDGES, parts, radius_mm)
+    assert cell.is_watertight()
+    assert cell.volume_mm3() == pytest.approx(cell_volume_mm3(EDGES, radius_mm), rel=FACET_TOLERANCE)
+    np.testing.assert_allclose(np.ptp(cell.vertices, axis=0), EDGES, rtol=1e-6)
+
+
+def test_edges_and_corners_stay_near_the_round():
+    radius = 0.2
+    places = np.abs(cell_mesh(EDGES, 2, radius).vertices)
+    beyond = np.linalg.norm(np.maximum(places - (EDGES / 2 - radius), 0), axis=1)
+    assert beyond.min() == pytest.approx(radius)
+    assert beyond.max() < 1.16 * radius  # a sharp corner would be 1.73 away
+
+
+def test_fillets_are_off_by_default_and_bounded():
+    drawn = build_elastomer(load_design("mini-magictac", ["footprint_mm=[8,9]"]))
+    assert drawn.infill.volume_mm3() == pytest.approx(drawn.grid.infill_volume_mm3)
+    with pytest.raises(ConfigError, match=r"crossing_radius_mm = 0\.45 is not allowed.*must be at most 0\.4 cell_mm"):
+        load_design("mini-magictac", ["unevenness.crossing_radius_mm=0.45"])
+
 
 SMALL = ("footprint_mm=[12, 14]",)
 
 
 def built(*settings: str):
     return build_elastomer(load_design("mini-magictac", [*SMALL, *settings]))
+
+
+@pytest.fixture(scope="module")
+def torn():
+    return built("unevenness.torn_share=0.05", "unevenness.seed=3")
+
+
+def walls(grid):
+    counts = np.array(grid.counts)
+    return int(sum((counts[axis] - 1) * counts.prod() // counts[axis] for axis in range(3)))
+
+
+def mesh(elastomer, faces):
+    """A mesh of the infill without its collapsed triangles."""
+    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
+    return SurfaceMesh(vertices=elastomer.infill.vertices, faces=faces[whole])
+
+
+def test_no_wall_is_missing_by_default():
+    assert built().fused is None
+
+
+def test_as_many_walls_are_missing_as_asked_for_and_no_cell_lacks_two(torn):
+    assert len(torn.fused.pairs) == round(0.05 * walls(torn.grid))
+    assert len(np.unique(torn.fused.pairs)) == torn.fused.pairs.size
+    steps = np.unique(torn.fused.pairs[:, 1] - torn.fused.pairs[:, 0])
+    assert steps.tolist() == np.cumprod([1, *torn.grid.counts[:2]]).tolist()
+
+
+def test_fused_cells_are_closed_and_hold_the_missing_walls(torn):
+    fused = mesh(torn, torn.fused.without_membranes)
+    assert fused.is_watertight()
+    below, above = torn.fused.pairs.T
+    axis = np.searchsorted(np.cumprod([1, *torn.grid.counts[:2]]), above - below)
+    cell, pitch = torn.grid.cell_mm, torn.grid.pitch_mm
+    added = sum((pitch[a] - cell[a]) * np.prod(np.delete(cell, a)) for a in axis)
+    assert fused.volume_mm3() == pytest.approx(torn.grid.infill_volume_mm3 + added, rel=1e-9)
+
+
+def test_every_cell_is_closed_by_its_membrane(torn):
+    per_cell = torn.triangles_per_cell
+    for cell in torn.fused.pairs.ravel():
+        own = torn.fused.closed[cell * per_cell : (cell + 1) * per_cell]
+        _, places = np.unique(own, return_inverse=True)
+        vertices = torn.infill.vertices[np.unique(own)]
+        assert SurfaceMesh(vertices=vertices, faces=places.reshape(-1, 3).astype(np.int32)).is_watertight()
+
+
+def test_membranes_stand_in_the_missing_walls_and_tell_the_cell_behind(torn):
+    per_cell = torn.triangles_per_cell
+    membrane = np.flatnonzero(torn.fused.beyond != WHOLE)
+    found = np.unique(np.stack([membrane // per_cell, torn.fused.beyond[membrane]], 1), axis=0)
+    np.testing.assert_array_equal(found, torn.fused.pairs[np.argsort(torn.fused.pairs[:, 0])])
+    assert len(membrane) == len(torn.fused.pairs) * per_cell / 6
+    corners = torn.infill.vertices[torn.fused.faces[membrane]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    below, above = torn.fused.pairs.T
+    axis = np.searchsorted(np.cumprod([1, *torn.grid.counts[:2]]), above - below)
+    assert area == pytest.approx(sum(np.prod(np.delete(torn.grid.cell_mm, a)) for a in axis))
+
+
+def test_vertices_of_a_torn_print_are_those_of_the_whole_one(torn):
+    np.testing.assert_array_equal(torn.infill.vertices, built().infill.vertices)
+    np.testing.assert_array_equal(torn.infill.faces, built().infill.faces)
+
+
+def test_each_seed_lacks_other_walls(torn):
+    same, other = (built("unevenness.torn_share=0.05", f"unevenness.seed={seed}").fused.pairs for seed in (3, 4))
+    np.testing.assert_array_equal(same, torn.fused.pairs)
+    assert same.shape == other.shape
+    assert (same != other).any()
 
 
 def cells(elastomer):
@@ -118,6 +218,8 @@ def test_what_is_printed_is_the_drawing(tmp_path):
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
+        ("unevenness.torn_share=0.2", "must be a number of at least 0 and at most 0.1"),
+        ("unevenness={torn_share=0.01,crossing_radius_mm=0.1}", "one of them must be 0"),
         ("unevenness.wall_sd_mm=0.02", "wall_mm - 3 wall_sd_mm must be at least 0.05 mm"),
         ("unevenness={wave_sd_mm=0.4,wave_length_mm=3}", "must be at most a tenth of it"),
         (
