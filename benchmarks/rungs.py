@@ -79,7 +79,6 @@ def ablated(rung: Rung) -> list[Any]:
         Rung.HALVED: lambda: [patch.object(ladder, "SHORTEST", 0.9)],
         Rung.CAREFUL: lambda: [patch.object(Problem, "with_care", careless)],
         Rung.PATIENT: lambda: [patch.object(ladder, "NEARLY_FOLDED", 2.0)],
-        Rung.LEAP: lambda: [patch.object(ladder, "FOLDED", 2.0)],
         Rung.FEWER: lambda: [patch.object(path.ContactSolver, "_follow_path", once)],
     }
     return taken[rung]()
@@ -112,7 +111,7 @@ def run(number: int, stress: StressPath, found: Sequence[Mapping[str, Any]]) -> 
     ran = {name for row in good for name in row["rungs"]}
     seconds = sum(row["seconds"] for row in found)
     limit_s = PATIENCE * seconds + LEAST_S
-    without = {name: valid_without(stress, Rung(name), limit_s) for name in sorted(ran) if Rung(name) in LEFT_OUT}
+    without = {name: valid_without(stress, Rung(name), limit_s) for name in sorted(ran) if name in LEFT_OUT}
     material = "" if stress.contrast is None else f", contrast {stress.contrast:g}, nu {stress.poisson_ratio:g}"
     return Row(
         number=number, label=stress.label + material, stages=len(stress.stages), valid=len(good), ran=sorted(ran),

@@ -7,16 +7,13 @@
 | iteration | the condensed step, for one of `WHY_PLAIN` | `PLAIN` | `load_step` |
 | iteration | the step folds a cell, or the energy rises | a shorter one; `STRETCHED` after a shift | `descent` |
 | load step | no equilibrium | `HALVED` and `CAREFUL`, then `PATIENT` | `Strides`, `Problem` |
-| load step | no short one leads on | `LEAP` | `Strides` |
 | path | no load step leads on | `FEWER` | `path` |
 
 A result names the rungs on which it stands (`Deformation.rungs`), and for plain steps why they were taken, so that
 `python benchmarks/stress.py` counts what each one of them is good for.
 
-A step that fails is halved and iterated with more care, then with patience (`Care`), down to the shortest one. Where
-the face snaps from one shape to another no step is short enough: where the equilibrium does not depend on the path,
-longer ones, which leap over the snap, are tried before the shortest. A state that is nearly folded is spared the
-costlier of these: shorter steps bring it to its fold, and nothing leads beyond.
+A step that fails is halved and iterated with more care, then with patience (`Care`), down to the shortest one. A state
+that is nearly folded is spared patience: shorter steps bring it to its fold, and nothing leads beyond.
 """
 
 from dataclasses import dataclass
@@ -46,8 +43,6 @@ class Rung(StrEnum):
     """More iterations, each of them with a new factor; friction limits wait for balance."""
     PATIENT = "patient"
     """Plain steps only, because they were asked for, and many of them."""
-    LEAP = "leap"
-    """A longer load step, over the snap of a face that no short one can follow."""
     FEWER = "fewer"
     """The path begun again from rest with longer load steps."""
 
@@ -62,14 +57,12 @@ def rung_names(rungs: frozenset[Rung]) -> tuple[str, ...]:
 
 
 # Numbers without a source are assumed: they decide how soon an equilibrium is found, not which one is accepted.
-SHORTEST, SHORTEST_BEFORE_LEAP = 1 / 32, 1 / 8
-"""Shortest load steps in units of the usual one, of all and of those before leaps."""
-LEAPS = (1.5, 2.0, 3.0, 4.0)
-"""Longer steps that are tried in turn, in the same units."""
+SHORTEST = 1 / 32
+"""Shortest load step in units of the usual one."""
 GROWTH = 1.5
 """Growth of a step after one that succeeded."""
-NEARLY_FOLDED, FOLDED = 0.1, 0.02
-"""Smallest Jacobians of a state below which patience does not lead on, and below which leaps do not either."""
+NEARLY_FOLDED = 0.1
+"""Smallest Jacobian of a state below which patience does not lead on."""
 ROUNDING = 1e-9
 
 
@@ -90,21 +83,12 @@ class Strides:
     """Where a path stands; lengths are in units of the whole way."""
 
     usual: float
-    """Longest step, but for leaps."""
-    may_leap: bool
-    """Whether the equilibrium does not depend on the path."""
+    """Longest step."""
     done: float = 0.0
     care: Care = Care.ORDINARY
     cutbacks: int = 0
     """Steps that were halved."""
-    gave_up: bool = False
-    is_leap: bool = False
-    """Whether the next step is longer than the usual one."""
     _stride: float = 0.0
-    _halved: float = 0.0
-    """The step to go on with when no leap succeeds."""
-    _leaps: tuple[float, ...] = LEAPS
-    """Those that were not tried yet."""
 
     def __post_init__(self) -> None:
         """Begins with the usual step."""
@@ -114,10 +98,13 @@ class Strides:
     def rungs(self) -> frozenset[Rung]:
         """Rungs of the ladder, on which the next step would stand."""
         cared = {Care.ORDINARY: (), Care.CAREFUL: (Rung.CAREFUL,), Care.PATIENT: (Rung.PATIENT,)}[self.care]
-        if self.is_leap:
-            return frozenset((*cared, Rung.LEAP))
         is_halved = self._stride < (1 - ROUNDING) * self.usual
         return frozenset((*cared, Rung.HALVED) if is_halved else cared)
+
+    @property
+    def gave_up(self) -> bool:
+        """Whether the next step would be shorter than the shortest."""
+        return self._stride < SHORTEST * self.usual
 
     @property
     def target(self) -> float:
@@ -129,21 +116,12 @@ class Strides:
         """The step was solved."""
         self.done, self.care = self.target, Care.ORDINARY
         self._stride = min(self._stride * GROWTH, self.usual)
-        self.is_leap, self._leaps = False, LEAPS
 
     def fail(self, min_jacobian: float) -> None:
         """The step, from a state with this smallest Jacobian, was not solved."""
-        if self.care is Care.CAREFUL and not self.is_leap and min_jacobian > NEARLY_FOLDED:
+        if self.care is Care.CAREFUL and min_jacobian > NEARLY_FOLDED:
             self.care = Care.PATIENT
             return
-        was_ordinary, self.care = self.care is Care.ORDINARY, Care.CAREFUL
-        if self.is_leap:
-            self._leaps = () if self.target == 1 else self._leaps[1:]
-        else:
-            # the last step of a path may be cut short: it is solved again with care before it is halved
-            self._halved = (self._stride if was_ordinary else self.target - self.done) / 2
-            self.cutbacks += 1
-        is_short = self._halved < SHORTEST_BEFORE_LEAP * self.usual
-        self.is_leap = self.may_leap and is_short and min_jacobian > FOLDED and len(self._leaps) > 0
-        self._stride = self._leaps[0] * self.usual if self.is_leap else self._halved
-        self.gave_up = not self.is_leap and self._halved < SHORTEST * self.usual
+        # the last step of a path may be cut short: it is solved again with care before it is halved
+        self._stride = (self._stride if self.care is Care.ORDINARY else self.target - self.done) / 2
+        self.cutbacks, self.care = self.cutbacks + 1, Care.CAREFUL

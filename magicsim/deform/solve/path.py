@@ -227,13 +227,12 @@ class ContactSolver:
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) * longer
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose = start, first
-        strides = Strides(usual=1.0 / count, may_leap=self._forgets_its_path)
+        strides = Strides(usual=1.0 / count)
         before_cutbacks = effort.cutbacks
         while strides.done < 1 and not strides.gave_up:
             target, effort.share = strides.target, strides.done
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
-            stuck = effort.last
             iterate = iterate_pose(
                 problem.with_care(strides.care),
                 self._condenser,
@@ -248,7 +247,7 @@ class ContactSolver:
                 state, pose = self._result(problem, iterate, next_pose, effort), next_pose
                 strides.succeed()
             else:
-                effort.last = stuck if strides.is_leap else iterate  # a leap may end far from what went wrong
+                effort.last = iterate
                 strides.fail(state.min_jacobian)
                 effort.cutbacks = before_cutbacks + strides.cutbacks
         return None if strides.gave_up else state

@@ -1,4 +1,4 @@
-from magicsim.deform.solve.ladder import LEAPS, SHORTEST, Care, Strides
+from magicsim.deform.solve.ladder import SHORTEST, Care, Strides
 
 
 def fail_until_given_up(strides: Strides, *, min_jacobian: float) -> list[tuple[float, Care]]:
@@ -10,7 +10,7 @@ def fail_until_given_up(strides: Strides, *, min_jacobian: float) -> list[tuple[
 
 
 def test_a_path_without_failures_goes_in_usual_steps():
-    strides, targets = Strides(usual=0.25, may_leap=False), []
+    strides, targets = Strides(usual=0.25), []
     while strides.done < 1:
         targets.append(strides.target)
         strides.succeed()
@@ -18,7 +18,7 @@ def test_a_path_without_failures_goes_in_usual_steps():
 
 
 def test_a_step_that_fails_is_halved_with_care_and_patience_down_to_the_shortest():
-    strides = Strides(usual=0.25, may_leap=False)
+    strides = Strides(usual=0.25)
     tried = fail_until_given_up(strides, min_jacobian=0.5)
     assert tried[:4] == [
         (0.25, Care.ORDINARY), (0.125, Care.CAREFUL), (0.125, Care.PATIENT), (0.0625, Care.CAREFUL),
@@ -28,22 +28,13 @@ def test_a_step_that_fails_is_halved_with_care_and_patience_down_to_the_shortest
 
 
 def test_only_shorter_steps_are_tried_where_a_cell_is_folded():
-    tried = fail_until_given_up(Strides(usual=0.25, may_leap=True), min_jacobian=0.01)
+    tried = fail_until_given_up(Strides(usual=0.25), min_jacobian=0.01)
     assert [target for target, _ in tried] == [0.25 / 2**halvings for halvings in range(6)]
     assert Care.PATIENT not in {care for _, care in tried}
 
 
-def test_longer_steps_are_tried_before_the_shortest_where_the_path_does_not_matter():
-    tried = fail_until_given_up(Strides(usual=0.1, may_leap=True), min_jacobian=0.05)
-    halved = [0.1 / 2**halvings for halvings in range(6)]
-    assert [target for target, _ in tried] == [*halved[:4], *(leap * 0.1 for leap in LEAPS), *halved[4:]]
-    assert Care.PATIENT not in {care for _, care in tried}  # nearly folded
-    tried = fail_until_given_up(Strides(usual=0.5, may_leap=True), min_jacobian=0.05)
-    assert [target for target, _ in tried[4:]] == [0.75, 1.0, 0.5 / 16, 0.5 * SHORTEST]
-
-
 def test_the_last_step_is_tried_again_with_care_before_it_is_halved():
-    strides = Strides(usual=0.4, may_leap=False)
+    strides = Strides(usual=0.4)
     strides.succeed()
     strides.succeed()
     tried = fail_until_given_up(strides, min_jacobian=0.05)
@@ -51,17 +42,8 @@ def test_the_last_step_is_tried_again_with_care_before_it_is_halved():
     assert [round(target, 9) for target, _ in tried[2:4]] == [0.9, 0.85]
 
 
-def test_after_a_leap_the_path_goes_on_in_usual_steps():
-    strides = Strides(usual=0.1, may_leap=True)
-    while strides.target < 0.1 + 1e-9:
-        strides.fail(0.5)
-    strides.succeed()
-    assert (round(strides.done, 9), strides.care) == (0.15, Care.ORDINARY)
-    assert round(strides.target, 9) == 0.25
-
-
 def test_steps_grow_again_after_a_failure():
-    strides = Strides(usual=0.4, may_leap=False)
+    strides = Strides(usual=0.4)
     strides.fail(0.5)
     strides.succeed()
     assert round(strides.target - strides.done, 9) == 0.3
