@@ -24,6 +24,7 @@ DIRECTIVE = re.compile(r"^```\{command\} (?P<names>.+)$", re.MULTILINE)
 SYMBOL = re.compile(r"`(magicsim(?:\.\w+)+)")
 AUTODOC = re.compile(r"^\.\. auto\w+:: ([\w.]+)$", re.MULTILINE)
 BESIDE = re.compile(r"((?:`[\w.]+`(?:, | and )?)+) (?:of|in|\()\s*`?(magicsim/[\w/]+\.py)`")
+BRACKETS = re.compile(r"\((`[\w.]+`(?:, `[\w.]+`)*)[;)]")
 PLACE = re.compile(
     r"`((?:tests|docs|benchmarks|detectors|geometry|scenes|deform|magicsim)/[\w./-]+\.(?:py|toml|md)|tests/[\w/]+)`"
 )
@@ -81,6 +82,18 @@ def test_names_beside_a_file_stand_in_that_file(page: Path):
     for names, file in BESIDE.findall(page.read_text(encoding="utf-8")):
         text = (ROOT / file).read_text(encoding="utf-8")
         assert all(each in text for each in re.findall(r"`([\w.]+)`", names) for each in each.split(".")[-1:])
+
+
+@pytest.mark.parametrize("page", sorted((DOCS / "physics").glob("*.md")), ids=name)
+def test_names_in_brackets_on_pages_of_physics_are_in_the_package(page: Path):
+    files = sorted((ROOT / "magicsim").rglob("*.py"))
+    text = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    known = {part for file in files for part in file.relative_to(ROOT).with_suffix("").parts}
+    known |= set(re.findall(r"^ *(?:def |class )?(\w+)[(:]", text, re.MULTILINE))
+    names = [
+        each for found in BRACKETS.findall(page.read_text(encoding="utf-8")) for each in re.findall(r"[\w.]+", found)
+    ]
+    assert {each for each in names if each.split(".")[-1] not in known} == set()
 
 
 @pytest.mark.parametrize("command", COMMANDS)
