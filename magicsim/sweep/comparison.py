@@ -14,22 +14,11 @@ from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.lock import sole_writer
 from magicsim.folder.target import output_errors
 from magicsim.light.variant import activate_variant
+from magicsim.sweep import result as files
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer import render_explorer, rows_of, table_csv, table_parquet
 from magicsim.sweep.judge import DesignTask, judge_design
-from magicsim.sweep.result import (  # fmt: skip
-    CSV,
-    FOLDER,
-    FRAMES,
-    INDEX,
-    PARQUET,
-    REPORT,
-    DesignResult,
-    SweepIndex,
-    read_result,
-    read_results,
-    result_name,
-)
+from magicsim.sweep.result import FOLDER, DesignResult, SweepIndex, read_result, read_results, result_name
 from magicsim.sweep.search import best_of, costs_of, optuna_version, pareto_front, search_designs
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.trends import check_trends
@@ -41,8 +30,8 @@ from magicsim.workers.tasks import run_tasks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judge:
-    """What judges designs."""
+class DesignJudge:
+    """The function that judges designs, and what prepares a process for it."""
 
     function: Callable[[DesignTask], bytes] = judge_design
     prepare: Prepare | None = bound_threads
@@ -76,7 +65,7 @@ def run_sweep(
     *,
     options: WorkerOptions | None = None,
     resume: bool = False,
-    judge: Judge | None = None,
+    judge: DesignJudge | None = None,
     progress: Callable[[int, int, int], None] | None = None,
     told: Told = on_stderr,
 ) -> SweepSummary:
@@ -95,48 +84,32 @@ def run_sweep(
         ConfigError: A field does not exist, or a value is out of its range.
         OutputError: The folder is not ours, holds another sweep, or cannot be written; what is finished is kept.
     """
-    with waiting("comparing designs", told if progress is None else unheard) as share:
-        return _compared(
-            sweep, out, options or choose_workers(None, timeout_s=sweep.timeout_s), judge or Judge(), resume=resume,
-            progress=progress or share,
-        )  # fmt: skip
-
-
-def _compared(
-    sweep: SweepConfig,
-    out: Path,
-    options: WorkerOptions,
-    judge: Judge,
-    *,
-    resume: bool,
-    progress: Callable[[int, int, int], None],
-) -> SweepSummary:
-    designs = list_designs(sweep)
-    chooser = _chooser(sweep)
+    designs, chooser = list_designs(sweep), _chooser(sweep)
     FOLDER.check(out, resume=resume)
-    start = time.perf_counter()
-    with output_errors(out, then=RESUMABLE), sole_writer(out):
+    start, judge = time.perf_counter(), judge or DesignJudge()
+    options = options or choose_workers(None, timeout_s=sweep.timeout_s)
+    heard = waiting("comparing designs", told if progress is None else unheard)
+    with heard as share, output_errors(out, then=RESUMABLE), sole_writer(out):
         ledger = FOLDER.open_ledger(out)
         index = SweepIndex(
-            config_hash=sweep.config_hash(),
-            versions=versions() | chooser,
-            variant=judge.variant(),
+            config_hash=sweep.config_hash(), versions=versions() | chooser, variant=judge.variant(),
             designs=count_designs(sweep),
-        )
+        )  # fmt: skip
         earlier = FOLDER.read_index(out)
         if earlier is not None:
             FOLDER.refuse_another(out, earlier, index)
         FOLDER.write_config(ledger, sweep)
         kept = earlier.failed if earlier is not None and sweep.sampling == "search" else {}
         FOLDER.write_index(ledger, index.model_copy(update={"failed": kept}))
-        call = _Call(sweep=sweep, ledger=ledger, options=options, judge=judge, progress=progress)
-        failed = call.judge_known(designs)
+        call = _Call(sweep=sweep, ledger=ledger, options=options, judge=judge, progress=progress or share)
+        left = [each for each in designs if read_result(out, each.index) is None]
+        failed = call.judge_all(left, len(designs) - len(left), 0)
         if sweep.sampling == "search":
             failed |= call.search(index, kept, known=failed)
         results = read_results(out, count_designs(sweep))
         summary = write_results(sweep, ledger, results, failed, seconds=time.perf_counter() - start)
-        files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
-        FOLDER.write_index(ledger, index.model_copy(update={"is_complete": True, "failed": failed, "files": files}))
+        hashes = {name: ledger.listed(name).sha256 for name in ledger.names() if name != files.INDEX}
+        FOLDER.write_index(ledger, index.model_copy(update={"is_complete": True, "failed": failed, "files": hashes}))
         ledger.close()
         return summary
 
@@ -151,14 +124,14 @@ def write_results(
     best = best_of([result for result, is_kept in zip(results, kept, strict=True) if is_kept], sweep.objectives)
     trends = check_trends(results)
     rows = rows_of(results, front)
-    ledger.place(CSV, table_csv(rows))
-    ledger.place(PARQUET, table_parquet(rows, sweep.quality))
+    ledger.place(files.CSV, table_csv(rows))
+    ledger.place(files.PARQUET, table_parquet(rows, sweep.quality))
     for result in results:
         for number, address in enumerate(result.pictures.values()):
-            name = f"{FRAMES}/{result.index:05d}-{number:02d}.webp"
+            name = f"{files.FRAMES}/{result.index:05d}-{number:02d}.webp"
             ledger.place(name, base64.b64decode(address.partition(",")[2]))
     page = render_explorer(sweep, results, front=front, trends=trends, failed=failed)
-    ledger.place(REPORT, page.encode())
+    ledger.place(files.REPORT, page.encode())
     return SweepSummary(
         designs=len(results),
         failed=len(failed),
@@ -166,7 +139,7 @@ def write_results(
         front=[result.index for result, in_front in zip(results, front, strict=True) if in_front],
         trends=[asdict(each) | {"holds": each.holds} for each in trends],
         seconds=round(seconds, 3),
-        report=str(ledger.out / REPORT),
+        report=str(ledger.out / files.REPORT),
         out=str(ledger.out),
     )
 
@@ -174,17 +147,16 @@ def write_results(
 def _best(sweep: SweepConfig, best: DesignResult | None) -> dict[str, Any] | None:
     if best is None:
         return None
-    measure = sweep.objectives[0].measure
-    found = best.measures[measure]
-    ends = {"low": found.low, "high": found.high}
-    return {"design": best.index, "values": best.values, "measure": measure, "value": found.value} | ends
+    name = sweep.objectives[0].measure
+    measured = best.measures[name]
+    ends = {"low": measured.low, "high": measured.high}
+    return {"design": best.index, "values": best.values, "measure": name, "value": measured.value} | ends
 
 
 def _chooser(sweep: SweepConfig) -> dict[str, str]:
     """Version of what chooses designs, where a package does; also looks whether what it is to vary is there."""
     if sweep.sampling != "search":
         return {}
-
     for each in sweep.swept:
         value_at(sweep, each.field)
     return {"optuna": optuna_version()}
@@ -197,13 +169,8 @@ class _Call:
     sweep: SweepConfig
     ledger: Ledger
     options: WorkerOptions
-    judge: Judge
+    judge: DesignJudge
     progress: Callable[[int, int, int], None]
-
-    def judge_known(self, designs: list[SweptDesign]) -> dict[str, str]:
-        """Judges what has no result yet; returns why some have none."""
-        left = [each for each in designs if read_result(self.ledger.out, each.index) is None]
-        return self.judge_all(left, len(designs) - len(left), 0)
 
     def search(self, index: SweepIndex, earlier: dict[str, str], *, known: dict[str, str]) -> dict[str, str]:
         """Chooses designs and judges them; returns why some have no result, as `known` does of those of `also`."""

@@ -181,17 +181,14 @@ def renderings_of(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
     count, rooms = sweep.quality.renderings, sweep.rooms
     if not (rooms or sweep.draws):
         return [Rendering(sensor=sensor, drawn={})] * count
-    found = []
+    renderings = []
     for turn, each in enumerate(_drawn(sensor, sweep)):
         rig = in_room(each.sensor.rig, rooms[turn % len(rooms)]) if rooms else each.sensor.rig
         camera = rig.camera.model_copy(update={"pattern_seed": sensor.rig.camera.pattern_seed + turn})
-        found.append(
-            Rendering(
-                sensor=each.sensor.model_copy(update={"rig": rig.model_copy(update={"camera": camera})}),
-                drawn=each.drawn | {"camera.pattern_seed": float(camera.pattern_seed)},
-            )
-        )
-    return found
+        seen = each.sensor.model_copy(update={"rig": rig.model_copy(update={"camera": camera})})
+        drawn = each.drawn | {"camera.pattern_seed": float(camera.pattern_seed)}
+        renderings.append(Rendering(sensor=seen, drawn=drawn))
+    return renderings
 
 
 def rows_of_renderings(found: list[Rendering]) -> dict[str, float]:
@@ -205,23 +202,12 @@ def _drawn(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
     if not sweep.draws:
         return [Rendering(sensor=sensor, drawn={})] * count
     recipe = Recipe(
-        schema_version=1,
-        design=sensor.design,
-        rig=sensor.rig,
-        seed=sweep.seed,
-        episodes=count,
-        episodes_per_sensor=1,
-        tolerances=sweep.tolerances,
-        camera=sweep.camera,
-        paths=(ClearPath(kind="clear"),),
-    )
+        schema_version=1, design=sensor.design, rig=sensor.rig, seed=sweep.seed, episodes=count,
+        episodes_per_sensor=1, tolerances=sweep.tolerances, camera=sweep.camera, paths=(ClearPath(kind="clear"),),
+    )  # fmt: skip
     shape = {"unevenness": sensor.design.unevenness}  # a recipe's next unit has another
-    return [
-        Rendering(
-            sensor=sensor.model_copy(
-                update={"design": each.scene.design.model_copy(update=shape), "rig": each.scene.rig}
-            ),
-            drawn=each.values,
-        )
-        for each in draw_episodes(recipe)
-    ]
+    renderings = []
+    for each in draw_episodes(recipe):
+        update = {"design": each.scene.design.model_copy(update=shape), "rig": each.scene.rig}
+        renderings.append(Rendering(sensor=sensor.model_copy(update=update), drawn=each.values))
+    return renderings

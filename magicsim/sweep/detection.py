@@ -73,8 +73,9 @@ def fit_detector(film: Film) -> FittedDetector:
 def training_episode(film: Film, references: Sequence[Frame]) -> Episode:
     """Labelled frames of every class: every second place, and states on the axis."""
     clear = film.frames(film.untouched, CLEAR_DRAWS)
+    near = [each for each in film.approach if each.gap_mm is not None and 0 < each.gap_mm <= NEAR_MAX_MM]
     groups: list[tuple[FrameClass, Sequence[Shown]]] = [
-        (FrameClass.NEAR, [*film.near[TRAINING::2], *(each for each in film.approach if is_near(each))]),
+        (FrameClass.NEAR, [*film.near[TRAINING::2], *near]),
         (FrameClass.CONTACT, [*film.light_touches[TRAINING::2], *film.touches[TRAINING::2]]),
         (FrameClass.LIGHT, film.light[TRAINING::2]),
     ]
@@ -84,11 +85,6 @@ def training_episode(film: Film, references: Sequence[Frame]) -> Episode:
             frames += film.frames(shown, TRAINING_DRAWS)
             classes += [kind] * TRAINING_DRAWS
     return Episode(references=references, frames=frames, classes=classes)
-
-
-def is_near(shown: Shown) -> bool:
-    """Whether a state counts as near."""
-    return shown.gap_mm is not None and 0 < shown.gap_mm <= NEAR_MAX_MM
 
 
 def fixed_detector(film: Film) -> FittedDetector:
@@ -121,22 +117,18 @@ MOST_CLEAR = SPAN - REFERENCES - TEST_FIRST
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactScores:
-    """What a detector says at the test's places: similarities, and whether its combined verdict is Touched."""
+    """Similarities at the test's places, and whether the combined verdict is Touched; shape (places, draws) each.
+
+    Untouched frames, `clear`, have no place: shape (frames,).
+    """
 
     touched: Array
-    """Similarity of the lightest touches, shape (places, draws)."""
     near: Array
-    """Similarity in front of each place, shape (places, draws)."""
     clear: Array
-    """Similarity of untouched frames, shape (frames,)."""
     hit: Mask
-    """Verdict of the touches, shape (places, draws)."""
     near_alarm: Mask
-    """Alarms of the frames in front of each place, shape (places, draws)."""
     light_alarm: Mask
-    """Under outside light, shape (places of the light, draws)."""
     clear_alarm: Mask
-    """Alarms of untouched frames, shape (frames,)."""
 
 
 def contact_scores(film: Film, detector: FittedDetector, draws: int, *, drift: float) -> ContactScores:
@@ -152,15 +144,11 @@ def contact_scores(film: Film, detector: FittedDetector, draws: int, *, drift: f
     _, light_alarm = seen(film.light[TEST::2])
     count = min(draws * len(touched), MOST_CLEAR)
     clear = detector.verdicts(film.frames(film.untouched, count, first=TEST_FIRST, drift=drift))
+    clear_alarm = np.array([each.combined is Contact.TOUCHED for each in clear])
     return ContactScores(
-        touched=touched,
-        near=near,
-        clear=np.array([each.similarity for each in clear]),
-        hit=hit,
-        near_alarm=near_alarm,
-        light_alarm=light_alarm,
-        clear_alarm=np.array([each.combined is Contact.TOUCHED for each in clear]),
-    )
+        touched=touched, near=near, clear=np.array([each.similarity for each in clear]), hit=hit,
+        near_alarm=near_alarm, light_alarm=light_alarm, clear_alarm=clear_alarm,
+    )  # fmt: skip
 
 
 def contact_auc(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
@@ -174,9 +162,8 @@ def contact_auc(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
 
 def contact_accuracy(renderings: Sequence[ContactScores], *, seed: int) -> Measured:
     """Balanced accuracy of the combined verdict, alarms mean over what is no touch; mean over renderings."""
-    return Measured.mean_over(
-        [partial(_accuracy, scores) for scores in renderings], len(renderings[0].touched), seed=seed
-    )
+    accuracies = [partial(_accuracy, scores) for scores in renderings]
+    return Measured.mean_over(accuracies, len(renderings[0].touched), seed=seed)
 
 
 def _area(scores: ContactScores, places: Index) -> float:

@@ -155,29 +155,19 @@ def _untouched(simulated: Sensor) -> tuple[FloatImage, ...]:
 
 
 def _film(simulated: Sensor, rest: tuple[FloatImage, ...], shown: tuple[Shown, ...], quality: Quality) -> Film:
-    near, depths, touches = len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches
-    parts = [shown[a:b] for a, b in _runs([near, depths, touches, len(LIGHTS_MM)])]
+    lengths = [len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches, len(LIGHTS_MM)]
+    parts = [shown[first:stop] for first, stop in pairwise(np.cumsum([0, *lengths]).tolist())]
     return Film(
         camera=simulated.rig.camera,
         exposure=sensor_exposure(simulated, rest[0]),
         seed=simulated.seed,
         untouched=Shown(
-            number=0,
-            gap_mm=None,
-            x_mm=0.0,
-            y_mm=0.0,
-            radiance=rest[0],
-            at_other_times=rest[1:],
-            force_n=0.0,
+            number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest[0], at_other_times=rest[1:], force_n=0.0,
             seconds=0.0,
         ),
-        approach=tuple(parts[0]),
-        press=tuple(parts[1]),
-        near=tuple(parts[2][::3]),
-        light_touches=tuple(parts[2][1::3]),
-        touches=tuple(parts[2][2::3]),
-        light=tuple(parts[3]),
-    )
+        approach=parts[0], press=parts[1], near=parts[2][::3], light_touches=parts[2][1::3], touches=parts[2][2::3],
+        light=parts[3],
+    )  # fmt: skip
 
 
 def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) -> Iterator[list[Shown]]:
@@ -194,15 +184,10 @@ def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) ->
             radiance, now = each.renderer.radiance(view), time.perf_counter()
             shown.append(
                 Shown(
-                    number=number,
-                    gap_mm=state.gap_mm,
-                    x_mm=state.x_mm,
-                    y_mm=state.y_mm,
-                    radiance=radiance,
-                    force_n=float(press.force_n[2]) if press is not None else 0.0,
-                    seconds=now - before,
+                    number=number, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, radiance=radiance,
+                    force_n=float(press.force_n[2]) if press is not None else 0.0, seconds=now - before,
                 )
-            )
+            )  # fmt: skip
             before = now
         yield shown
 
@@ -230,7 +215,3 @@ def _states(sensor: SweptSensor, quality: Quality, *, seed: int) -> list[FrameSt
     return [
         with_passing(state, sensor.rig, time_s=time_s, seed=seed) for state, time_s in zip(states, times, strict=True)
     ]
-
-
-def _runs(lengths: list[int]) -> list[tuple[int, int]]:
-    return list(pairwise(np.cumsum([0, *lengths]).tolist()))

@@ -32,6 +32,8 @@ def judge_design(task: DesignTask) -> bytes:
     from magicsim.light.records.untouched_states import shared_states
     from magicsim.sweep import parts
     from magicsim.sweep.designs import renderings_of, rows_of_renderings
+    from magicsim.sweep.mechanics import hardness
+    from magicsim.sweep.printability import printability
     from magicsim.sweep.result import DesignResult
 
     start = time.perf_counter()
@@ -40,25 +42,19 @@ def judge_design(task: DesignTask) -> bytes:
     block = parts.block_of(design.sensor.design)
     gathered = parts.Parts()
     if "printability" in wanted:
-        gathered.add(parts.printed(block))
+        gathered.measures["printability"] = printability(block)
     if wanted & FROM_FILM:
         gathered.add(parts.filmed(design.sensor, sweep, shared_states()))
-    patterns = parts.wanted_patterns(wanted)
-    if patterns:
-        gathered.add(parts.textured(design.sensor, sweep, patterns, shared_states()))
+    if wanted & set(parts.SPACING_MEASURES.values()):
+        gathered.add(parts.textured(design.sensor, sweep, shared_states()))
     if "shore_a" in wanted:
-        gathered.add(parts.indented(design.sensor, sweep))
+        gathered.measures["shore_a"] = hardness(design.sensor.design, sweep.quality)
     return DesignResult(
-        index=design.index,
-        values=design.values,
-        is_extra=design.is_extra,
-        block=block,
+        index=design.index, values=design.values, is_extra=design.is_extra, block=block,
         measures={name: gathered.measures[name] for name in sweep.measures if name in gathered.measures},
-        curves=gathered.curves,
-        pictures=gathered.pictures,
-        profile=gathered.profile,
+        curves=gathered.curves, pictures=gathered.pictures, profile=gathered.profile,
         room=", ".join(sweep.rooms) or design.sensor.rig.room,
         passes=design.sensor.rig.moving is not None,
         drawn=rows_of_renderings(renderings_of(design.sensor, sweep)),
         seconds=time.perf_counter() - start,
-    ).to_json()
+    ).to_json()  # fmt: skip

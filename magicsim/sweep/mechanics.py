@@ -72,12 +72,8 @@ def press_centrally(
     if zone is None:
         msg = f"the object does not reach the face at a depth of {depth_mm:g} mm"
         raise ConfigError(msg)
-    lattice = central_lattice(
-        design,
-        zone,
-        spacing_mm=spacing_mm or _spacing_mm(design, zone, cells_across),
-        is_quarter=is_mirror_image(indenter),
-    )
+    spacing_mm = spacing_mm or _spacing_mm(design, zone, cells_across)
+    lattice = central_lattice(design, zone, spacing_mm=spacing_mm, is_quarter=is_mirror_image(indenter))
     solver = ContactSolver(lattice, point_spacing_mm=point_spacing_mm(indenter.shape))
     return CentralPress(indenter=indenter, lattice=lattice, deformation=solver.solve(indenter))
 
@@ -163,12 +159,9 @@ def hardness(design: ElastomerDesign, quality: Quality) -> Measured:
 
 def _durometer(design: ElastomerDesign, quality: Quality, spacing_mm: float) -> DurometerResult:
     return durometer(
-        design,
-        spacing_mm=spacing_mm,
-        walls=quality.durometer_walls,
-        step_mm=DUROMETER_STEP_MM,
+        design, spacing_mm=spacing_mm, walls=quality.durometer_walls, step_mm=DUROMETER_STEP_MM,
         force_tolerance_n=DUROMETER_TOLERANCE_N,
-    )
+    )  # fmt: skip
 
 
 def _between(value: float, relative_error: float) -> Measured:

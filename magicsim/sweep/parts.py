@@ -13,36 +13,16 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
 from magicsim.light.records.untouched_states import UntouchedStates
 from magicsim.report.text import data_uri
+from magicsim.sweep import detection, texture
 from magicsim.sweep.designs import SweptSensor, renderings_of
-from magicsim.sweep.detection import (
-    FittedDetector,
-    approach_curve,
-    contact_accuracy,
-    contact_auc,
-    contact_scores,
-    contact_sensitivity,
-    fit_detector,
-    fixed_detector,
-    mean_similarity,
-    proximity_range,
-)
+from magicsim.sweep.detection import FittedDetector, mean_similarity
 from magicsim.sweep.film import Film, film_design
 from magicsim.sweep.localisation import localisation_error, predicted_places, true_places
 from magicsim.sweep.measures import Measured, Quality
-from magicsim.sweep.mechanics import FORCE_DEPTH_MM, hardness, press_curve, spacing_error
-from magicsim.sweep.printability import printability
+from magicsim.sweep.mechanics import FORCE_DEPTH_MM, press_curve, spacing_error
 from magicsim.sweep.result import Block, Curve
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.sweep.texture import (
-    TOLD_APART,
-    Observation,
-    Pattern,
-    PlateFrames,
-    observe,
-    press_plate,
-    smallest_spacing,
-    try_finest_first,
-)
+from magicsim.sweep.texture import Observation, Pattern, PlateFrames
 
 Filmed = tuple[Film, FittedDetector]
 """A rendering of the film, and a detector of its own."""
@@ -75,23 +55,9 @@ def block_of(design: ElastomerDesign) -> Block:
     grid = resolve_grid(design)
     cell: Any = None if grid is None else tuple(float(each) for each in grid.cell_mm)
     return Block(
-        footprint_mm=design.footprint_mm,
-        height_mm=design.height_mm,
-        skin_mm=design.skin_mm,
-        wall_mm=design.wall_mm,
-        counts=None if grid is None else grid.counts,
-        cell_mm=cell,
-    )
-
-
-def printed(block: Block) -> Parts:
-    """Whether it can be printed."""
-    return Parts(measures={"printability": printability(block)})
-
-
-def indented(sensor: SweptSensor, sweep: SweepConfig) -> Parts:
-    """Its hardness."""
-    return Parts(measures={"shore_a": hardness(sensor.design, sweep.quality)})
+        footprint_mm=design.footprint_mm, height_mm=design.height_mm, skin_mm=design.skin_mm, wall_mm=design.wall_mm,
+        counts=None if grid is None else grid.counts, cell_mm=cell,
+    )  # fmt: skip
 
 
 def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) -> Parts:
@@ -110,42 +76,38 @@ def filmed(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) 
     if "localisation_mm" in wanted:
         places, predicted = true_places(first), [predicted_places(film) for film in films]
         parts.measures["localisation_mm"] = localisation_error(predicted, places, seed=seed)
+        both = {"": places, "predicted_": predicted[0]}
         parts.curves["localisation"] = {
-            "x_mm": places[:, 0].tolist(),
-            "y_mm": places[:, 1].tolist(),
-            "predicted_x_mm": predicted[0][:, 0].tolist(),
-            "predicted_y_mm": predicted[0][:, 1].tolist(),
+            f"{kind}{axis}_mm": each[:, number].tolist()
+            for kind, each in both.items()
+            for number, axis in enumerate("xy")
         }
     if wanted & set(by_similarity):
         try:
-            parts.add(_touched([(film, fixed_detector(film)) for film in films], draws, seed))
+            parts.add(_touched([(film, detection.fixed_detector(film)) for film in films], draws, seed))
         except FrameError as error:  # no pixel is bright enough
             parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_similarity}
     if wanted & set(by_detector):
         try:
-            parts.add(_detected([(film, fit_detector(film)) for film in films], sweep.quality, seed))
+            parts.add(_detected([(film, detection.fit_detector(film)) for film in films], sweep.quality, seed))
         except ConfigError as error:  # no option of the detector sees a grid
             parts.measures |= {name: Measured(value=None, note=str(error)) for name in by_detector}
     return parts
 
 
-def wanted_patterns(measures: frozenset[str]) -> list[Pattern]:
-    """The patterns that some measure needs."""
-    return [pattern for pattern, measure in SPACING_MEASURES.items() if measure in measures]
-
-
-def textured(sensor: SweptSensor, sweep: SweepConfig, patterns: Sequence[Pattern], untouched: UntouchedStates) -> Parts:
-    """The smallest spacing of each pattern, each spacing compared with a plain plate of the same size."""
+def textured(sensor: SweptSensor, sweep: SweepConfig, untouched: UntouchedStates) -> Parts:
+    """The smallest spacing of each wanted pattern, each spacing compared with a plain plate of the same size."""
 
     def pressed(pattern: Pattern | None, spacing_mm: float) -> PlateFrames:
-        return press_plate(
+        return texture.press_plate(
             sensor, pattern, spacing_mm, sweep.quality, like=sweep.object, seed=sweep.seed, untouched=untouched
         )
 
     plain = cache(partial(pressed, None))
     parts = Parts()
-    for pattern in patterns:
-        parts.add(_pattern(sweep, pattern, partial(pressed, pattern), plain))
+    for pattern, measure in SPACING_MEASURES.items():
+        if measure in sweep.measures:
+            parts.add(_pattern(sweep, pattern, partial(pressed, pattern), plain))
     return parts
 
 
@@ -160,18 +122,18 @@ def _pattern(
     def is_told_apart(spacing: float) -> bool:
         try:
             shown = pressed(spacing)
-            observed[spacing] = observe(shown, plain(spacing), pattern, spacing)
+            observed[spacing] = texture.observe(shown, plain(spacing), pattern, spacing)
         except MagicsimError as error:
             notes.append(f"at {spacing:g} mm: {error}")
             return False
         pictures[f"{pattern} every {spacing:g} mm"] = data_uri(shown.picture)
-        return observed[spacing].d_prime() >= TOLD_APART
+        return observed[spacing].d_prime() >= texture.TOLD_APART
 
-    try_finest_first(quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm, is_told_apart)
+    texture.try_finest_first(quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm, is_told_apart)
     if not observed:
         return Parts(measures={name: Measured(value=None, note="; ".join(notes))})
     spacings = sorted(observed, reverse=True)
-    found = smallest_spacing(np.array(spacings), [observed[each] for each in spacings], seed=sweep.seed)
+    found = texture.smallest_spacing(np.array(spacings), [observed[each] for each in spacings], seed=sweep.seed)
     found = replace(found, note="; ".join(text for text in (found.note, *notes) if text))
     curve: Curve = {"spacing_mm": list(spacings), "d_prime": [observed[each].d_prime() for each in spacings]}
     return Parts(measures={name: found}, curves={f"{pattern}_d_prime": curve}, pictures=pictures)
@@ -197,13 +159,8 @@ def _cost(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
     own = press(sensor.design, sweep.object, depth_mm=sweep.quality.touch_depth_mm)
     seconds = own.seconds + np.array([each.seconds for each in (*film.press, *film.touches)])
     low, middle, high = np.quantile(seconds, [0.25, 0.5, 0.75]).tolist()
-    unknowns = float(own.unknowns)
-    return Parts(
-        measures={
-            "frame_seconds": Measured(value=middle, low=low, high=high),
-            "unknowns": Measured(value=unknowns, low=unknowns, high=unknowns),
-        }
-    )
+    unknowns = Measured(value=float(own.unknowns), low=float(own.unknowns), high=float(own.unknowns))
+    return Parts(measures={"frame_seconds": Measured(value=middle, low=low, high=high), "unknowns": unknowns})
 
 
 def _touched(films: Sequence[Filmed], draws: int, seed: int) -> Parts:
@@ -212,45 +169,32 @@ def _touched(films: Sequence[Filmed], draws: int, seed: int) -> Parts:
     film, detector = films[0]
     first, last = film.light_touches[0], film.touches[0]
     deeper, harder = (first.gap_mm or 0.0) - (last.gap_mm or 0.0), last.force_n - first.force_n
+    similarity = mean_similarity(film.press, film, detector, draws).tolist()
     return Parts(
         measures={
-            "sensitivity_per_mm": contact_sensitivity(light, firm, step=deeper, seed=seed),
-            "sensitivity_per_n": contact_sensitivity(light, firm, step=harder, seed=seed),
+            "sensitivity_per_mm": detection.contact_sensitivity(light, firm, step=deeper, seed=seed),
+            "sensitivity_per_n": detection.contact_sensitivity(light, firm, step=harder, seed=seed),
         },
-        curves={
-            "similarity": {
-                "depth_mm": [-(each.gap_mm or 0.0) for each in film.press],
-                "similarity": mean_similarity(film.press, film, detector, draws).tolist(),
-            }
-        },
+        curves={"similarity": {"depth_mm": [-(each.gap_mm or 0.0) for each in film.press], "similarity": similarity}},
     )
 
 
 def _detected(films: Sequence[Filmed], quality: Quality, seed: int) -> Parts:
-    approaches = [approach_curve(film, detector, quality.draws) for film, detector in films]
-    scores = [contact_scores(film, detector, quality.draws, drift=quality.drift) for film, detector in films]
-    entropy, correlation, rate = (
-        np.mean(values, axis=0).tolist()
-        for values in (
-            [each.entropy.mean(1) for each in approaches],
-            [each.correlation.mean(1) for each in approaches],
-            [each.all_rates() for each in approaches],
-        )
-    )
+    approaches = [detection.approach_curve(film, detector, quality.draws) for film, detector in films]
+    scores = [detection.contact_scores(film, detector, quality.draws, drift=quality.drift) for film, detector in films]
+    columns = {
+        "entropy": [each.entropy.mean(1) for each in approaches],
+        "correlation": [each.correlation.mean(1) for each in approaches],
+        "rate": [each.all_rates() for each in approaches],
+    }
+    means = {name: np.mean(values, axis=0).tolist() for name, values in columns.items()}
     return Parts(
         measures={
-            "proximity_range_mm": proximity_range(approaches, seed=seed),
-            "contact_auc": contact_auc(scores, seed=seed),
-            "contact_accuracy": contact_accuracy(scores, seed=seed),
+            "proximity_range_mm": detection.proximity_range(approaches, seed=seed),
+            "contact_auc": detection.contact_auc(scores, seed=seed),
+            "contact_accuracy": detection.contact_accuracy(scores, seed=seed),
         },
-        curves={
-            "approach": {
-                "gap_mm": approaches[0].gaps_mm.tolist(),
-                "entropy": entropy,
-                "correlation": correlation,
-                "rate": rate,
-            }
-        },
+        curves={"approach": {"gap_mm": approaches[0].gaps_mm.tolist(), **means}},
         profile={
             name: value for name, value in asdict(films[0][1].profile).items()
             if name.startswith("tau_") or name in {"polarity", "similarity", "grid_blur_px", "difference_blur_px"}

@@ -100,9 +100,8 @@ class Study:
         seed = int(np.random.SeedSequence([self.sweep.seed, SAMPLER]).generate_state(1)[0])
         sampler = optuna.samplers.TPESampler(seed=seed, n_startup_trials=settings.start, multivariate=True)
         self._study = optuna.create_study(directions=["minimize"] * len(self.sweep.objectives), sampler=sampler)
-        for point in unit_points(
-            settings.start, len(names), seed=self.sweep.seed, stream=POINTS, sampling="sobol"
-        ).tolist():
+        points = unit_points(settings.start, len(names), seed=self.sweep.seed, stream=POINTS, sampling="sobol")
+        for point in points.tolist():
             self._study.enqueue_trial(dict(zip(names, point, strict=True)))
 
     def ask(self, count: int) -> list[list[float]]:

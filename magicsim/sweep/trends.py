@@ -34,17 +34,9 @@ class Trend:
 TRENDS = (
     Trend(statement="thicker skin, harder", field=SKIN, measure="shore_a", rises=True),
     Trend(statement="thicker skin, stiffer", field=SKIN, measure="force_1mm_n", rises=True),
-    Trend(
-        statement="thicker skin, less sensitive to depth (our reading)",
-        field=SKIN,
-        measure="sensitivity_per_mm",
-        rises=False,
-    ),
-    Trend(
-        statement="thicker skin, less sensitive to force (our reading)",
-        field=SKIN,
-        measure="sensitivity_per_n",
-        rises=False,
+    *(
+        Trend(statement=f"thicker skin, less sensitive to {to} (our reading)", field=SKIN, measure=measure, rises=False)
+        for to, measure in (("depth", "sensitivity_per_mm"), ("force", "sensitivity_per_n"))
     ),
     Trend(statement="deeper core, softer", field=CORE, measure="shore_a", rises=False),
     Trend(statement="deeper core, less stiff", field=CORE, measure="force_1mm_n", rises=False),
@@ -108,9 +100,8 @@ def _check(trend: Trend, rows: Sequence[Sequence[Measured]]) -> TrendCheck:
     values = [[each.value or 0.0 for each in row] for row in rows]
     changes = [row[-1] - row[0] for row in values]
     spreads = [_spread(row[0], row[-1]) for row in rows]
-    clear = [
-        change for change, spread in zip(changes, spreads, strict=True) if spread is not None and abs(change) > spread
-    ]
+    pairs = zip(changes, spreads, strict=True)
+    clear = [change for change, spread in pairs if spread is not None and abs(change) > spread]
     steps = [sign * (after - before) for row in values for before, after in pairwise(row)]
     known = [spread for spread in spreads if spread is not None]
     change = sum(changes) / len(rows)

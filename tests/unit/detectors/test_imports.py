@@ -8,7 +8,7 @@ ALLOWED = {"numpy", "cv2", "magicsim"}
 LEAF = {
     "magicsim", "magicsim.errors", "magicsim.config", "magicsim.config.documents",
     "magicsim.config.presets", "magicsim.conventions", "magicsim.frame_class",
-    "magicsim.names", "magicsim.waiting",
+    "magicsim.config.extensions", "magicsim.names", "magicsim.waiting",
 }  # fmt: skip
 
 PROBE = """

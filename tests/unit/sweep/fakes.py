@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from magicsim.errors import GeometryError
-from magicsim.sweep.comparison import Judge, run_sweep
+from magicsim.sweep.comparison import DesignJudge, run_sweep
 from magicsim.sweep.judge import DesignTask
 from magicsim.sweep.measures import MEASURES, Measured
 from magicsim.sweep.parts import block_of
@@ -76,8 +76,8 @@ def no_variant() -> str:
     return "none"
 
 
-FAKE = Judge(function=fake, prepare=None, variant=no_variant)
-FAILING = Judge(function=failing, prepare=None, variant=no_variant)
+FAKE = DesignJudge(function=fake, prepare=None, variant=no_variant)
+FAILING = DesignJudge(function=failing, prepare=None, variant=no_variant)
 
 if __name__ == "__main__":
     summary = run_sweep(small_sweep(), Path(sys.argv[1]), options=WorkerOptions(workers=1), resume=True, judge=FAKE)

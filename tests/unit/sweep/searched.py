@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from magicsim.errors import GeometryError
-from magicsim.sweep.comparison import Judge, run_sweep
+from magicsim.sweep.comparison import DesignJudge, run_sweep
 from magicsim.sweep.judge import DesignTask
 from magicsim.sweep.measures import Measured
 from magicsim.sweep.sweep_file import SweepConfig
@@ -54,8 +54,8 @@ def partly(task: DesignTask) -> bytes:
     return quadratic(task)
 
 
-QUADRATIC = Judge(function=quadratic, prepare=None, variant=no_variant)
-PARTLY = Judge(function=partly, prepare=None, variant=no_variant)
+QUADRATIC = DesignJudge(function=quadratic, prepare=None, variant=no_variant)
+PARTLY = DesignJudge(function=partly, prepare=None, variant=no_variant)
 
 if __name__ == "__main__":
     run_sweep(searching(16), Path(sys.argv[1]), options=WorkerOptions(workers=1), resume=True, judge=QUADRATIC)

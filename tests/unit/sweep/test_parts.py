@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.sweep import parts
+from magicsim.sweep import detection, parts
 from magicsim.sweep.designs import list_designs
 from magicsim.sweep.measures import Quality
 from sweep.fakes import small_sweep
@@ -40,7 +40,7 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     for replacement in (press, spacing_error, film_design):
         monkeypatch.setattr(parts, replacement.__name__, replacement)
-    monkeypatch.setattr(parts, "fit_detector", sees_no_grid)
+    monkeypatch.setattr(detection, "fit_detector", sees_no_grid)
     return called
 
 
@@ -60,7 +60,11 @@ def test_only_what_a_measure_needs_is_solved(solved: list[str], measure: str, ex
 
 @pytest.mark.parametrize(
     ("measures", "expected"),
-    [({"dot_spacing_mm"}, ["dots"]), ({"line_spacing_mm", "unknowns"}, ["lines"]), (set(), [])],
+    [(["dot_spacing_mm"], ["dots"]), (["line_spacing_mm", "unknowns"], ["lines"]), (["shore_a"], [])],
 )
-def test_only_wanted_patterns_are_pressed(measures: set[str], expected: list[str]):
-    assert parts.wanted_patterns(frozenset(measures)) == expected
+def test_only_wanted_patterns_are_pressed(monkeypatch: pytest.MonkeyPatch, measures: list[str], expected: list[str]):
+    pressed: list[str] = []
+    monkeypatch.setattr(parts, "_pattern", lambda _, pattern, *__: pressed.append(pattern) or parts.Parts())
+    sweep = small_sweep(f"measures={measures}", "objectives=[]")
+    parts.textured(list_designs(sweep)[0].sensor, sweep, None)
+    assert pressed == expected
