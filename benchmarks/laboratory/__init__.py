@@ -1,1 +1,1 @@
-"""What only the documentation's experiments need, beside the scripts that run it; the package does without."""
+"""Library of the scripts of `benchmarks/`; the package does without."""

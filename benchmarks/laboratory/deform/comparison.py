@@ -27,7 +27,7 @@ class BenchRow:
     error_displacement_mm: float | None
     """Root mean square over the sample points of the length of the difference."""
     error_displacement: float | None
-    """That difference over the root mean square of the reference's displacement."""
+    """Difference of displacements over the root mean square of the reference's."""
     error_area: float | None
     """Contact area over the reference's, less one, without its sign."""
     force_n: float | None

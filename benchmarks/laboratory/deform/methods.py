@@ -143,7 +143,7 @@ class Variant:
     method: str
     """Name of its curve."""
     setting: str
-    """What varies along the curve."""
+    """Value that varies along the curve."""
     solve: Solve
     quick: bool = False
     """Whether a quick benchmark includes it."""

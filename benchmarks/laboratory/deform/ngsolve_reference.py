@@ -55,7 +55,7 @@ class Quarter:
     fine_mm: float
     """Smallest element."""
     overlap: Any
-    """What a displacement gives: penetration and the sphere's normal along z."""
+    """Penetration and the sphere's normal along z that follow from a displacement."""
 
     @property
     def force_n(self) -> float:

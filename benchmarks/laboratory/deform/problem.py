@@ -1,4 +1,4 @@
-"""The problem that all methods solve, and what each of them hands back."""
+"""The problem that all methods solve, and the results that each of them returns."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -93,7 +93,7 @@ def sphere_on_block(*overrides: str) -> SphereOnBlock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observation:
-    """What a method found at one depth."""
+    """Result of a method at one depth."""
 
     depth_mm: float
     force_n: float
@@ -113,7 +113,7 @@ class Observation:
 
 
 SOLVED, NOT_INSTALLED = "solved", "not installed"
-"""What a row says of an observation, and of a method whose package is missing."""
+"""Outcome of an observation, and of a method whose package is missing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -54,7 +54,7 @@ class Reference:
     method: str
     """One sentence."""
     command: str
-    """What writes the file."""
+    """Command that writes the file."""
 
     def at(self, depth_mm: float) -> ReferenceDepth:
         """The reference at a depth.

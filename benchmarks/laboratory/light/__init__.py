@@ -1,1 +1,1 @@
-"""What the detectors need of light, and what it costs: questions to which `benchmarks/light.py` has the answers."""
+"""Noise, blur and cost of the light: questions to which `benchmarks/light.py` and `render.py` have the answers."""

@@ -1,4 +1,4 @@
-"""What leaving out saves: every rule with and without, on the same state, and what it changes of the result.
+"""Rules that leave work out: seconds with and without each, on the same state, and the change of the result.
 
 A rule is *exact* where the result must be the same to the last bit, *bounded* where it may differ by a stated bound,
 and *statistical* where another way to the same image is taken. Beside its difference stands what both ways' noise
@@ -50,7 +50,7 @@ class LeftOutRow:
 
     rule: str
     result: Result
-    """What the rule promises; `bounded`: to a stated bound."""
+    """Promise of the rule; `bounded`: to a stated bound."""
     seconds_full: float
     """Median, everything done."""
     seconds: float
@@ -192,7 +192,7 @@ def still_meshes(settings: tuple[str, ...]) -> Rule:
 
 
 def _hardly_moved(field: str, what: str) -> Callable[[tuple[str, ...]], Rule]:
-    """What is left out of a light touch up to a bound, a field of the scene's render settings [mm]."""
+    """Rule of light touches, left out up to a bound, a field of the scene's render settings [mm]."""
 
     def make(settings: tuple[str, ...]) -> Rule:
         press = f"keyframes=[{{frame=0, gap_mm=-{LIGHT_TOUCH_MM}}}]"

@@ -1,4 +1,4 @@
-"""Draws the benchmarks of light from their JSON and nothing else: blur, verdicts, lattice, visibility, cost."""
+"""Draws the benchmarks of light from their JSON and nothing else: error against run time, blur, rules."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from laboratory.benchmark import save_figure
-from magicsim.scenes.scene import RenderSettings
 
 STYLES = {
     ("fluence", "llvm_ad_rgb"): ("#0072b2", "o", "fluence"),
@@ -55,8 +54,6 @@ def plot_render(data: Mapping[str, Any], target: Path) -> None:
     save_figure(figure, target)
 
 
-LARGE = 10_000
-"""Work from which ticks are written in thousands."""
 COLORS = ("#222222", "#d55e00", "#e69f00", "#0072b2", "#009e73", "#cc79a7")
 
 
@@ -74,78 +71,6 @@ def plot_blur(data: Mapping[str, Any], target: Path) -> None:
         panel.set_xticks(frequencies, [f"{each:g}" for each in frequencies])
         panel.minorticks_off()
     panels[0].set_ylabel("modulation transfer")
-    _finish(figure, panels, target)
-
-
-def plot_verdicts(data: Mapping[str, Any], target: Path) -> None:
-    """Entropy, correlation and similarity against the seconds of a frame, one line a state."""
-    rows = data["results"]
-    names = ("entropy", "correlation", "similarity")
-    figure, panels = _panels(names)
-    for panel, name in zip(panels, names, strict=True):
-        for color, state in zip(COLORS, _distinct(rows, "state"), strict=False):
-            own = [row for row in rows if row["state"] == state]
-            samples = [row["samples"] for row in own]
-            panel.errorbar(samples, [row[name] for row in own], yerr=[row[f"{name}_sd"] for row in own],
-                           color=color, marker="o", markersize=3, label=state)  # fmt: skip
-        panel.axvline(RenderSettings().samples, color="#999999", linestyle=":", linewidth=1)
-        panel.set(xscale="log", title=name, xlabel="camera samples a pixel (dotted: default)")
-    _finish(figure, panels, target)
-
-
-def plot_lattice(data: Mapping[str, Any], target: Path) -> None:
-    """Force, entropy, correlation and similarity against unknowns, one line a depth."""
-    rows = data["results"]
-    names = {
-        "force_n": "force [N]",
-        "entropy": "entropy [bit]",
-        "correlation": "correlation",
-        "similarity": "similarity",
-    }
-    figure, panels = _panels(list(names))
-    unknowns = _distinct(rows, "unknowns")
-    for panel, (name, title) in zip(panels, names.items(), strict=True):
-        for color, depth in zip(COLORS, _distinct(rows, "depth_mm"), strict=False):
-            own = [row for row in rows if row["depth_mm"] == depth]
-            panel.plot([row["unknowns"] for row in own], [row[name] for row in own],
-                       color=color, marker="o", markersize=3, label=f"{depth:g} mm deep")  # fmt: skip
-        panel.set(xscale="log", title=title, xlabel="unknowns")
-        panel.set_xticks(unknowns, [f"{each / 1000:.0f}k" for each in unknowns])
-        panel.minorticks_off()
-    _finish(figure, panels, target)
-
-
-def plot_visibility(data: Mapping[str, Any], target: Path) -> None:
-    """Contrast of the grid at rest and pressed, and brightness, against scattering; one line an index."""
-    rows = data["results"]
-    names = {"contrast": "contrast at rest", "contrast_pressed": "contrast, 1 mm press", "brightness": "brightening"}
-    figure, panels = _panels(list(names))
-    for panel, (name, title) in zip(panels, names.items(), strict=True):
-        for color, ior in zip(COLORS, _distinct(rows, "ior"), strict=False):
-            own = [row for row in rows if row["ior"] == ior]
-            panel.plot([row["sigma_s_per_mm"] for row in own], [row[name] for row in own],
-                       color=color, marker="o", markersize=3, label=f"infill index {ior:g}")  # fmt: skip
-        panel.set(xscale="log", title=title, xlabel="reduced scattering [1/mm]")
-    _finish(figure, panels, target)
-
-
-def plot_light_cost(data: Mapping[str, Any], target: Path) -> None:
-    """Seconds against work, one panel for each kind of work, with the exponent fitted."""
-    rows = data["results"]
-    kinds = _distinct(rows, "varied")
-    figure, panels = _panels(kinds)
-    for panel, kind in zip(panels, kinds, strict=True):
-        own = [row for row in rows if row["varied"] == kind]
-        work = [row["cells" if kind == "cell_mm" else kind] for row in own]
-        for color, (key, label) in zip(
-            COLORS, {"seconds_update": "update of meshes", "seconds_image": "light and camera"}.items(), strict=False
-        ):
-            panel.plot(work, [row[key] for row in own], color=color, marker="o", markersize=3, label=label)
-        name = {"cell_mm": "cells", "columns": "image columns"}.get(kind, kind)
-        panel.set(xscale="log", yscale="log", title=f"exponent {data['exponents'][kind]:.2f}", xlabel=name)
-        panel.set_xticks(work, [f"{each:g}" if each < LARGE else f"{round(each / 1000, 1):g}k" for each in work])
-        panel.minorticks_off()
-    panels[0].set_ylabel("seconds")
     _finish(figure, panels, target)
 
 

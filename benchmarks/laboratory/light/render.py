@@ -59,7 +59,7 @@ class RenderSetting:
 
 
 class Timed(NamedTuple):
-    """An image, and what it took."""
+    """An image, and the time that it took."""
 
     image: np.ndarray
     """Radiance, shape (rows, columns, 3)."""
@@ -75,9 +75,9 @@ FLUENCE = tuple(
 )
 PATH = tuple(RenderSetting(estimator="path", samples=samples) for samples in (1, 4, 16))
 SCALAR = (RenderSetting(estimator="path", samples=1),)
-"""What runs without LLVM."""
+"""Settings that run without LLVM."""
 UNTOUCHED_STATE = "rest"
-"""Its frames cost an episode nothing but the anchor."""
+"""State whose frames cost an episode nothing but the anchor."""
 DEFAULT = RenderSettings()
 ANCHORED = tuple(
     RenderSetting(estimator="anchored", samples=samples, particles=particles, anchor_samples=anchor)

@@ -41,7 +41,7 @@ from magicsim.workers.tasks import run_tasks
 
 LOGGER = logging.getLogger(__name__)
 SLOW = frozenset({"sphere 0.5 mm"})
-"""What is left to the end: pressed more than its own size deep, it takes minutes a stage."""
+"""Labels of paths that come last: pressed more than its own size deep, the ball takes minutes a stage."""
 LIMIT_S = 1200.0
 """Processor time for all stages of one path; what is not done by then counts as not valid."""
 STUCK = 20
@@ -97,7 +97,7 @@ def remove_parts(folder: Path) -> None:
 
 
 def _use_threads(threads: int) -> None:
-    """As many processes as cores share the machine best when each has one thread."""
+    """Processes share the machine best when there is one for each core, with one thread."""
     from magicsim.deform.solve import pardiso
 
     pardiso.THREADS = threads

@@ -1,6 +1,7 @@
-"""What the stress grid consists of: every combination of extremes, single departures, and ways that drag and twist.
+"""Paths of the stress grid: every combination of extremes, single departures, and paths that drag and twist.
 
-A way presses, shears, twists, goes back and lets go under friction, quasi-statically and on a body that relaxes.
+A path that drags presses, shears, twists, goes back and lets go under friction, quasi-statically and on a body that
+relaxes.
 """
 
 import math
@@ -41,7 +42,7 @@ RELAXING = (
 """A body three times as stiff at once as in the long term."""
 FRICTIONS = (0.3, 1.0)
 STAGE_TIMES_S = (0.01, 1.0)
-"""Times of the stages of a way: shorter than all of the body's relaxation times but one, and between them."""
+"""Times of the stages of a path: shorter than all of the body's relaxation times but one, and between them."""
 JITTER = 0.2
 SEED = 0
 
@@ -53,7 +54,7 @@ def block(*overrides: str) -> ElastomerDesign:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stage:
-    """Where the object goes."""
+    """Place and turn of the object at the end of a stage."""
 
     depth_share: float
     """Depth from first contact in units of the height."""
@@ -64,16 +65,16 @@ class Stage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StressPath:
-    """One object's way into one block; each stage is a case."""
+    """Path of one object into one block; each stage is a case."""
 
     group: str
     """`grid`, `single`, `friction` or `relaxing`."""
     label: str
-    """What is special about it."""
+    """Name of the case."""
     object_text: str
     design: ElastomerDesign = field(default_factory=block)
     change: Callable[[Lattice], Lattice] = lambda lattice: lattice
-    """What is done to the design's lattice."""
+    """Change of the design's lattice."""
     stages: tuple[Stage, ...] = tuple(Stage(depth_share=share) for share in DEPTH_SHARES)
     contrast: float | None = None
     poisson_ratio: float | None = None
@@ -85,14 +86,14 @@ class StressPath:
 
     @property
     def key(self) -> tuple[str, str, float | None, float | None]:
-        """What tells it from all others."""
+        """Values that tell this path from all others."""
         return self.group, self.label, self.contrast, self.poisson_ratio
 
     def indenters(self) -> list[Indenter]:
         """The object at the end of each stage."""
-        thing, height = parse_object(self.object_text), self.design.height_mm
+        config, height = parse_object(self.object_text), self.design.height_mm
         return [
-            place_object(thing, gap_mm=-stage.depth_share * height, x_mm=stage.shear_mm, twist_deg=stage.twist_deg)
+            place_object(config, gap_mm=-stage.depth_share * height, x_mm=stage.shear_mm, twist_deg=stage.twist_deg)
             for stage in self.stages
         ]
 
@@ -101,7 +102,7 @@ class StressPath:
         return self.change(build_lattice(self.design, zone=contact_zone(self.indenters(), self.design)))
 
     def branches(self, lattice: Lattice) -> Branches | None:
-        """What relaxes on a way that takes time."""
+        """Relaxing branches of the body on a path that takes time."""
         return body_branches(self.design, lattice) if math.isfinite(self.stage_s) else None
 
 
@@ -194,7 +195,7 @@ def friction_paths() -> list[StressPath]:
 
 
 def relaxing_paths() -> list[StressPath]:
-    """Ways of `friction_paths` on a body that relaxes, quickly and slowly, with friction and without, and held."""
+    """Paths of `friction_paths` on a body that relaxes, quickly and slowly, with friction and without, and held."""
     held = (*_dragged(), _dragged()[-1])
     return [
         StressPath(
@@ -206,7 +207,7 @@ def relaxing_paths() -> list[StressPath]:
 
 
 def every_path() -> list[StressPath]:
-    """The grid, the single cases and the ways, always in the same order."""
+    """The grid, the single cases and the paths that drag, always in the same order."""
     return [*grid_paths(), *single_paths(), *friction_paths(), *relaxing_paths()]
 
 

@@ -34,13 +34,13 @@ FIGURES = (
     "force_n", "iterations", "cutbacks", "restarts", "rungs", "min_jacobian", "penetration_mm", "force_balance",
     "interior_residual",
 )  # fmt: skip
-"""What a row holds of a state."""
+"""Figures of a state in a row."""
 JUDGED_SHARE = 0.5
 """Depth in units of the height up to which cases count towards the share that is valid."""
 PENETRATION_SLACK = 1.001
 """Penetration that passes, in units of the tolerance: rounding alone."""
 PIERCED_SHARE = 0.01
-"""What pressures push back, in units of their sum over all contact points, below which nothing presses back."""
+"""Share of the pressures that push back, of their sum over all contact points, below which nothing presses back."""
 MAX_BALANCE = 1e-5
 """Out-of-balance force that passes, in units of the contact force."""
 
@@ -86,11 +86,11 @@ class Verification:
     interior_residual: float
     """Largest force on a free node off the contact face, over the contact force."""
     normal_share: float
-    """What pressures push back over their sum, friction aside, by which a wedge may hold itself against a pull; an
-    object that has pierced the face is only squeezed."""
+    """Share of the pressures that push back, friction aside, by which a wedge may hold itself against a pull; an object
+    that has pierced the face is only squeezed."""
 
     def faults(self, tolerance_mm: float) -> tuple[str, ...]:
-        """What is not valid, empty where all is.
+        """Rules that a state breaks, empty where it is valid.
 
         Args:
             tolerance_mm: Penetration asked for [mm].
@@ -181,14 +181,14 @@ class StressRow:
     twist_deg: float
     outcome: str
     message: str
-    """What the solver or the verification said against it."""
+    """Objection of the solver or of the verification."""
     force_n: float | None
     """Along z."""
     iterations: int | None
     cutbacks: int | None
     restarts: int | None
     rungs: tuple[str, ...] | None
-    """What the solve took beyond the ordinary way, see `magicsim.deform.solve.ladder`."""
+    """Rungs that the solve took beyond the ordinary path, see `magicsim.deform.solve.ladder`."""
     min_jacobian: float | None
     """Recomputed from the displacements, as are the following."""
     penetration_mm: float | None
