@@ -100,16 +100,17 @@ def attempt(function: Callable[[Any], Any], task: object, prepare: Prepare | Non
             with shown_elsewhere():  # by whoever gave out the tasks
                 result = function(task)
         except MagicsimError as error:
-            failure = Failure(kind=FailureKind.REFUSED, message=_one_line(error), traceback=traceback.format_exc())
+            failure = Failure(kind=FailureKind.REFUSED, message=text_of(error), traceback=traceback.format_exc())
         except Exception as error:  # whatever it is, it belongs to this task alone
-            message = f"{type(error).__name__}: {_one_line(error)}"
+            message = f"{type(error).__name__}: {text_of(error)}"
             failure = Failure(kind=FailureKind.ERROR, message=message, traceback=traceback.format_exc())
         else:
             return Reply(result=result, failure=None, seconds=time.perf_counter() - start)
-        return Reply(result=None, failure=failure, seconds=time.perf_counter() - start)
+        return Reply(result=None, failure=failure, seconds=0.0)
 
 
-def _one_line(error: Exception) -> str:
+def text_of(error: Exception) -> str:
+    """What an error says, without breaks of lines."""
     return " ".join(str(error).split())
 
 

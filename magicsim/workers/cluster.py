@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from magicsim.errors import ConfigError
-from magicsim.workers.attempt import Failure, FailureKind, Prepare, Reply, attempt
+from magicsim.workers.attempt import Failure, FailureKind, Prepare, Reply, attempt, text_of
 from magicsim.workers.options import WorkerOptions
 
 CONNECT_S = 20
@@ -28,14 +28,12 @@ class ClusterPool:
         try:
             import distributed
 
-            connect: Any = distributed.Client
+            self._client: Any = distributed.Client(options.cluster, timeout=CONNECT_S, set_as_default=False)
         except ImportError:
             msg = "cluster needs dask.distributed: pip install 'magicsim[cluster]'"
             raise ConfigError(msg) from None
-        try:
-            self._client: Any = connect(options.cluster, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError) as error:
-            msg = f"cluster = '{options.cluster}' does not answer: {' '.join(str(error).split())}"
+            msg = f"cluster = '{options.cluster}' does not answer: {text_of(error)}"
             raise ConfigError(msg) from None
         self._function, self._prepare, self._options = function, prepare, options
         self._ended: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
@@ -76,7 +74,7 @@ class ClusterPool:
         try:
             reply: Reply = future.result()
         except Exception as error:  # dask's own: the worker was lost too often, or the task cancelled
-            return self._lost(key, FailureKind.CRASH, f"{type(error).__name__}: {' '.join(str(error).split())}")
+            return self._lost(key, FailureKind.CRASH, f"{type(error).__name__}: {text_of(error)}")
         del self._running[key]
         return key, reply
 

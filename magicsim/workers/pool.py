@@ -1,57 +1,56 @@
 """Attempts on this machine: fresh (spawned) processes, of which a killed one loses its own task alone.
 
 Each process has a pipe of its own and shares nothing with the others, no queue and no lock, so that it may be killed
-at any moment, also while it starts, reads or answers.
+at any moment, also while it starts, reads or answers. `concurrent.futures` gives up all processes with the one that
+ended, and ends none that takes too long.
 """
 
+import math
 import multiprocessing
 import os
 import signal
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, Pipe, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from magicsim.workers.attempt import Failure, FailureKind, Prepare, Reply, attempt, begin_process
+from magicsim.workers.attempt import Failure, FailureKind, Prepare, Reply, attempt, begin_process, text_of
 from magicsim.workers.options import WorkerOptions
-
-Order = tuple[Callable[[Any], Any], object, Prepare | None, int]
-"""Arguments of an attempt."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
-class _Process:
+class _Worker:
     """One process and what it does."""
 
     process: SpawnProcess
     pipe: Connection
     """Our end."""
-    key: int | None = None
-    """The task that it works on."""
-    deadline_s: float | None = None
+    key: int = -1
+    """The task that it was given last."""
+    deadline_s: float = math.inf
     """When that has taken too long, on the monotonic clock [s]."""
     begun: int = 0
     """Tasks that it was given so far."""
 
 
-@dataclass(slots=True)
 class LocalPool:
     """Runs attempts in processes of this machine, which start when there is work for them."""
 
-    function: Callable[[Any], Any]
-    prepare: Prepare | None
-    options: WorkerOptions
-    _waiting: deque[tuple[int, object]] = field(default_factory=deque)
-    _processes: list[_Process] = field(default_factory=list)
-    _lost: deque[tuple[int, Reply]] = field(default_factory=deque)
+    def __init__(self, function: Callable[[Any], Any], prepare: Prepare | None, options: WorkerOptions) -> None:
+        """Takes what an attempt calls; nothing is started yet."""
+        self._function, self._prepare, self._options = function, prepare, options
+        self._waiting: deque[tuple[int, object]] = deque()
+        self._free: list[_Worker] = []
+        self._busy: dict[Connection, _Worker] = {}
+        self._lost: deque[tuple[int, Reply]] = deque()
 
     @property
     def slots(self) -> int:
         """How many attempts run at the same time."""
-        return self.options.workers
+        return self._options.workers
 
     def start(self, key: int, task: object) -> None:
         """Begins an attempt at a task, as soon as a process is free."""
@@ -64,68 +63,63 @@ class LocalPool:
             self._give_out()
             if self._lost:
                 return self._lost.popleft()
-            busy = [each for each in self._processes if each.key is not None]
-            deadlines = [each.deadline_s for each in busy if each.deadline_s is not None]
-            patience = max(0.0, min(deadlines) - time.monotonic()) if deadlines else None
-            ready = wait([each.pipe for each in busy], patience)
-            for each in busy:
-                if each.pipe in ready:
-                    return self._take(each)
-            for each in busy:
-                if each.deadline_s is not None and each.deadline_s <= time.monotonic():
-                    return self._end(each, FailureKind.TIMEOUT, f"took longer than {self.options.timeout_s:g} s")
+            until = min(each.deadline_s for each in self._busy.values())
+            ready = wait(list(self._busy), None if until == math.inf else max(0.0, until - time.monotonic()))
+            for pipe, worker in self._busy.items():
+                if pipe in ready:
+                    del self._busy[pipe]
+                    return self._take(worker)
+            for pipe, worker in self._busy.items():
+                if worker.deadline_s <= time.monotonic():
+                    del self._busy[pipe]
+                    worker.process.kill()
+                    return self._end(worker, FailureKind.TIMEOUT, f"took longer than {self._options.timeout_s:g} s")
 
     def close(self) -> None:
         """Ends all processes, whatever they do."""
-        for each in self._processes:
+        for each in (*self._free, *self._busy.values()):
             each.process.kill()
-        while self._processes:
-            self._forget(self._processes[-1])
+            each.pipe.close()
+        self._free, self._busy = [], {}
 
     def _give_out(self) -> None:
-        free = [each for each in self._processes if each.key is None]
-        while self._waiting and (free or len(self._processes) < self.options.workers):
-            self._give(free.pop() if free else self._begin(), *self._waiting.popleft())
+        while self._waiting and (self._free or len(self._busy) < self._options.workers):
+            worker = self._free.pop() if self._free else self._begin()
+            worker.key, task = self._waiting.popleft()
+            worker.begun += 1
+            worker.deadline_s = time.monotonic() + (self._options.timeout_s or math.inf)
+            try:
+                worker.pipe.send((self._function, task, self._prepare, self._options.threads))
+            except OSError:  # it has ended meanwhile
+                self._lost.append(self._end(worker, FailureKind.CRASH))
+            else:
+                self._busy[worker.pipe] = worker
 
-    def _give(self, worker: _Process, key: int, task: object) -> None:
-        order: Order = (self.function, task, self.prepare, self.options.threads)
-        worker.key, worker.begun = key, worker.begun + 1
-        worker.deadline_s = time.monotonic() + self.options.timeout_s if self.options.timeout_s is not None else None
-        try:
-            worker.pipe.send(order)
-        except OSError:  # it has ended meanwhile
-            self._lost.append(self._end(worker, FailureKind.CRASH))
-
-    def _take(self, worker: _Process) -> tuple[int, Reply]:
+    def _take(self, worker: _Worker) -> tuple[int, Reply]:
         try:
             reply: Reply = worker.pipe.recv()
         except (EOFError, OSError):
             return self._end(worker, FailureKind.CRASH)
-        key, worker.key = worker.key, None
-        if self.options.max_tasks and worker.begun >= self.options.max_tasks:
-            self._forget(worker)  # without its pipe it ends by itself
-        return _key(key), reply
+        if self._options.max_tasks and worker.begun >= self._options.max_tasks:
+            worker.pipe.close()  # without it the process ends by itself
+        else:
+            self._free.append(worker)
+        return worker.key, reply
 
-    def _end(self, worker: _Process, kind: FailureKind, message: str = "") -> tuple[int, Reply]:
-        """Ends a process, and the attempt that was under way in it."""
-        worker.process.kill() if message else worker.process.join()
-        self._forget(worker)
+    def _end(self, worker: _Worker, kind: FailureKind, message: str = "") -> tuple[int, Reply]:
+        """Takes leave of a process that has ended, or was killed, and of the attempt that was under way in it."""
         worker.process.join()
+        worker.pipe.close()
         message = message or f"its process ended with code {worker.process.exitcode}"
-        return _key(worker.key), Reply(result=None, failure=Failure(kind=kind, message=message), seconds=0.0)
+        return worker.key, Reply(result=None, failure=Failure(kind=kind, message=message), seconds=0.0)
 
-    def _begin(self) -> _Process:
+    def _begin(self) -> _Worker:
         ours, theirs = Pipe()
-        arguments = (theirs, self.options.threads, os.getpid())
+        arguments = (theirs, self._options.threads, os.getpid())
         process = multiprocessing.get_context("spawn").Process(target=serve, args=arguments, daemon=True)
         process.start()
         theirs.close()
-        self._processes.append(_Process(process=process, pipe=ours))
-        return self._processes[-1]
-
-    def _forget(self, worker: _Process) -> None:
-        worker.pipe.close()
-        self._processes.remove(worker)
+        return _Worker(process=process, pipe=ours)
 
 
 def serve(pipe: Connection, threads: int, parent: int) -> None:
@@ -134,8 +128,7 @@ def serve(pipe: Connection, threads: int, parent: int) -> None:
     begin_process(threads, parent)
     while True:
         try:
-            order: Order = pipe.recv()
-            reply = attempt(*order)
+            reply = attempt(*pipe.recv())
         except EOFError:
             return
         except Exception as error:  # what was sent does not exist here
@@ -149,12 +142,5 @@ def serve(pipe: Connection, threads: int, parent: int) -> None:
 
 
 def _failed(error: Exception) -> Reply:
-    message = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    message = f"{type(error).__name__}: {text_of(error)}"
     return Reply(result=None, failure=Failure(kind=FailureKind.ERROR, message=message), seconds=0.0)
-
-
-def _key(key: int | None) -> int:
-    if key is None:
-        msg = "a process without a task has ended an attempt"
-        raise RuntimeError(msg)
-    return key
