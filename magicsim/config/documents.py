@@ -90,15 +90,15 @@ def _read(path: Path, kind: str, most: int) -> str:
 
 def _parsed(parse: Callable[[str], Any], text: str, kind: str, source: str) -> Any:  # noqa: ANN401 - as above
     try:
-        found = parse(text)
+        values = parse(text)
     except RecursionError:
         raise ConfigError(_too_deep(source)) from None
     except ValueError as error:  # wrong syntax, or a whole number with thousands of digits
         msg = f"{source} is not valid {kind}: {error}"
         raise ConfigError(msg) from None
-    if is_nested_deeper(found, MAX_DEPTH):
+    if is_nested_deeper(values, MAX_DEPTH):
         raise ConfigError(_too_deep(source))
-    return found
+    return values
 
 
 def is_nested_deeper(value: object, depth: int) -> bool:

@@ -132,13 +132,13 @@ def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[s
 def _parse_value(text: str) -> object:
     """A value in TOML; what is none is a bare word."""
     try:
-        found = parse_toml(f"value = {text}", source="the value")
+        table = parse_toml(f"value = {text}", source="the value")
     except ConfigError as error:
         if text[:1] in {"[", "{"}:
             msg = f"override value '{shortened(text, NAME_LENGTH)}': {error}"
             raise ConfigError(msg) from None
         return text
-    return found["value"] if len(found) == 1 else text
+    return table["value"] if len(table) == 1 else text
 
 
 def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> ConfigT:

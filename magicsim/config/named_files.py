@@ -30,8 +30,8 @@ def read_with_paths(path: Path) -> dict[str, Any]:
     Raises:
         ConfigError: The file cannot be read, see `read_toml`.
     """
-    found: dict[str, Any] = _placed(read_toml(path), path.parent)
-    return found
+    table: dict[str, Any] = _placed(read_toml(path), path.parent)
+    return table
 
 
 def _placed(value: object, folder: Path) -> Any:  # noqa: ANN401 - whatever the file holds
@@ -94,14 +94,14 @@ def file_hashes(data: object) -> dict[str, str]:
     Args:
         data: Plain values.
     """
-    found: dict[str, str] = {}
+    hashes: dict[str, str] = {}
     waiting = sorted(named_files(data))
     while waiting:
         for file in _files_at(expanded(waiting.pop())):
-            if file.as_posix() not in found:
-                found[file.as_posix()] = sha256_of(file)
+            if file.as_posix() not in hashes:
+                hashes[file.as_posix()] = sha256_of(file)
                 waiting += sorted(_named_by_toml(file))
-    return found
+    return hashes
 
 
 def named_files(data: object) -> set[str]:

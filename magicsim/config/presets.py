@@ -141,9 +141,9 @@ def entries(plural: str) -> list[Entry]:
         is_added = plural in EXPERIMENTS
         raise PresetError(missing_experiments(plural) if is_added else unknown_choice("kind of preset", plural, kinds))
     kind = kinds[plural]
-    found = {name: find_preset(kind, name) for name in preset_names(kind)}
+    paths = {name: find_preset(kind, name) for name in preset_names(kind)}
     return [
-        Entry(kind=kind, name=name, description=first_sentence(path), file=str(path)) for name, path in found.items()
+        Entry(kind=kind, name=name, description=first_sentence(path), file=str(path)) for name, path in paths.items()
     ]
 
 

@@ -25,18 +25,17 @@ def describe_problems(model: type[BaseModel], error: ValidationError) -> str:
         model: What was validated.
         error: What came of it.
     """
-    found = error.errors(include_url=False)
-    problems = sorted(
-        (each for each in found if not _follows(each, found)), key=lambda problem: problem["type"] != "extra_forbidden"
-    )
-    told = _describe(model, problems[0])
+    errors = error.errors(include_url=False)
+    problems = [each for each in errors if not _follows(each, errors)]
+    problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
+    line = _describe(model, problems[0])
     for place, problem in enumerate(problems[1:], 1):
-        longer = f"{told}; {_describe(model, problem)}"
+        longer = f"{line}; {_describe(model, problem)}"
         if len(longer) > ROOM - KEY_LENGTH * (len(problems) - place - 1):
             keys = (_key(model, each) for each in problems[place:])
-            return f"{told}; also wrong: {', '.join(keys)}"
-        told = longer
-    return told
+            return f"{line}; also wrong: {', '.join(keys)}"
+        line = longer
+    return line
 
 
 def _follows(problem: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> bool:

@@ -58,7 +58,7 @@ def as_metadata(recipe: Recipe) -> dict[str, str]:
 
 def as_sentence(recipe: Recipe) -> str:
     """For the dataset card."""
-    told = ", ".join(
+    parts = ", ".join(
         f"{cause} unknown" if share is None else f"{cause} {share[0]:+.0%} to {share[1]:+.0%}"
         for cause, share in force_error(recipe).items()
     )
@@ -75,8 +75,8 @@ def as_sentence(recipe: Recipe) -> str:
         else ""
     )
     return (
-        f"`force_n` comes with a stated error, in shares of it by which a real sensor may differ: {told}.{thin} Labels "
-        f"{when}; the same numbers stand in the metadata of the column."
+        f"`force_n` comes with a stated error, in shares of it by which a real sensor may differ: {parts}.{thin} "
+        f"Labels {when}; the same numbers stand in the metadata of the column."
     )
 
 

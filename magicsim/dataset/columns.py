@@ -67,7 +67,7 @@ def recorded_columns() -> list[Column]:
 
 
 def _of_moment(force_metadata: dict[str, str] | None) -> list[Column]:
-    """What is seen, when, and how it touches."""
+    """Columns of one moment: the image, its time, and how the object touches."""
     force = vector("force_n", 3, "force of the object on the sensor [N]")
     return [
         image("image", "what the camera sees: RGB PNG, row 0 at +y, column 0 at -x"),
@@ -147,11 +147,11 @@ def _large(recipe: Recipe, size: tuple[int, int]) -> list[Column]:
 def _touch(taxels: TaxelSettings, recipe: Recipe) -> list[Column]:
     """Columns of the taxels, row by row, row 0 at +y and column 0 at -x."""
     size, count = (taxels.rows, taxels.columns), taxels.rows * taxels.columns
-    told = f"{taxels.rows} x {taxels.columns} taxels over the face, row by row, row 0 at +y"
-    load = ("taxel_force_n", f"force of the object on each of {told} [N]")
+    grid = f"{taxels.rows} x {taxels.columns} taxels over the face, row by row, row 0 at +y"
+    load = ("taxel_force_n", f"force of the object on each of {grid} [N]")
     if taxels.unit == "MPa":
-        load = ("taxel_traction_mpa", f"force of the object per undeformed area on each of {told} [MPa]")
-    found = [
+        load = ("taxel_traction_mpa", f"force of the object per undeformed area on each of {grid} [MPa]")
+    columns = [
         array(load[0], (count, 3), load[1], dtype="float64"),
         array("taxel_torque_nmm", (count, 3), "torque of those forces about the origin [N mm]", dtype="float64"),
     ]
@@ -162,6 +162,6 @@ def _touch(taxels: TaxelSettings, recipe: Recipe) -> list[Column]:
     if taxels.has_infill(recipe.design):
         images["infill_shear"] = "shear of the infill below each taxel, of all layers of cells, 0 at rest"
     for name, meaning in images.items():
-        found.append(array(name, size, f"largest {meaning}"))
-        found.append(value(f"max_{name}", "float64", f"largest of `{name}`"))
-    return found
+        columns.append(array(name, size, f"largest {meaning}"))
+        columns.append(value(f"max_{name}", "float64", f"largest of `{name}`"))
+    return columns

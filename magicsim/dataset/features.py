@@ -36,7 +36,7 @@ class Column:
         return "" if dtype == "string" else math.nan if kind == "Value" and dtype.startswith("float") else None
 
     def field(self) -> pa.Field:
-        """As Arrow names it."""
+        """Field of an Arrow schema."""
         return pa.field(self.name, self.arrow, metadata=self.metadata)
 
 

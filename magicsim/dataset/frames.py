@@ -216,8 +216,8 @@ def _is_whole(path: Path, schema: pa.Schema, rows: int) -> bool:
         return False
     try:
         with pa.memory_map(str(path)) as mapped:
-            found = pa.ipc.open_file(mapped).read_all()
-            return bool(found.schema == schema and found.num_rows == rows)
+            table = pa.ipc.open_file(mapped).read_all()
+            return bool(table.schema == schema and table.num_rows == rows)
     except (pa.ArrowException, OSError):
         return False
 
@@ -228,7 +228,7 @@ def _plain_value(column: Column, value: pa.Scalar) -> Any:  # noqa: ANN401 - as 
         inner = value.values
         return np.asarray(inner.flatten().to_numpy(zero_copy_only=False)).reshape(len(inner), -1)
     if kind == "Sequence":
-        found = value.as_py()
-        return np.array(found if found is not None else column.empty)
-    found = value.as_py()
-    return column.empty if found is None else found
+        plain = value.as_py()
+        return np.array(plain if plain is not None else column.empty)
+    plain = value.as_py()
+    return column.empty if plain is None else plain

@@ -88,5 +88,5 @@ def _splits(recipe: Recipe, episodes: npt.NDArray[np.int64]) -> npt.NDArray[np.i
     units = episodes // recipe.episodes_per_sensor if recipe.split_by == "sensor" else episodes
     weights = np.array(list(recipe.splits.shares().values()))
     ends = np.cumsum(weights) / np.sum(weights)
-    found = np.searchsorted(ends, (0.5 + units * GOLDEN) % 1.0, side="right")
-    return np.minimum(found, len(weights) - 1).astype(np.int8)
+    splits = np.searchsorted(ends, (0.5 + units * GOLDEN) % 1.0, side="right")
+    return np.minimum(splits, len(weights) - 1).astype(np.int8)

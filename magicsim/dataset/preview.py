@@ -142,11 +142,11 @@ def _sensor(scene: SceneConfig) -> "Sensor":
 
 def captions(episode: DrawnEpisode) -> list[str]:
     """Lines below a frame."""
-    state, thing = telling_state(episode.scene), episode.scene.object
+    state, indenter = telling_state(episode.scene), episode.scene.object
     where = "no object"
     if state.gap_mm is not None:
         where = f"gap {state.gap_mm:.2f} mm" if state.gap_mm >= 0 else f"{-state.gap_mm:.2f} mm deep"
-    return [f"{episode.index}: {episode.path_kind}", thing.kind if thing is not None else "", where]
+    return [f"{episode.index}: {episode.path_kind}", indenter.kind if indenter is not None else "", where]
 
 
 def contact_sheet(tiles: list[tuple[Frame | None, list[str]]], rows: int, columns: int, *, note: str = "") -> Frame:

@@ -86,13 +86,13 @@ def drawn_columns(values: dict[str, float]) -> dict[str, float]:
 
 
 def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
-    rig, thing = scene.rig, scene.object
+    rig, indenter = scene.rig, scene.object
     return {
-        "object_kind": thing.kind if thing is not None else None,
-        "object_config": json.dumps(thing.model_dump(mode="json"), sort_keys=True) if thing is not None else None,
-        "object_color": list(thing.color) if thing is not None else None,
-        "object_specular": thing.specular if thing is not None else None,
-        "object_roughness": thing.roughness if thing is not None else None,
+        "object_kind": indenter.kind if indenter is not None else None,
+        "object_config": json.dumps(indenter.model_dump(mode="json"), sort_keys=True) if indenter is not None else None,
+        "object_color": list(indenter.color) if indenter is not None else None,
+        "object_specular": indenter.specular if indenter is not None else None,
+        "object_roughness": indenter.roughness if indenter is not None else None,
         "friction": scene.contact.friction,
         "led_radiance": [each for strip in rig.strips for each in strip.radiance],
         "room": rig.room,

@@ -95,15 +95,15 @@ def read_shard(folder: Path, entry: ShardEntry, schema: pa.Schema) -> pa.Table:
     content = listed_content(folder, entry.file, entry.listed)
     try:
         with pq.ParquetFile(pa.BufferReader(content)) as file:
-            found = as_schema(file.read(), schema)
+            rows = as_schema(file.read(), schema)
     except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
         reason = str(error.args[0] if error.args else error).partition("\n")[0]
         msg = f"'{folder / entry.file}' does not hold the rows of this dataset: {reason}"
         raise OutputError(msg) from None
-    if found.num_rows != entry.rows:
-        msg = f"'{folder / entry.file}' holds {found.num_rows} rows, and {MANIFEST} lists {entry.rows}"
+    if rows.num_rows != entry.rows:
+        msg = f"'{folder / entry.file}' holds {rows.num_rows} rows, and {MANIFEST} lists {entry.rows}"
         raise OutputError(msg)
-    return found
+    return rows
 
 
 def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:
@@ -125,11 +125,11 @@ def decoded_png(content: object) -> npt.NDArray[Any] | None:
     if not isinstance(content, bytes) or not content.startswith(SIGNATURE) or is_damaged_png(content):
         return None
     try:
-        found = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+        pixels = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:  # larger than OpenCV may read
         return None
-    if found is None or found.dtype != np.uint8:
+    if pixels is None or pixels.dtype != np.uint8:
         return None
-    if found.ndim == 2:  # noqa: PLR2004
-        return found
-    return cv2.cvtColor(found, cv2.COLOR_BGR2RGB) if found.shape[2] == 3 else None  # noqa: PLR2004
+    if pixels.ndim == 2:  # noqa: PLR2004
+        return pixels
+    return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB) if pixels.shape[2] == 3 else None  # noqa: PLR2004

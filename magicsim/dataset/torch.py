@@ -1,4 +1,4 @@
-"""A dataset's frames as PyTorch takes them (extra `learn`): a map-style dataset for `torch.utils.data.DataLoader`.
+"""A dataset's frames as PyTorch takes them (extra `torch`): a map-style dataset for `torch.utils.data.DataLoader`.
 
 frames = open_frames("touches")
 parts = frames.split_by("unit", {"train": 0.8, "test": 0.2})

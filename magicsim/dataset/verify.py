@@ -56,9 +56,9 @@ def verify_dataset(folder: Path) -> Verification:
     problems += [f"{name}: changed since it was written" for name in changed_preview(folder)]
     samples = 0
     for entry in manifest.shards:
-        found = list(_shard(folder, entry, manifest.config_hash))
-        samples += entry.rows if not found else 0
-        problems += found
+        wrong = list(_shard(folder, entry, manifest.config_hash))
+        samples += entry.rows if not wrong else 0
+        problems += wrong
     return Verification(
         samples=samples,
         shards=len(manifest.shards),
@@ -79,13 +79,13 @@ def _itself(folder: Path, manifest: Manifest) -> Iterator[str]:
     except MagicsimError:
         return  # `_files` tells that it has changed
     named = named_files(recipe.model_dump(mode="json"))  # which may be elsewhere, or others by now
-    for name, found, wanted in (
+    for name, listed, wanted in (
         ("config_hash", manifest.config_hash, manifest.config_hash if named else recipe.config_hash()),
         ("seed", manifest.seed, recipe.seed),
         ("episodes", manifest.episodes, recipe.episodes),
     ):
-        if found != wanted:
-            yield f"{MANIFEST}: {name} = {found} is not that of {CONFIG}, {wanted}"
+        if listed != wanted:
+            yield f"{MANIFEST}: {name} = {listed} is not that of {CONFIG}, {wanted}"
     yield from _plan(recipe, manifest)
 
 

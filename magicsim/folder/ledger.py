@@ -139,7 +139,7 @@ class Ledger:
             self._journal.parent.rmdir()
 
     def listed(self, name: str) -> Listed:
-        """What was written last under a name."""
+        """The file that was written last under a name."""
         return self._written[name][-1]
 
     def _begin(self) -> None:

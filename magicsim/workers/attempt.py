@@ -23,7 +23,7 @@ class FailureKind(StrEnum):
     ERROR = "error"
     """It raised anything else."""
     CRASH = "crash"
-    """Its process ended."""
+    """The process ended."""
     TIMEOUT = "timeout"
     """It took longer than allowed, and its process was ended."""
 

@@ -33,7 +33,7 @@ class ArraySpec:
     meaning: str
 
     def chunks(self, rows: int) -> tuple[int, ...]:
-        """What is read and written together: one row of what is large, all rows of what is small."""
+        """Chunk that is read and written together: one row of what is large, all rows of what is small."""
         return (1 if math.prod(self.shape) >= LARGE else rows, *self.shape)
 
 

@@ -120,8 +120,8 @@ def _rows(table: pa.Table, episode: int, first: int, paths: list[str]) -> dict[s
 
 def _moments(rows: dict[str, Any], frames: list[npt.NDArray[np.uint8]]) -> dict[str, Moments]:
     pixels = np.concatenate([each.reshape(-1, 3) for each in frames]) / 255
-    found = {IMAGE: Moments.of(pixels), STATE: Moments.of(np.stack(rows[STATE]))}
-    return found | {name: Moments.of(np.array(rows[name])[:, None]) for name in ("timestamp", *COUNTERS)}
+    moments = {IMAGE: Moments.of(pixels), STATE: Moments.of(np.stack(rows[STATE]))}
+    return moments | {name: Moments.of(np.array(rows[name])[:, None]) for name in ("timestamp", *COUNTERS)}
 
 
 def _stats(moments: dict[str, Moments], frames: int) -> Iterator[tuple[str, dict[str, Any]]]:

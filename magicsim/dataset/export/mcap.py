@@ -60,7 +60,7 @@ class Channels:
 
     @classmethod
     def of(cls, context: foxglove.Context) -> "Channels":
-        """Those of a context of their own, so that nothing else is recorded."""
+        """Channels in a context of their own, so that nothing else is recorded."""
         schema = {"type": "object", "title": "magicsim.Truth", "properties": TRUTH_FIELDS}
         return cls(
             image=CompressedImageChannel(IMAGE, context=context),

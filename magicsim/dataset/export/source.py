@@ -37,7 +37,7 @@ class Source:
 
     @cached_property
     def recorded(self) -> Recorded | None:
-        """What is known of frames of a real sensor; None of simulated ones."""
+        """Facts about frames of a real sensor; None of simulated ones."""
         return read_recorded(self.folder)
 
     @cached_property
@@ -55,7 +55,7 @@ class Source:
 
     @cached_property
     def columns(self) -> list[Column]:
-        """Its columns."""
+        """Columns of the rows."""
         from magicsim.dataset.columns import columns_of, recorded_columns
 
         if self.recorded is None:
@@ -124,7 +124,7 @@ class Source:
         Raises:
             OutputError: One cannot be decoded; the message names the file, the episode and the row.
         """
-        found = []
+        pictures = []
         for row, value in enumerate(table[name].to_pylist()):
             pixels = decoded_png(value["bytes"] if value is not None else None)
             if pixels is None:
@@ -132,8 +132,8 @@ class Source:
                 file = next((each.file for each in self.manifest.shards if episode in each.episodes), "")
                 msg = f"'{self.folder / file}': {name} of row {row} of episode {episode} is no PNG that can be decoded"
                 raise OutputError(msg)
-            found.append(pixels)
-        return found
+            pictures.append(pixels)
+        return pictures
 
     def rows(self, split: str) -> int:
         """Rows of a split."""

@@ -31,23 +31,23 @@ def formed(frame: Frame, form: FrameForm, *, name: str = "frame") -> Frame:
     Raises:
         FrameError: The part to keep is not inside the frame.
     """
-    found: Pixels = frame[..., ::-1] if form.color_order == "bgr" else frame
+    pixels: Pixels = frame[..., ::-1] if form.color_order == "bgr" else frame
     if form.crop_px is not None:
         column, row, columns, rows = form.crop_px
-        if column + columns > found.shape[1] or row + rows > found.shape[0]:
+        if column + columns > pixels.shape[1] or row + rows > pixels.shape[0]:
             msg = (
                 f"frames.crop_px = {list(form.crop_px)} is not allowed: must lie inside of '{name}', which has "
-                f"{found.shape[1]} x {found.shape[0]} pixels"
+                f"{pixels.shape[1]} x {pixels.shape[0]} pixels"
             )
             raise FrameError(msg)
-        found = found[row : row + rows, column : column + columns]
-    found = turned(found, (form.rotate_deg, form.mirror))
-    if form.size_px is not None and form.size_px != (found.shape[1], found.shape[0]):
-        is_smaller = form.size_px[0] * form.size_px[1] < found.shape[0] * found.shape[1]
-        found = cv2.resize(
-            np.ascontiguousarray(found), form.size_px, interpolation=cv2.INTER_AREA if is_smaller else cv2.INTER_LINEAR
+        pixels = pixels[row : row + rows, column : column + columns]
+    pixels = turned(pixels, (form.rotate_deg, form.mirror))
+    if form.size_px is not None and form.size_px != (pixels.shape[1], pixels.shape[0]):
+        is_smaller = form.size_px[0] * form.size_px[1] < pixels.shape[0] * pixels.shape[1]
+        pixels = cv2.resize(
+            np.ascontiguousarray(pixels), form.size_px, interpolation=cv2.INTER_AREA if is_smaller else cv2.INTER_LINEAR
         )
-    return np.ascontiguousarray(found, np.uint8)
+    return np.ascontiguousarray(pixels, np.uint8)
 
 
 def brightened(frame: Frame, gain: float) -> Frame:
@@ -59,8 +59,8 @@ def brightened(frame: Frame, gain: float) -> Frame:
 
 def turned(image: Pixels, turn: Turn) -> Pixels:
     """An image of shape (rows, columns, ...) turned and, after that, mirrored."""
-    found = np.rot90(image, turn[0] // 90)
-    return found[:, ::-1] if turn[1] else found
+    pixels = np.rot90(image, turn[0] // 90)
+    return pixels[:, ::-1] if turn[1] else pixels
 
 
 def after(first: Turn, then: Turn) -> Turn:

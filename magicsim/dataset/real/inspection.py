@@ -1,4 +1,4 @@
-"""What recorded frames are, and what a description should say of them: size, orientation, colours, exposure."""
+"""A look at recorded frames, and advice on what their description should say: size, orientation, colours, exposure."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -68,8 +68,8 @@ def inspect_real(real: RealSource) -> Inspection:
         ConfigError: Frames or labels are not where the description says, or not what it says.
         FrameError: An image cannot be read, or frames differ in size.
     """
-    told: list[str] = []
-    found = []
+    advice: list[str] = []
+    recordings = []
     size: tuple[int, int] | None = None
     likeness = _Likeness.of(real.path(real.description.like)) if real.description.like is not None else None
     for sequence in sequences_of(real):
@@ -79,23 +79,23 @@ def inspect_real(real: RealSource) -> Inspection:
             size = size or (frame.shape[0], frame.shape[1])
             check_size(frame, size, sequence.source.frames)
         assert size is not None  # a recording without a frame is an error
-        found.append(_recording(sequence, len(untouched), size))
-        told += _of_labels(sequence)
-        told += _of_exposure(sequence, untouched, sampled)
+        recordings.append(_recording(sequence, len(untouched), size))
+        advice += _of_labels(sequence)
+        advice += _of_exposure(sequence, untouched, sampled)
         if likeness is not None and untouched:
-            told += likeness.told(np.mean(untouched, 0), real.description.frames)
-    return Inspection(recordings=found, told=list(dict.fromkeys(told)))
+            advice += likeness.advice(np.mean(untouched, 0), real.description.frames)
+    return Inspection(recordings=recordings, told=list(dict.fromkeys(advice)))
 
 
 def _recording(sequence: RecordedSequence, references: int, size: tuple[int, int]) -> RealRecording:
     rules, labels = sequence.description.truth, sequence.labels
-    told = labels.told if labels is not None else frozenset()
+    known = labels.known if labels is not None else frozenset()
     rows = labels.rows if labels is not None else ()
     if not sequence.is_video:
         rows = tuple(
             row for number, (_, row) in enumerate(sequence.entries) if number not in sequence.reference_numbers
         )
-    classes = [truth_of(row, rules, told).frame_class for row in rows]
+    classes = [truth_of(row, rules, known).frame_class for row in rows]
     counts = {str(each): classes.count(each) for each in FrameClass} | {"unscored": classes.count(None)}
     return RealRecording(
         frames=sequence.source.frames,
@@ -104,7 +104,7 @@ def _recording(sequence: RecordedSequence, references: int, size: tuple[int, int
         samples=len(rows),
         columns=size[1],
         rows=size[0],
-        labels=sorted(told - {"image"}),
+        labels=sorted(known - {"image"}),
         classes=counts,
     )
 
@@ -199,7 +199,7 @@ class _Likeness:
             raise ConfigError(msg)
         return cls(name=folder.name, mean=np.mean(references, 0, dtype=np.float64))
 
-    def told(self, mean: Array, form: FrameForm) -> Iterator[str]:
+    def advice(self, mean: Array, form: FrameForm) -> Iterator[str]:
         """What differs in an untouched mean frame of shape (rows, columns, 3)."""
         rows, columns = self.mean.shape[:2]
         best, order = self._orientation(mean)

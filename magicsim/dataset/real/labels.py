@@ -22,16 +22,16 @@ Row = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Labels:
+class LabelTable:
     """All rows of one CSV file."""
 
     path: Path
     rows: tuple[Row, ...]
-    told: frozenset[str]
+    known: frozenset[str]
     """Names of `LabelColumns` that the file has."""
 
 
-def read_labels(path: Path, description: Description, *, needs_images: bool) -> Labels:
+def read_labels(path: Path, description: Description, *, needs_images: bool) -> LabelTable:
     """Reads a CSV file.
 
     Args:
@@ -65,10 +65,10 @@ def read_labels(path: Path, description: Description, *, needs_images: bool) -> 
     if not rows:
         msg = f"labels '{path}' has a heading and no rows; must have one for each frame"
         raise ConfigError(msg)
-    return Labels(path=path, rows=rows, told=frozenset(field for field, _ in wanted))
+    return LabelTable(path=path, rows=rows, known=frozenset(field for field, _ in wanted))
 
 
-def at_time(labels: Labels, time_s: float, *, most_gap_s: float) -> Row:
+def at_time(labels: LabelTable, time_s: float, *, most_gap_s: float) -> Row:
     """Labels at a time: numbers linearly between the rows around it, the rest from the nearer one.
 
     Args:
@@ -87,20 +87,20 @@ def at_time(labels: Labels, time_s: float, *, most_gap_s: float) -> Row:
         return nearest | {"time_s": time_s}
     first, second = close
     share = (time_s - first["time_s"]) / max(second["time_s"] - first["time_s"], 1e-12)
-    found = dict(nearest)
+    row = dict(nearest)
     for name in (*NUMBERS, *VECTORS):
         mixed = (1 - share) * np.array(first[name], float) + share * np.array(second[name], float)
-        found[name] = mixed.tolist()
-    return found | {"time_s": time_s}
+        row[name] = mixed.tolist()
+    return row | {"time_s": time_s}
 
 
-def check_times(labels: Labels) -> None:
+def check_times(labels: LabelTable) -> None:
     """Refuses labels of a video without times, or with times that fall.
 
     Raises:
         ConfigError: It says which row.
     """
-    if "time_s" not in labels.told:
+    if "time_s" not in labels.known:
         msg = f"columns.time_s is missing: labels '{labels.path}' of a video need the times that they belong to"
         raise ConfigError(msg)
     times = np.array([row["time_s"] for row in labels.rows])
@@ -123,35 +123,35 @@ def nothing() -> Row:
 
 def _wanted(columns: LabelColumns, *, needs_images: bool) -> list[tuple[str, str]]:
     """Fields of a description and the columns of the file that they name."""
-    found = []
+    wanted = []
     for field in LabelColumns.model_fields:
         named = getattr(columns, field)
         if named is None or (field == "image" and not needs_images):
             continue
-        found += [(field, name) for name in ((named,) if isinstance(named, str) else named)]
-    return found
+        wanted += [(field, name) for name in ((named,) if isinstance(named, str) else named)]
+    return wanted
 
 
 def _row(path: Path, number: int, cells: dict[str, str | None], columns: LabelColumns, scale: Scales) -> Row:
-    where, found = f"{path}, line {number}", nothing()
+    where, row = f"{path}, line {number}", nothing()
 
     def text(name: str) -> str:
         return (cells.get(name) or "").strip()
 
-    found["image"] = text(columns.image)
+    row["image"] = text(columns.image)
     for field in TEXTS:
         if (name := getattr(columns, field)) is not None:
-            found[field] = text(name)
+            row[field] = text(name)
     for field in FLAGS:
         if (name := getattr(columns, field)) is not None:
-            found[field] = _flag(where, name, text(name))
+            row[field] = _flag(where, name, text(name))
     for field in NUMBERS:
         if (name := getattr(columns, field)) is not None:
-            found[field] = getattr(scale, field) * _number(where, name, text(name))
+            row[field] = getattr(scale, field) * _number(where, name, text(name))
     for field in VECTORS:
         if (named := getattr(columns, field)) is not None:
-            found[field] = _vector(where, named, text, getattr(scale, field))
-    return found
+            row[field] = _vector(where, named, text, getattr(scale, field))
+    return row
 
 
 def _vector(where: str, named: str | tuple[str, ...], text: Any, factor: Any) -> list[float]:  # noqa: ANN401 - of pydantic
@@ -203,7 +203,7 @@ class RealTruth:
     """None where it is not scored."""
 
 
-def truth_of(row: Row, rules: TruthRules, told: frozenset[str], *, name: str = "frame") -> RealTruth:
+def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = "frame") -> RealTruth:
     """The state that labels tell.
 
     A class that is given counts. Else a gap decides, as for simulated frames; else a depth; else contact, where a
@@ -212,7 +212,7 @@ def truth_of(row: Row, rules: TruthRules, told: frozenset[str], *, name: str = "
     Args:
         row: Labels of the frame.
         rules: What follows from what.
-        told: Which labels the file has at all: an empty gap then means that there is no object.
+        known: Which labels the file has at all: an empty gap then means that there is no object.
         name: What messages call the frame.
 
     Raises:
@@ -230,22 +230,22 @@ def truth_of(row: Row, rules: TruthRules, told: frozenset[str], *, name: str = "
         contact = gap_mm < 0
     if contact is None and not math.isnan(depth_mm):
         contact = depth_mm > 0
-    found: FrameClass | None
-    if "frame_class" in told:
-        found = _given(row["frame_class"], rules, name)
-    elif not math.isnan(gap_mm) or "gap_mm" in told:
-        found = classify_frame(
+    frame_class: FrameClass | None
+    if "frame_class" in known:
+        frame_class = _given(row["frame_class"], rules, name)
+    elif not math.isnan(gap_mm) or "gap_mm" in known:
+        frame_class = classify_frame(
             gap_mm=None if math.isnan(gap_mm) else gap_mm,
             force_n=float(bool(contact)),
             light_on=bool(row["flashlight"]),
         )
     elif contact:
-        found = FrameClass.CONTACT
+        frame_class = FrameClass.CONTACT
     elif row["flashlight"]:
-        found = FrameClass.LIGHT
+        frame_class = FrameClass.LIGHT
     else:
-        found = FrameClass(rules.without_contact) if contact is False and rules.without_contact else None
-    return RealTruth(gap_mm=gap_mm, depth_mm=depth_mm, contact=contact, frame_class=found)
+        frame_class = FrameClass(rules.without_contact) if contact is False and rules.without_contact else None
+    return RealTruth(gap_mm=gap_mm, depth_mm=depth_mm, contact=contact, frame_class=frame_class)
 
 
 def _given(word: str, rules: TruthRules, name: str) -> FrameClass | None:

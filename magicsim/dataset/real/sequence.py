@@ -12,7 +12,7 @@ import numpy as np
 from magicsim.config.presets import is_file, is_folder
 from magicsim.dataset.real.description import Description, RealSource, RecordingSource
 from magicsim.dataset.real.form import brightened, formed, timed_frames
-from magicsim.dataset.real.labels import Labels, Row, at_time, check_times, force_size, nothing, read_labels
+from magicsim.dataset.real.labels import LabelTable, Row, at_time, check_times, force_size, nothing, read_labels
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.source import IMAGE_SUFFIXES, read_image, read_source
 from magicsim.detectors.video import VIDEO_SUFFIXES
@@ -78,7 +78,7 @@ class RecordedSequence:
         raise ConfigError(msg)
 
     @cached_property
-    def labels(self) -> Labels | None:
+    def labels(self) -> LabelTable | None:
         """Rows of its CSV file; None without one.
 
         Raises:
@@ -86,10 +86,10 @@ class RecordedSequence:
         """
         if self.source.labels is None:
             return None
-        found = read_labels(self.real.path(self.source.labels), self.description, needs_images=not self.is_video)
+        labels = read_labels(self.real.path(self.source.labels), self.description, needs_images=not self.is_video)
         if self.is_video:
-            check_times(found)
-        return found
+            check_times(labels)
+        return labels
 
     @cached_property
     def entries(self) -> tuple[tuple[Path, Row], ...]:
@@ -101,16 +101,16 @@ class RecordedSequence:
         folder = self.frames_path
         if self.labels is None:
             names = sorted(each for each in folder.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES)
-            found = tuple((each, nothing()) for each in names)
+            entries = tuple((each, nothing()) for each in names)
         else:
-            found = tuple(
+            entries = tuple(
                 (_image_file(folder, row["image"], f"{self.labels.path}, line {line}"), row)
                 for line, row in enumerate(self.labels.rows, 2)
             )
-        if not found:
+        if not entries:
             msg = f"{self.field}.frames: folder '{folder}' holds no image ({', '.join(IMAGE_SUFFIXES)})"
             raise ConfigError(msg)
-        return found
+        return entries
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -138,7 +138,7 @@ class RecordedSequence:
     @cached_property
     def episodes(self) -> tuple[str, ...]:
         """What its labels call its episodes, in order; one empty text where they tell none apart."""
-        if self.labels is None or "episode" not in self.labels.told:
+        if self.labels is None or "episode" not in self.labels.known:
             return ("",)
         rows = self.labels.rows if self.is_video else tuple(row for _, row in self.entries)
         return tuple(dict.fromkeys(row["episode"] for row in rows))
@@ -193,16 +193,16 @@ class RecordedSequence:
 
     def _least_forces(self, most_n: float) -> frozenset[int]:
         where = f"{self.field}.untouched_below_n = {most_n:g} is not allowed"
-        if self.is_video or self.labels is None or "force_n" not in self.labels.told:
+        if self.is_video or self.labels is None or "force_n" not in self.labels.known:
             msg = f"{where}: it needs a folder of images and labels with columns.force_n"
             raise ConfigError(msg)
         sizes = np.array([force_size(row["force_n"]) for _, row in self.entries])
         order = np.argsort(np.where(np.isnan(sizes), np.inf, sizes), kind="stable")[:MOST_REFERENCES]
-        found = frozenset(int(place) for place in order if sizes[place] < most_n)
-        if not found:
+        numbers = frozenset(int(place) for place in order if sizes[place] < most_n)
+        if not numbers:
             msg = f"{where}: the least force is {np.nanmin(sizes) if not np.isnan(sizes).all() else math.nan:.3g} N"
             raise ConfigError(msg)
-        return found
+        return numbers
 
     def _untouched_files(self) -> tuple[Path, ...]:
         if self.source.untouched is None:

@@ -168,14 +168,14 @@ class _Rows:
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """One row a frame."""
         sequence, first_s = self._sequence, math.nan
-        told = sequence.labels.told if sequence.labels is not None else frozenset()
+        known = sequence.labels.known if sequence.labels is not None else frozenset()
         for step, frame in enumerate(chain(sequence.references(), sequence.scored(self._episode))):
             self.size = self.size or (frame.image.shape[0], frame.image.shape[1])
             check_size(frame.image, self.size, frame.name)
             first_s = frame.labels["time_s"] if math.isnan(first_s) else first_s
             kind = frame.labels["object_kind"] or sequence.source.object_kind
             yield {
-                **frame_row(frame, sequence.description.truth, told),
+                **frame_row(frame, sequence.description.truth, known),
                 "step": step,
                 "time_s": frame.labels["time_s"] - first_s,
                 "object_kind": "" if frame.is_reference else kind,
@@ -194,8 +194,8 @@ def _tables(rows: _Rows, columns: list[Column]) -> Iterator[pa.Table]:
         yield pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
 
 
-def frame_row(frame: RealFrame, rules: TruthRules, told: frozenset[str]) -> dict[str, Any]:
-    """Columns of one frame by itself; `told` are the names of the labels that there are at all."""
+def frame_row(frame: RealFrame, rules: TruthRules, known: frozenset[str]) -> dict[str, Any]:
+    """Columns of one frame by itself; `known` are the names of the labels that there are at all."""
     labels = frame.labels
     common = {
         "image": _png(frame.image),
@@ -204,7 +204,7 @@ def frame_row(frame: RealFrame, rules: TruthRules, told: frozenset[str]) -> dict
     }
     if frame.is_reference:
         return common | {"frame_class": "", "contact": False, "force_n": [0.0] * 3, "depth_mm": 0.0}
-    truth = truth_of(labels, rules, told, name=frame.name)
+    truth = truth_of(labels, rules, known, name=frame.name)
     return common | {
         "frame_class": str(truth.frame_class or ""),
         "gap_mm": truth.gap_mm,
@@ -232,7 +232,7 @@ def table_columns(sequences: Sequence[RecordedSequence]) -> list[Column]:
     That column has no word for what nobody knows.
     """
     needed = {"contact", "force_n", "depth_mm", "gap_mm"}
-    is_told = all(each.labels is not None and needed & each.labels.told for each in sequences)
+    is_told = all(each.labels is not None and needed & each.labels.known for each in sequences)
     return [each for each in recorded_columns() if is_told or each.name != "contact"]
 
 

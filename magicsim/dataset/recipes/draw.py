@@ -181,8 +181,8 @@ def _tolerances(recipe: Recipe) -> dict[str, Number]:
         "pitch_scale": "xyz",
         "pitch_drift": "xyz",
     }
-    found = {name: getattr(tolerances, name) for name in type(tolerances).model_fields if name not in several}
-    return found | {f"{name}.{of}": getattr(tolerances, name) for name, all_of in several.items() for of in all_of}
+    numbers = {name: getattr(tolerances, name) for name in type(tolerances).model_fields if name not in several}
+    return numbers | {f"{name}.{of}": getattr(tolerances, name) for name, all_of in several.items() for of in all_of}
 
 
 def _camera(recipe: Recipe) -> dict[str, Number]:
@@ -245,12 +245,12 @@ def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]
     draw = _drawer("path", paths, values)
     drawn = draw_path(path, draw)
     rig = sensor.rig.model_dump()
-    thing = None
+    indenter = None
     if isinstance(path, FlashlightPath):
         rig["flashlight"]["radiance"] = tuple(drawn["strength"] * each for each in rig["flashlight"]["radiance"])
     elif not isinstance(path, ClearPath):
         entry = recipe.objects[choose(float(choices[1]), tuple(each.weight for each in recipe.objects))]
-        thing = entry.draw(_drawer("object", objects, values), float(choices[2]))
+        indenter = entry.draw(_drawer("object", objects, values), float(choices[2]))
     note = _drawer("camera", camera, values)
     seen = {name: note(name, number) for name, number in _camera(recipe).items()}
     rig["camera"] = recipe.camera.placed(rig["camera"], seen)
@@ -262,7 +262,7 @@ def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]
         "seed": episode_seed(recipe.seed, index),
         "references": recipe.references,
         "frames_per_second": recipe.frames_per_second,
-        "object": thing,
+        "object": indenter,
         "contact": recipe.contact.model_dump() | {"friction": friction},
         "render": recipe.render,
         "output": OutputSettings(**recipe.labels.model_dump(), preview=False, report=False),

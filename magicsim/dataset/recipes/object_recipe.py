@@ -102,11 +102,11 @@ class ObjectRecipe(Config):
         """
         if self.folder is None:
             return (self.path,) if self.path is not None else ()
-        found = sorted(path for path in Path(self.folder).glob("*") if path.suffix.lower() in MESH_SUFFIXES)
-        if not found:
+        meshes = sorted(path for path in Path(self.folder).glob("*") if path.suffix.lower() in MESH_SUFFIXES)
+        if not meshes:
             msg = f"folder = '{self.folder}' holds no mesh file ({', '.join(sorted(MESH_SUFFIXES))})"
             raise ConfigError(msg)
-        return tuple(path.as_posix() for path in found)
+        return tuple(path.as_posix() for path in meshes)
 
     def numbers(self) -> dict[str, Number]:
         """All numbers by name, tuples taken apart."""

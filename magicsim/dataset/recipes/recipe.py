@@ -140,14 +140,14 @@ class CameraNoise(Config):
 
     def placed(self, camera: dict[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
         """A camera's settings with drawn values in their places."""
-        found = dict(camera)
+        settings = dict(camera)
         for name, value in values.items():
             table, key = IN_TABLES.get(name, ("", name))
             if table:
-                found[table] = (found.get(table) or {}) | {key: value}
+                settings[table] = (settings.get(table) or {}) | {key: value}
             else:
-                found[key] = value
-        return found
+                settings[key] = value
+        return settings
 
 
 class Labels(Config):

@@ -132,5 +132,5 @@ def test_without_torch_a_line_says_what_to_install(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setitem(sys.modules, "torch", None)
     monkeypatch.delitem(sys.modules, "magicsim.dataset.torch", raising=False)
-    with pytest.raises(ConfigError, match=r"pip install 'magicsim\[learn\]'"):
+    with pytest.raises(ConfigError, match=r"pip install 'magicsim\[torch\]'"):
         import magicsim.dataset.torch  # noqa: F401

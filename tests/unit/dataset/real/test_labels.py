@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.dataset.real.description import Description, LabelColumns, RecordingSource, Scales
-from magicsim.dataset.real.labels import Labels, at_time, check_times, read_labels
+from magicsim.dataset.real.labels import LabelTable, at_time, check_times, read_labels
 from magicsim.errors import ConfigError
 
 
@@ -16,7 +16,7 @@ def described(columns: LabelColumns, scale: Scales | None = None) -> Description
     )
 
 
-def read(tmp_path: Path, text: str, columns: LabelColumns, scale: Scales | None = None) -> Labels:
+def read(tmp_path: Path, text: str, columns: LabelColumns, scale: Scales | None = None) -> LabelTable:
     (tmp_path / "labels.csv").write_text(text, encoding="utf-8")
     return read_labels(tmp_path / "labels.csv", described(columns, scale), needs_images=True)
 
@@ -32,7 +32,7 @@ def test_names_units_and_signs_are_those_of_the_description(tmp_path: Path):
     assert math.isnan(row["place_mm"][2])
     assert row["force_n"] == pytest.approx([0.3, 0, 2])
     assert row["contact"] is True
-    assert found.told == {"image", "depth_mm", "place_mm", "force_n", "contact"}
+    assert found.known == {"image", "depth_mm", "place_mm", "force_n", "contact"}
 
 
 def test_one_column_of_force_is_that_of_the_press(tmp_path: Path):
