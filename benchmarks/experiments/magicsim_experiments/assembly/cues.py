@@ -54,14 +54,7 @@ class Cues:
 
 
 def check_references(count: int) -> None:
-    """Refuses a number of reference frames of which nothing can be learned, before any is rendered.
-
-    Args:
-        count: Frames of each finger.
-
-    Raises:
-        ConfigError: With what is allowed.
-    """
+    """Refuses a number of reference frames of which nothing can be learned, before any is rendered."""
     least = load_profile(PROFILE).background_count
     if count < least:
         msg = f"references = {count} is not allowed with task assembly: must be at least {least}"
@@ -83,24 +76,15 @@ class Reader:
 
         Args:
             references: At least as many as the profile's temporal fusion takes.
-
-        Raises:
-            MagicsimError: The profile cannot learn from these frames.
         """
         found = load_profile(PROFILE)
         upper, lower = (np.mean(frames, axis=0).round().astype(np.uint8) for frames in references)
         return cls(
-            empty=(upper, lower),
-            references=(fuse(references[0], found), fuse(references[1], found)),
-            profile=found,
+            empty=(upper, lower), references=(fuse(references[0], found), fuse(references[1], found)), profile=found
         )
 
     def read(self, moment: Moment) -> Cues:
-        """All cues of one step.
-
-        Raises:
-            ConfigError: scikit-image is not installed.
-        """
+        """All cues of one step."""
         similarity = structural_similarity()
         ssim = [similarity(image, empty) for image, empty in zip(moment.images, self.empty, strict=True)]
         verdicts = [detect(image, own, self.profile) for image, own in zip(moment.images, self.references, strict=True)]
@@ -123,11 +107,7 @@ class Reader:
 
 
 def structural_similarity() -> Similarity:
-    """SSIM of two RGB frames, mean over pixels and channels (Wang et al. 2004), 1 for equal ones.
-
-    Raises:
-        ConfigError: scikit-image is not installed.
-    """
+    """SSIM of two RGB frames, mean over pixels and channels (Wang et al. 2004), 1 for equal ones."""
     try:
         from skimage.metrics import structural_similarity as ssim
     except ImportError:

@@ -31,11 +31,7 @@ class Jack:
     """Depth of the hole [mm]."""
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
-
-        Raises:
-            ConfigError: One is not allowed.
-        """
+        """Checks the numbers."""
         for field in fields(self):
             check_number(f"jack.{field.name}", getattr(self, field.name), *LIMITS[field.name])
 

@@ -105,11 +105,7 @@ class MetLoad(Load):
         return Load.wrench(self, pose) + self.met(pose)
 
     def met(self, pose: Pose) -> Array:
-        """Force [N] and torque about the plug's origin [N mm] of the base alone, in the gripper's frame, shape (6,).
-
-        Args:
-            pose: The plug's, in the gripper's frame.
-        """
+        """Force [N] and torque about the plug's origin [N mm] of the base alone, in the gripper's frame, shape (6,)."""
         if self.elements is None or self.base is None:
             return np.zeros(6)
         points = pose.to_sensor(self.elements.points_mm)
@@ -162,6 +158,5 @@ class MetLoad(Load):
 
         Args:
             base: From the jack's frame to the gripper's; None is out of reach.
-            way: Sense of the plug's motion along the jack's axis.
         """
         return replace(self, base=base, way=way)

@@ -26,18 +26,11 @@ def play(
     """Plays a trial from the gripped plug on; it ends early where the plug drops.
 
     Args:
-        gripper: That which has gripped it.
         gripped: From `take_plug`.
-        misalignment: Of the base.
         seed: Of the frames' noise, whose stream begins anew; the scene's by default.
-        tell: Told each step's stage as it begins.
 
     Returns:
         What was at the end of each step, or at each of its samples.
-
-    Raises:
-        ConfigError: The plug leaves a finger's workspace.
-        ConvergenceError: A place has no valid equilibrium.
     """
     gripper.reset(seed=seed)
     gripper.go_back(gripped.moment)

@@ -90,8 +90,6 @@ class Pusher:
         """Takes what does not change on the way.
 
         Args:
-            gripper: Has gripped the plug.
-            plug: The plug.
             load_at: What acts with the base so far along its way [mm].
         """
         self._gripper, self._plug, self._load_at = gripper, plug, load_at
@@ -103,10 +101,6 @@ class Pusher:
             first_mm: Where the base is before it pushes harder than it does now [mm].
             ways_mm: Where it goes, in their order [mm].
             push_n: Force at which the carriage stops [N].
-
-        Raises:
-            ConfigError: The plug is pressed out of a finger's workspace.
-            ConvergenceError: A place has no valid equilibrium.
         """
         load = self._load_at(first_mm)
         met = tuple(float(each) for each in load.met(object_pose(self._plug, self._gripper.place)))
@@ -130,11 +124,6 @@ class Pusher:
             first_mm: Where the base is before it pushes harder than it does now [mm].
             ways_mm: Where it goes, in their order [mm].
             push_n: Force at which the carriage stops [N].
-            samples: Equilibria that are asked for.
-
-        Raises:
-            ConfigError: The plug is pressed out of a finger's workspace.
-            ConvergenceError: A place has no valid equilibrium.
         """
         start = self._gripper.now()
         walked = self.walk(first_mm, ways_mm, push_n)

@@ -50,12 +50,9 @@ class Stage:
         """Checks everything that a run needs before it begins.
 
         Args:
-            scene: The fingers, and a plug between them.
             seed: Of the misalignments, and of the noise of the trials' frames.
             quality: Of the sensors, see `magicsim.robot.quality`.
-            samples: Pairs of frames of each stage.
             shows_base: Whether the base is in the picture.
-            config: What is played.
 
         Raises:
             ConfigError: No plug in the scene, too few references, an unknown quality, or scikit-image is missing.
@@ -80,10 +77,6 @@ class Stage:
 
     def play(self, number: int, misalignment: Misalignment) -> tuple[Trial, tuple[Moment, ...]]:
         """One trial, which does not depend on those before, and the moments at the end of its steps.
-
-        Args:
-            number: Of the trial.
-            misalignment: Its own.
 
         Raises:
             MagicsimError: The fingers cannot be built, or not take the plug.
@@ -117,8 +110,6 @@ def run_assembly(
     """Plays trials, or what an earlier run left of them, and writes their folder.
 
     Args:
-        scene: The fingers, and a plug between them.
-        out: Folder of the result.
         trials: How many; a third each are beside the axis, at an angle, and aligned. A finished folder grows by more.
         seed: Of the misalignments, and of the noise of the trials' frames.
         quality: Of the sensors, see `magicsim.robot.quality`.
@@ -127,7 +118,6 @@ def run_assembly(
         config: What is played; the defaults by default.
         resume: Whether to go on with the run in the folder.
         progress: Told how far it is: trials done, all of them, a note.
-        variant: Names the renderer's variant, and makes it active.
 
     Raises:
         ConfigError: A number is not allowed, the scene has no plug or too few references, or scikit-image is missing.

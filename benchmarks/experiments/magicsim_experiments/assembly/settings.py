@@ -83,12 +83,7 @@ class AssemblyConfig(Config):
         return self
 
     def setup(self, *, references: int, samples: int) -> Setup:
-        """What does not change from trial to trial.
-
-        Args:
-            references: Frames of the untouched fingers.
-            samples: Pairs of frames of each step.
-        """
+        """What does not change from trial to trial."""
         first, second = zip(self.insertion_mm, self.push_n, strict=True)
         return Setup(
             jack=Jack(**self.jack.model_dump()),
@@ -112,9 +107,6 @@ def split_settings(settings: Sequence[str]) -> tuple[list[str], AssemblyConfig]:
 
     Args:
         settings: `dotted.key=value` each.
-
-    Raises:
-        ConfigError: A setting of the task is not allowed.
     """
     own = [each.strip()[len(PREFIX) :] for each in settings if each.strip().startswith(PREFIX)]
     others = [each for each in settings if not each.strip().startswith(PREFIX)]

@@ -46,13 +46,7 @@ class Misalignment:
 
 
 def draw_misalignments(trials: int, seed: int, spread: Spread | None = None) -> list[Misalignment]:
-    """Misalignments of a number of trials: in turn aligned, beside and at an angle, in directions drawn evenly.
-
-    Args:
-        trials: How many.
-        seed: Of the draws.
-        spread: Ranges.
-    """
+    """Misalignments of a number of trials: in turn aligned, beside and at an angle, in directions drawn evenly."""
     ranges = spread or Spread()
     rng = np.random.default_rng([seed, 38])
     kinds: tuple[Kind, ...] = ("offset", "angle", "aligned")

@@ -22,11 +22,7 @@ MANY = 20
 
 
 def draw_series(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> bytes:
-    """A PNG of every trial.
-
-    Args:
-        trials: Misalignment and series of each.
-    """
+    """A PNG of every trial."""
     figure = Figure(figsize=(8, 5), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
     told, alpha = set(), 0.7 if len(trials) < MANY else 0.3
@@ -54,11 +50,7 @@ def draw_series(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> bytes:
 
 
 def stage_ends_s(trials: Sequence[Sequence[Cues]]) -> dict[Stage, float]:
-    """When each stage that was played ends, the median over trials [s].
-
-    Args:
-        trials: Series of each.
-    """
+    """When each stage that was played ends, the median over trials [s]."""
     lasts: dict[Stage, list[float]] = {}
     for series in trials:
         for stage, last in {cues.stage: cues.time_s for cues in series}.items():
@@ -106,12 +98,7 @@ class Recognition:
 
 
 def change(series: Sequence[Cues], value: Callable[[Cues], float]) -> float:
-    """Largest change of a cue in the insertions against the approach; infinite where the plug was lost before.
-
-    Args:
-        series: One trial.
-        value: The cue.
-    """
+    """Largest change of a cue in the insertions against the approach; infinite where the plug was lost before."""
     before = [value(each) for each in series if each.stage is BEFORE]
     early = [value(each) for each in series if each.stage in EARLY]
     return max(abs(each - before[-1]) for each in early) if early and before else float("inf")
@@ -126,11 +113,7 @@ CUES: Mapping[str, Callable[[Cues], float]] = {
 
 
 def recognise(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> dict[str, Recognition]:
-    """Recognition by each cue, and by a change of the contact detector's verdict (`contact verdict`).
-
-    Args:
-        trials: Misalignment and series of each.
-    """
+    """Recognition by each cue, and by a change of the contact detector's verdict (`contact verdict`)."""
     found = {name: _by_change(trials, value) for name, value in CUES.items()}
     changed = [(each, _verdict_changes(series)) for each, series in trials]
     found["contact verdict"] = Recognition(
@@ -242,12 +225,7 @@ def played_out(trials: Sequence[Trial]) -> list[tuple[Misalignment, tuple[Cues, 
 
 
 def summarise(trials: Sequence[Trial], *, out: str) -> AssemblySummary:
-    """Sums up a run.
-
-    Args:
-        trials: All of them.
-        out: Folder of the run.
-    """
+    """Sums up a run."""
     played = played_out(trials)
     reasons = reasons_of([each.error for each in trials])
     return AssemblySummary(
@@ -262,9 +240,7 @@ def summarise(trials: Sequence[Trial], *, out: str) -> AssemblySummary:
     )
 
 
-def _by_stage(
-    played: Sequence[tuple[Misalignment, tuple[Cues, ...]]],
-) -> dict[str, dict[str, dict[str, StageSeries]]]:
+def _by_stage(played: Sequence[tuple[Misalignment, tuple[Cues, ...]]]) -> dict[str, dict[str, dict[str, StageSeries]]]:
     found: dict[str, dict[str, dict[str, StageSeries]]] = {}
     for kind in sorted({each.kind for each, _ in played}):
         series = [cues for each, whole in played if each.kind == kind for cues in whole]

@@ -38,7 +38,6 @@ def base_body(jack: Jack, *, apart_mm: float) -> SurfaceMesh:
     """The base in the jack's frame, with its colour.
 
     Args:
-        jack: The hole.
         apart_mm: Distance of the contact faces that hold the plug [mm].
     """
     radius, chamfer, depth = jack.radius_mm, jack.chamfer_mm, jack.depth_mm
@@ -133,12 +132,7 @@ class Gripped:
 
 
 def base_of(plug: PlugObject, setup: Setup | None = None) -> SurfaceMesh:
-    """The base's body, which a gripper shows that was built with it as its `companion`.
-
-    Args:
-        plug: Held by its handle.
-        setup: Jack and grip.
-    """
+    """The base's body, which a gripper shows that was built with it as its `companion`."""
     setup = setup or Setup()
     return base_body(setup.jack, apart_mm=2 * plug.radius_mm - setup.squeeze_mm)
 
@@ -146,14 +140,8 @@ def base_of(plug: PlugObject, setup: Setup | None = None) -> SurfaceMesh:
 def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) -> Gripped:
     """Films the empty fingers, and grips the plug.
 
-    Args:
-        gripper: Two sensors with the plug as their object.
-        plug: The plug.
-        setup: Jack, contact and timeline.
-
     Raises:
         ConfigError: The plug does not fit, drops at once, or lies outside of a finger's workspace.
-        ConvergenceError: No valid equilibrium was found.
     """
     setup = setup or Setup()
     gripper.reset()
@@ -176,11 +164,7 @@ def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) ->
 
 
 def check_plug(plug: object) -> PlugObject:
-    """The plug of a scene.
-
-    Raises:
-        ConfigError: Its object is none.
-    """
+    """The plug of a scene."""
     if not isinstance(plug, PlugObject):
         kind = getattr(plug, "kind", None)
         msg = f"object.kind = {kind!r} is not allowed here: an assembly needs a 'plug'"

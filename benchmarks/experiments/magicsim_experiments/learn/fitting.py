@@ -127,10 +127,7 @@ def answers_table(test: Samples, answers: Array, train: Samples, kind: str) -> b
     """Truth and answers of every method on frames, as a Parquet file: columns `truth.LABEL`, `model.LABEL`, ...
 
     Args:
-        test: The frames.
         answers: Of the model, shape (frames, labels).
-        train: What the baselines know.
-        kind: Input of the nearest neighbour.
     """
     methods = {
         "truth": test.targets,

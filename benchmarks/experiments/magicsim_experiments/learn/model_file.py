@@ -58,12 +58,7 @@ class ModelConfig(Config):
 
 
 def save_model(config: ModelConfig, weights: Mapping[str, Any]) -> bytes:
-    """The file's content; equal models give equal bytes.
-
-    Args:
-        config: Goes into the header.
-        weights: Tensors by name.
-    """
+    """The file's content; equal models give equal bytes."""
     from safetensors.torch import save
 
     found = {name: tensor.detach().cpu().contiguous() for name, tensor in sorted(weights.items())}
@@ -89,10 +84,6 @@ def read_model(path: Path) -> tuple[ModelConfig, bytes]:
 
 def parse_config(content: bytes, *, source: str = "the model") -> ModelConfig:
     """What the header of a model file's content says.
-
-    Args:
-        content: The file's.
-        source: What errors call it.
 
     Raises:
         ConfigError: It is no model of magicsim, or says what is not allowed.
@@ -124,13 +115,7 @@ def model_config(
     """What a model of these frames is, with the scales of the training frames alone.
 
     Args:
-        samples: All frames.
-        train: Rows of those that train.
-        settings: How to train.
-        network: Which network.
         frame_size: Rows and columns of the frames before they were reduced.
-        recipe_hash: Of the data.
-        study: Kind of the study.
     """
     inputs = samples.at(train).inputs(settings.input)
     targets = samples.targets[train]

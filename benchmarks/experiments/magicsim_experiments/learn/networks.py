@@ -13,11 +13,7 @@ from magicsim_experiments.learn.samples import Label
 
 
 def build_network(name: str, outputs: int) -> nn.Module:
-    """A network from images (n, 3, rows, columns) to outputs (n, outputs).
-
-    Raises:
-        ConfigError: There is no network of that name.
-    """
+    """A network from images (n, 3, rows, columns) to outputs (n, outputs)."""
     networks: dict[str, type[SmallNetwork | ResNet18]] = {"small": SmallNetwork, "resnet18": ResNet18}
     if name not in networks:
         raise ConfigError(unknown_choice("network", name, networks))
@@ -102,11 +98,6 @@ class _Block(nn.Module):
 def open_network(content: bytes, config: ModelConfig, *, source: str = "the model") -> nn.Module:
     """The network of a model file, with its weights.
 
-    Args:
-        content: The file's.
-        config: Its header.
-        source: What errors call it.
-
     Raises:
         ConfigError: The weights break off, are not those of the network, or are not finite.
     """
@@ -116,16 +107,7 @@ def open_network(content: bytes, config: ModelConfig, *, source: str = "the mode
 
 
 def load_weights(network: nn.Module, content: bytes, *, source: str = "the model") -> None:
-    """Puts the weights of a model file into a network.
-
-    Args:
-        network: Of the file's kind.
-        content: The file's.
-        source: What errors call it.
-
-    Raises:
-        ConfigError: As `open_network`.
-    """
+    """Puts the weights of a model file into a network."""
     from safetensors import SafetensorError
     from safetensors.torch import load
 

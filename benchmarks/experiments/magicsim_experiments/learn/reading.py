@@ -36,11 +36,7 @@ class FrameReader:
         self._network: Any = None  # of PyTorch, which only reading needs
 
     def check(self, image: Frame, what: str) -> None:
-        """Refuses a frame of another size than the model takes.
-
-        Raises:
-            FrameError: With both sizes.
-        """
+        """Refuses a frame of another size than the model takes."""
         config, (rows, columns) = self.config, image.shape[:2]
         if (rows, columns) != (config.frame_rows, config.frame_columns):
             msg = (
@@ -62,7 +58,6 @@ class FrameReader:
         """Answers on frames in the labels' units, shape (n, labels).
 
         Args:
-            images: As the camera gives them.
             references: What `untouched` gave for the sensor of each frame; zeros where the model takes frames as they
                 are.
 
@@ -112,7 +107,6 @@ def estimate_frames(
         source: Image, folder of images, video, camera's index, or a finished dataset, whose own references serve.
         reference: The same, of the untouched sensor, its mean taken over at most 30 frames; needed where the model
             reads differences, but for datasets.
-        frames: Most frames to read.
 
     Raises:
         ConfigError: The model is missing, damaged or overflows, a source does not exist, a camera without `frames`,

@@ -39,10 +39,8 @@ def fold(
     Args:
         groups: Group of each frame, shape (n,).
         number: Which fold, from 0.
-        folds: How many there are.
         validation_share: Share of the other groups that tell when to stop, at least one.
         share: Share of the training groups that are used, at least one.
-        seed: Of the order in which groups are dealt.
         inner: Groups within which validation and share are chosen, such as presses where the folds are units; the
             groups themselves by default.
 
@@ -190,9 +188,7 @@ def read_samples(
 
     Args:
         folder: What `magicsim dataset` wrote.
-        labels: Of the result.
         choose: What counts and what is true, from the rows of an episode.
-        columns: Plain columns that it needs.
         long_side_px: Longer side of the reduced frames [px]; 0 keeps them.
         masks: Whether it needs contact masks.
 

@@ -31,7 +31,6 @@ def mean_score(values: Array, press: Index, *, seed: int = 0) -> Score:
     Args:
         values: Shape (n,); NaN where it does not exist.
         press: Group of each frame that is drawn as a whole, shape (n,).
-        seed: Of the resampling.
     """
     there = np.isfinite(values)
     values, press = values[there], press[there]

@@ -27,7 +27,6 @@ def label_loss(outputs: torch.Tensor, targets: torch.Tensor, labels: tuple[Label
     Args:
         outputs: Shape (n, outputs), see `output_places`.
         targets: Shape (n, labels), see `scaled_targets`; NaN where there is none.
-        labels: Of the columns.
     """
     total = outputs.sum() * 0
     for place, (label, columns) in enumerate(zip(labels, output_places(labels), strict=True)):
@@ -87,11 +86,7 @@ def train(
     """Trains until it ends, or for some time.
 
     Args:
-        samples: All frames.
-        split: Which of them train, tell when to stop, and test.
-        settings: How to train.
         config: What the model is, see `model_config`.
-        seed: Of weights and order.
         checkpoint: Where an earlier stretch ended.
         start: Weights to begin with instead of random ones: a model file's content.
         seconds: Processor time after which the stretch ends with the pass that is under way [s].
@@ -149,24 +144,12 @@ def train(
     network.load_state_dict(best)
     outputs = _outputs(network, images, split.test, settings.batch, device)
     return Trained(
-        checkpoint=None,
-        model=save_model(config, best),
-        answers=answers_of(outputs, config),
-        log=tuple(state["log"]),
+        checkpoint=None, model=save_model(config, best), answers=answers_of(outputs, config), log=tuple(state["log"])
     )
 
 
 def answer(samples: Samples, model: bytes, config: ModelConfig) -> Array:
-    """A model's answers on all frames, shape (n, labels).
-
-    Args:
-        samples: Reduced frames of the size that the model takes.
-        model: Content of its file.
-        config: Its header.
-
-    Raises:
-        ConfigError: Its weights are not those of its network.
-    """
+    """A model's answers on all frames, shape (n, labels)."""
     return answers_with(open_network(model, config), samples, config)
 
 
@@ -175,8 +158,6 @@ def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig
 
     Args:
         network: With its weights, see `open_network`.
-        samples: Reduced frames of the size that it takes.
-        config: Header of its file.
     """
     torch.set_num_threads(1)
     images = torch.from_numpy(_normalised(samples, config))

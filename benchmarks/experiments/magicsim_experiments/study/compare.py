@@ -60,11 +60,7 @@ class Within:
         return first == self.folder and (rest == ERRORS or self.stage.owns(rest))
 
     def run(self, workshop: Workshop) -> None:
-        """Does what is left, in the folder below.
-
-        Raises:
-            MagicsimError: It cannot be done, in one line.
-        """
+        """Does what is left, in the folder below."""
         (workshop.folder / self.folder).mkdir(exist_ok=True)
         self.stage.run(replace(workshop, ledger=_Below(files=workshop.ledger, folder=self.folder)))
         with suppress(OSError):  # not there, or something is in it
@@ -189,11 +185,7 @@ class Compare:
         self.packages = next(iter(self._studies.values())).packages if self._studies else ()  # type: ignore[misc]
 
     def refuse(self) -> None:
-        """Refuses designs of one name, and a comparison of which nothing is left.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses designs of one name, and a comparison of which nothing is left."""
         names = [self.config.name, *(each.name for each in self.config.others)]
         if len(set(names)) < len(names):
             msg = f"others = {names[1:]} is not allowed beside '{names[0]}': must all differ"

@@ -87,11 +87,7 @@ class Fusion:
         self._episodes = PiecesStage(name="episodes", function=fused_episode, tasks=tasks, seconds=40.0)
 
     def refuse(self) -> None:
-        """Refuses a coat, behind which nothing approaches, and a light that the camera does not know.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses a coat, behind which nothing approaches, and a light that the camera does not know."""
         if self.config.design.is_opaque:
             msg = "study 'fusion' needs a design that is seen through: design.coat is opaque"
             raise ConfigError(msg)
@@ -147,11 +143,7 @@ MEASURES = (
 
 
 def episode_scene(task: FusionTask) -> SceneConfig:
-    """References, rest, a wait, rest again, an object that comes near and presses.
-
-    Raises:
-        ConfigError: The light's tables are none of a camera's.
-    """
+    """References, rest, a wait, rest again, an object that comes near and presses."""
     config = task.config
     rig = config.rig.model_dump()
     camera = rig["camera"]
@@ -175,9 +167,6 @@ def fused_episode(task: FusionTask) -> bytes:
 
     Returns:
         JSON: a list of rows, one a pair of N and M.
-
-    Raises:
-        MagicsimError: The episode has no valid answer.
     """
     from magicsim.light.records.untouched_states import shared_states
     from magicsim.simulation.plan import plan_scene

@@ -42,8 +42,6 @@ def plot_series(
 
     Args:
         series: At least one.
-        x_title: What the horizontal axis shows, with its unit.
-        y_title: What the vertical axis shows, with its unit.
         name: Put before the drawing's identifiers; unique on a page.
         label: What the drawing shows, for a reader who cannot see it.
         log_x: Whether the horizontal axis is logarithmic.
@@ -74,7 +72,6 @@ def plot_answers(truth: Array, answer: Array, *, unit: str, name: str, label: st
     Args:
         truth: Shape (n,).
         answer: Shape (n,).
-        unit: Of both.
         name: Put before the drawing's identifiers; unique on a page.
         label: What the drawing shows, for a reader who cannot see it.
     """

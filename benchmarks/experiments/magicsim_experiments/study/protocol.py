@@ -120,11 +120,7 @@ class Stage(Protocol):
         """Whether another list than the study's answers for a file, by its name below the folder."""
 
     def run(self, workshop: Workshop) -> None:
-        """Does what is left.
-
-        Raises:
-            MagicsimError: It cannot be done, in one line.
-        """
+        """Does what is left."""
 
 
 class Study(Protocol):

@@ -48,8 +48,6 @@ def estimate_study(study: Study, *, processes: int, folder: Path | None = None) 
     """What a study, or the rest of one, will take.
 
     Args:
-        study: What is to be done.
-        processes: How many share the work.
         folder: Where a part of it is done already.
     """
     return [
@@ -72,12 +70,9 @@ def run_study(
 
     Args:
         study: What to do, see `magicsim_experiments.study.study_file.load_study`.
-        out: Folder of the result.
         options: Where and how to compute; all cores by default. Changes no byte of the result.
         resume: Whether to go on with the study in the folder.
         announce: Told what is left to do, before it is begun.
-        progress: Told how far it is.
-        variant: Names the renderer's variant, and makes it active.
 
     Raises:
         ConfigError: The design cannot do this study, or a package that it needs is not installed.

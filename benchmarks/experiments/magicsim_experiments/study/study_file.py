@@ -68,9 +68,6 @@ def study_class(kind: str, kinds: Mapping[str, str] | None = None) -> type[Study
     Args:
         kind: What the file's key `kind` says.
         kinds: Kinds to choose from; `KINDS` by default.
-
-    Raises:
-        ConfigError: No such kind.
     """
     kinds = KINDS if kinds is None else kinds
     if kind not in kinds:
@@ -84,11 +81,7 @@ def settings_of(kind: str) -> type[StudyConfig]:
 
 
 def package_versions(study: Study) -> dict[str, str]:
-    """Versions of the packages that a study needs beside those of the program.
-
-    Raises:
-        ConfigError: One of them is not installed.
-    """
+    """Versions of the packages that a study needs beside those of the program."""
     for package in study.packages:
         if importlib.util.find_spec(package) is None:
             extra = EXTRAS.get(package, package)
@@ -122,7 +115,6 @@ def load_study(
     """Reads a study by preset name or path and looks whether its design can do it.
 
     Args:
-        name: Study preset or TOML file.
         overrides: `dotted.key=value` settings.
         design: Design preset or TOML file instead of the file's.
         quick: Whether to take the small form, the file's table `quick`.
@@ -130,7 +122,6 @@ def load_study(
         kinds: Kinds of studies; `KINDS` by default.
 
     Raises:
-        PresetError: The study, or what it names, does not exist.
         ConfigError: The content is not acceptable, or the design cannot do this study.
     """
     path = find_preset("study", name)
@@ -165,11 +156,7 @@ def _is_set(key: str, overrides: Sequence[str]) -> bool:
 
 
 def without_small_form(data: Mapping[str, Any], *, source: str, quick: bool) -> dict[str, Any]:
-    """Content of a study's file with its table `quick` put over the rest, or left out.
-
-    Raises:
-        ConfigError: That is no table.
-    """
+    """Content of a study's file with its table `quick` put over the rest, or left out."""
     rest = {key: value for key, value in data.items() if key != QUICK}
     small = data.get(QUICK, {})
     if not isinstance(small, Mapping):
@@ -199,12 +186,7 @@ def named_table(value: object, kind: str, folder: Path) -> dict[str, Any]:
 
     Args:
         value: The table, a preset's name, or a file, which is looked for beside the naming one first.
-        kind: Kind of preset.
         folder: Where the naming file stands.
-
-    Raises:
-        PresetError: There is no such file.
-        ConfigError: It cannot be read, or the value is neither.
     """
     if isinstance(value, Mapping):
         return dict(value)

@@ -71,11 +71,7 @@ def head(column: Column) -> str:
 
 
 def write_result(ledger: Ledger, study: Study, found: StudyResult) -> None:
-    """Writes everything that a reader opens.
-
-    Raises:
-        OutputError: Somebody else's file has one of the names.
-    """
+    """Writes everything that a reader opens."""
     for table in all_tables(found):
         ledger.place(f"{TABLES}/{table.name}.parquet", table_parquet(table))
     text = json.dumps(result_dict(study, found), allow_nan=False, indent=1)

@@ -22,7 +22,6 @@ def command(stage: GraspStage, *, is_open: bool) -> Command:
     """What to do in a stage: closing ends where the motors stall; the carriage goes back with open fingers only.
 
     Args:
-        stage: Of the machine.
         is_open: Whether the fingers are as far open as they were at the start.
     """
     if stage is GraspStage.WAITING:

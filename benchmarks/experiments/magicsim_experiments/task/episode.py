@@ -74,13 +74,6 @@ def play(
 ) -> Recorded:  # fmt: skip
     """Plays an episode; the machine reads the upper finger's frames.
 
-    Args:
-        world: At its start.
-        profile: Reads the frames.
-        episode: Number of the episode.
-        seed: Of the frames' noise.
-        seen: Takes every image with its row.
-
     Raises:
         MagicsimError: The fingers cannot be filmed at all; what goes wrong later ends this episode alone.
     """

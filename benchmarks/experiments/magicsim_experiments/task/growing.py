@@ -32,16 +32,11 @@ def resolved(
     """Settings of a task, and under `resolved` what their names stand for.
 
     Args:
-        config: As it was asked for.
-        items: By name.
         scenes: Fingers and item, by the item's name; they differ in what the item says alone.
         profile: What reads the frames; empty where the settings say it by themselves.
 
     Returns:
         Plain values, as TOML and JSON take them.
-
-    Raises:
-        OSError: A file cannot be read.
     """
     fingers = next(iter(scenes.values())).model_dump(mode="json", exclude={"object": True, "contact": {"friction"}})
     files = {name: file_hashes(scene.model_dump(mode="json")) for name, scene in scenes.items()}
@@ -55,14 +50,7 @@ def resolved(
 
 
 def resolved_scene(scene: SceneConfig) -> dict[str, Any]:
-    """A scene with everything in place, and the SHA-256 of every file that it names.
-
-    Args:
-        scene: The scene.
-
-    Raises:
-        OSError: A file cannot be read.
-    """
+    """A scene with everything in place, and the SHA-256 of every file that it names."""
     values = scene.model_dump(mode="json")
     found = file_hashes(values)
     return {"scene": values} | ({"sha256": found} if found else {})
@@ -149,16 +137,12 @@ def grow(
     """Plays episodes, or what an earlier run left of them, and writes their folder.
 
     Args:
-        out: The folder.
         settings: What episodes depend on, see `magicsim_experiments.task.growing`; they are written beside the result.
-        run: How many, in which order.
-        play: One episode by its number.
         conclude: The summary, and the result's files by name, from the content of all episodes in the order of their
             numbers.
 
     Raises:
         OutputError: The folder is not ours, holds another run or more episodes, or cannot be written.
-        MagicsimError: As `play`.
     """
     FOLDER.check(out, resume=run.resume)
     with output_errors(out, then=RESUMABLE), sole_writer(out):

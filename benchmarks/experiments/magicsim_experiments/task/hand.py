@@ -36,11 +36,7 @@ Ball = tuple[float, float, float, float]
 
 
 def hand_mesh(item: AnyObject) -> SurfaceMesh:
-    """A hand that holds an item, with its colour, in the gripper's axes about the item's origin.
-
-    Args:
-        item: As it lies between the fingers.
-    """
+    """A hand that holds an item, with its colour, in the gripper's axes about the item's origin."""
     rotation, shape = object_pose(item, ObjectPlace()).rotation, item.shape()
     (right, left), (front, _), (up, down) = ((shape.support_mm(each), shape.support_mm(-each)) for each in rotation)
     middle, room = (up - down) / 2, (up + down) / 2 - CLEAR_MM
@@ -73,7 +69,6 @@ def hand_pose(place: ObjectPlace, away_mm: float) -> Pose:
     """Where a hand is, in the gripper's frame.
 
     Args:
-        place: The item's.
         away_mm: How far in front of where it holds the item [mm].
     """
     position = np.array([place.x_mm, place.y_mm + away_mm, place.z_mm])

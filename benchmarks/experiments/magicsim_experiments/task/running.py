@@ -59,11 +59,7 @@ def told(image: Frame, row: FrameRow) -> Frame:
 
 
 def contact_sheet(frames: Sequence[tuple[Frame, FrameRow]]) -> bytes:
-    """A JPEG with the frames in which something changes, and others evenly between them, in order.
-
-    Args:
-        frames: All of an episode.
-    """
+    """A JPEG with the frames in which something changes, and others evenly between them, in order."""
     chosen = _telling([row for _, row in frames])
     tiles = [np.pad(told(*frames[k]), ((0, 6), (0, 6), (0, 0)), constant_values=255) for k in chosen]
     tiles += [np.full_like(tiles[0], 255)] * (-len(tiles) % min(COLUMNS, len(tiles)))
@@ -77,7 +73,6 @@ def film(frames: Sequence[tuple[Frame, FrameRow]], *, frames_per_second: float) 
     """An animated WebP of an episode, at the rate of its frames.
 
     Args:
-        frames: All of it.
         frames_per_second: Rate [1/s].
     """
     first, *others = (Pillow.fromarray(told(image, row)) for image, row in frames)
@@ -111,11 +106,7 @@ Frames = list[tuple[Frame, FrameRow]]
 
 
 def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
-    """The fingers and what is between them.
-
-    Raises:
-        MagicsimError: A preset does not exist, or does not fit.
-    """
+    """The fingers and what is between them."""
     scene = load_scene("grip", [f"design={config.design}", f"rig={config.rig}", *config.scene])
     if scene.design.is_opaque:
         msg = f"design = {config.design} is not allowed with task grasp, which sees items come: design.coat is opaque"
@@ -133,11 +124,7 @@ class Stage:
     """Builds a gripper for the item of an episode, and plays further ones of the item with it."""
 
     def __init__(self, config: GraspConfig) -> None:
-        """Checks everything that a run needs before it begins.
-
-        Raises:
-            MagicsimError: A preset does not exist, or does not fit.
-        """
+        """Checks everything that a run needs before it begins."""
         self.config, self.profile = config, load_profile(config.detector)
         self.items = {name: load_item(name) for name in config.items}
         self._scenes = {name: task_scene(config, item) for name, item in self.items.items()}
@@ -150,12 +137,7 @@ class Stage:
         return resolved(self.config, items=self.items, scenes=self._scenes, profile=asdict(self.profile))
 
     def play(self, episode: int, *, seen: Callable[[Frame, FrameRow], None] | None = None) -> tuple[Recorded, Outcome]:
-        """One episode, and what became of it.
-
-        Args:
-            episode: Its number.
-            seen: Takes every image with its row.
-        """
+        """One episode, and what became of it."""
         config, story = self.config, draw_story(self.config, episode)
         seed = int(np.random.SeedSequence([config.seed, NOISE, episode]).generate_state(1)[0] % MAX_SEED)
         world = World(self._gripper(story.item), self.items[story.item], story, config)
@@ -188,13 +170,10 @@ def run_grasps(
     """Plays episodes, or what an earlier run left of them, and writes their folder.
 
     Args:
-        config: The task.
-        out: Folder of the result.
         episodes: How many; a finished folder grows by more.
         resume: Whether to go on with the run in the folder.
         with_film: Whether to keep a film and a contact sheet of each episode that is played now.
         progress: Told how far it is: episodes done, all of them, a note.
-        variant: Names the renderer's variant, and makes it active.
 
     Raises:
         MagicsimError: The task cannot be played, or the folder is not ours or holds another task.

@@ -29,10 +29,6 @@ def load_item(name: str | Path) -> Item:
 
     Args:
         name: Item preset, such as `orange`, or TOML file.
-
-    Raises:
-        PresetError: It does not exist.
-        ConfigError: The content is not acceptable.
     """
     return load_preset(Item, "item", name)
 
@@ -44,21 +40,12 @@ def item_schema() -> dict[str, Any]:
 
 PositiveMm = Annotated[float, Field(gt=0, le=1000)]
 Speed = Annotated[float, Field(gt=0, le=1000)]
-GIVEN = {
-    "object": "items",
-    "contact.friction": "items",
-    "seed": "seed",
-    "frames_per_second": "frames_per_second",
-}
+GIVEN = {"object": "items", "contact.friction": "items", "seed": "seed", "frames_per_second": "frames_per_second"}
 """Settings of a scene that a task says, and what of it says them."""
 
 
 def in_order(pair: tuple[float, float]) -> tuple[float, float]:
-    """The pair, smaller one first.
-
-    Raises:
-        ValueError: The larger one comes first.
-    """
+    """The pair, smaller one first."""
     if pair[0] > pair[1]:
         msg = f"{pair[0]:g}, {pair[1]:g} is not allowed: must be the smaller one first"
         raise ValueError(msg)
@@ -70,10 +57,6 @@ def refuse_given(settings: Sequence[str], given: Mapping[str, str]) -> None:
 
     Args:
         settings: `dotted.key=value` each.
-        given: Key, and what of the task says it.
-
-    Raises:
-        ValueError: One of them is there.
     """
     for each in settings:
         key = each.partition("=")[0].strip()

@@ -60,7 +60,6 @@ def draw_anywhere(config: GraspConfig, episode: int, *, quiet: int, has_pull: bo
 
     Args:
         config: The task; `light_share` is the chance of each.
-        episode: Its number.
         quiet: Frames before anything happens.
         has_pull: Whether a hand pulls: otherwise the item is delivered.
     """
@@ -114,12 +113,7 @@ class Story:
 
 
 def draw_story(config: GraspConfig, episode: int) -> Story:
-    """The story of one episode.
-
-    Args:
-        config: The task.
-        episode: Its number.
-    """
+    """The story of one episode."""
     rng = np.random.default_rng(np.random.SeedSequence([config.seed, STREAM, episode]))
     quiet = int(rng.integers(*QUIET, endpoint=True))
     long = [int(rng.integers(*FRAMES, endpoint=True)) if rng.random() < config.light_share else 0 for _ in range(2)]

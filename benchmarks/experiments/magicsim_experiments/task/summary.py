@@ -59,9 +59,6 @@ def judge_episode(recorded: Recorded, item: Item, story: Story, *, frames_per_se
     """Holds the machine's way against what happened.
 
     Args:
-        recorded: The episode.
-        item: What was gripped.
-        story: What was drawn.
         frames_per_second: Rate of the frames [1/s].
     """
     rows = recorded.rows
@@ -202,11 +199,7 @@ def summarise(
     """Sums up a run.
 
     Args:
-        outcomes: All episodes.
-        rows: Their frames.
-        detector: Profile that read the frames.
         room: Where the gripper stood.
-        out: Folder of the run.
     """
     stages = outcomes[0].seconds_in if outcomes else {}
     items = sorted({each.item for each in outcomes})

@@ -96,10 +96,6 @@ class World:
 
         Args:
             stage: Of the machine, which a hand sees in what the gripper does.
-            asked: What gripper and carriage do.
-
-        Raises:
-            ConvergenceError: No valid equilibrium was found.
         """
         frame, self._frame = self._frame, self._frame + 1
         self._transport = self._transport + 1 if stage is GraspStage.TRANSPORTING else -1
@@ -245,16 +241,7 @@ class World:
 
 
 def check_room_for(item: Item, name: str, config: GraspConfig) -> None:
-    """Refuses an item that open fingers have no room for, before they are built.
-
-    Args:
-        item: The item.
-        name: What the user calls it.
-        config: The task.
-
-    Raises:
-        ConfigError: With what is allowed.
-    """
+    """Refuses an item that open fingers have no room for, before they are built."""
     thick = sum(half_extents_mm(item.object))
     opening = Linkage().width_mm(Linkage().most_deg)
     if thick >= opening:
@@ -267,15 +254,7 @@ def check_room_for(item: Item, name: str, config: GraspConfig) -> None:
 
 
 def build_gripper(scene: SceneConfig, config: GraspConfig) -> Gripper:
-    """The gripper of the task, its motors as strong as the task says.
-
-    Args:
-        scene: Fingers, item, friction.
-        config: The task.
-
-    Raises:
-        MagicsimError: It cannot be built.
-    """
+    """The gripper of the task, its motors as strong as the task says."""
     space = Workspace(
         x_mm=(-SLIDE_MM, SLIDE_MM), y_mm=(-SLIDE_MM, SLIDE_MM), twist_deg=(-TWIST_DEG, TWIST_DEG),
         tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG), gap_mm=(-DEEPEST_MM, FARTHEST_MM),

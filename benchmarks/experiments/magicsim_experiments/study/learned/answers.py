@@ -40,10 +40,7 @@ def read_answers(folder: Path, stage: LearningStage, prefix: str, name: str = AN
     """Answers of all fits whose names begin so, one after the other; None where there are none.
 
     Args:
-        folder: Of the study.
-        stage: Which stage.
         prefix: Such as `press`, `unit`, `share-250` or a network's name.
-        name: Which file of each.
     """
     paths = [stage.folder(folder, fit) / name for fit in fits_of(stage, prefix)]
     tables = [pq.read_table(path) for path in paths if path.is_file()]
@@ -51,11 +48,7 @@ def read_answers(folder: Path, stage: LearningStage, prefix: str, name: str = AN
 
 
 def answers_on_presses(folder: Path, stage: LearningStage) -> Answers:
-    """Answers of all folds on presses that they have not learned from.
-
-    Raises:
-        OutputError: There are none in the folder.
-    """
+    """Answers of all folds on presses that they have not learned from."""
     found = read_answers(folder, stage, "press")
     if found is None:
         msg = f"'{folder}' holds no answers of the study's models"

@@ -62,11 +62,6 @@ def fit_power_law(train_frames: Array, errors: Array) -> tuple[Array, Array]:
 def promise(points: Sequence[CurvePoint], train_frames: Sequence[float], *, seed: int) -> list[Promise]:
     """Errors after training on more frames, as the curve's power law has them.
 
-    Args:
-        points: Of the curve.
-        train_frames: How many frames are asked for.
-        seed: Of the resampling.
-
     Returns:
         Nothing where fewer than two points differ in their frames, or an error is 0.
     """

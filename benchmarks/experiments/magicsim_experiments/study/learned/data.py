@@ -28,7 +28,6 @@ def data_stages(config: LearnedConfig, labels: dict[str, bool]) -> list[DatasetS
     """The data, and the first episodes again without noise and with finer rendering.
 
     Args:
-        config: The study.
         labels: Large labels that it needs; all others are left out.
     """
     large = {"contact_mask": False, "depth_map": False, "displacements": False} | labels
@@ -61,8 +60,6 @@ def planned_fits(settings: LearningSettings, *, units: int, objects: int = 0) ->
     """The models: folds by press, by unit and by object, shares of the data, other networks on a fold.
 
     Args:
-        settings: How to learn.
-        units: Number of printed sensors in the data.
         objects: Number of objects in the data; 0 where they are not told apart.
     """
     first, *others = settings.networks
@@ -103,11 +100,7 @@ def learning_stage(
     """The models of a study on its first dataset, which answer on the others too.
 
     Args:
-        config: The study.
-        stages: Of the data.
-        read: Makes samples.
         frames_per_episode: How many of an episode's frames count, about.
-        name: Of the stage.
         objects: Number of objects that are kept apart, see `count_objects`; 0 for none.
     """
     recipe = stages[0].recipe

@@ -65,11 +65,6 @@ def compared_table(
 
     Args:
         parts: Sets of frames by what they are called; those that are None are left out.
-        labels: Which labels.
-        name: Of the table.
-        title: Of the table.
-        seed: Of the intervals.
-        note: What a reader has to know.
     """
     rows = [
         error_row({"frames_of": part}, label, absolute_error(found, "model", label, seed=seed))

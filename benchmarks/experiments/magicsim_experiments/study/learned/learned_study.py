@@ -14,12 +14,7 @@ from magicsim_experiments.learn.settings import PACKAGES
 from magicsim_experiments.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
 from magicsim_experiments.study.learned.beyond import beyond_rows, beyond_tables
 from magicsim_experiments.study.learned.data import count_objects, data_stages, learning_stage, refuse_few
-from magicsim_experiments.study.learned.error_tables import (
-    absolute_error,
-    compared_table,
-    curve_table,
-    methods_table,
-)
+from magicsim_experiments.study.learned.error_tables import absolute_error, compared_table, curve_table, methods_table
 from magicsim_experiments.study.learned.settings import LearnedConfig
 from magicsim_experiments.study.protocol import Stage, StudyConfig
 from magicsim_experiments.study.result import Cell, Table
@@ -50,11 +45,7 @@ class LearnedStudy:
         self.learning = learning_stage(config, self.data, kind.read, frames_per_episode=frames, objects=objects)
 
     def refuse(self) -> None:
-        """Refuses data that cannot be learned from.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses data that cannot be learned from."""
         refuse_few(self.config)
 
     def stages(self) -> Sequence[Stage]:
@@ -62,11 +53,7 @@ class LearnedStudy:
         return [*self.data, self.learning]
 
     def seen(self, folder: Path) -> Answers:
-        """Answers on unseen presses.
-
-        Raises:
-            OutputError: There are none in the folder.
-        """
+        """Answers on unseen presses."""
         return answers_on_presses(folder, self.learning)
 
     def first_model(self, folder: Path, stage: LearningStage, name: str) -> Answers | None:

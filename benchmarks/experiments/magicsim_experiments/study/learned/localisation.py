@@ -70,11 +70,7 @@ class Localisation(LearnedStudy):
     large: ClassVar[dict[str, bool]] = {"contact_mask": True}
 
     def refuse(self) -> None:
-        """Refuses a recipe without presses or with too few.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses a recipe without presses or with too few."""
         super().refuse()
         if not touched_frames(self.data[0].recipe.paths):
             msg = "recipe.paths has no touch: study 'localisation' needs one"

@@ -75,11 +75,7 @@ class Ranging(LearnedStudy):
     counted = near_frames
 
     def refuse(self) -> None:
-        """Refuses a coat, through which nothing is seen, and a recipe without near objects or without empty frames.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses a coat, through which nothing is seen, and a recipe without near objects or without empty frames."""
         if self.config.design.is_opaque:
             msg = (
                 "study 'ranging' needs a design that is seen through: design.coat is opaque, so nothing shows before "

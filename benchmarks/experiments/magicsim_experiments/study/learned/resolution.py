@@ -73,11 +73,7 @@ class Resolution:
         self._parts = {texture: _part(config, texture) for texture in config.textures}
 
     def refuse(self) -> None:
-        """Refuses data that cannot be learned from.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses data that cannot be learned from."""
         refuse_few(self.config)
         if len(set(self.config.sizes_mm)) < len(self.config.sizes_mm):
             msg = f"sizes_mm = {list(self.config.sizes_mm)} is not allowed: must all differ"

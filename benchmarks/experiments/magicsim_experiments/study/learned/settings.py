@@ -55,9 +55,6 @@ class LearnedConfig(StudyConfig):
 
         Args:
             **changes: Keys of the recipe that replace those of the file.
-
-        Raises:
-            ConfigError: It is not acceptable.
         """
         camera = self.rig.camera
         size = {"columns": round(camera.columns * self.camera_scale), "rows": round(camera.rows * self.camera_scale)}

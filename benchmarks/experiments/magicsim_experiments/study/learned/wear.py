@@ -97,11 +97,7 @@ class Wear(LearnedStudy):
         )  # fmt: skip
 
     def refuse(self) -> None:
-        """Refuses drifts of one name, and data that cannot be learned from.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses drifts of one name, and data that cannot be learned from."""
         super().refuse()
         names = [drift.name for drift in self.config.drifts]
         if len(set(names)) < len(names):

@@ -48,9 +48,6 @@ def worn(
     """A sensor some way to the end of its life.
 
     Args:
-        design: When new.
-        rig: When new.
-        drifts: What wears.
         share: How far, 0 is new and 1 the end.
         seed: Of the places of pits; what is worn more has those of what is worn less.
 
@@ -126,11 +123,7 @@ class WearConfig(LearnedConfig):
         """The recipe on one printed unit, its tolerances drawn and put in place.
 
         Args:
-            unit: Which one.
             **changes: Keys of the recipe that replace those of the file.
-
-        Raises:
-            ConfigError: It is not acceptable.
         """
         recipe = super().dataset_recipe(**changes)
         if self.skin_mm is not None:
@@ -148,29 +141,15 @@ class WearConfig(LearnedConfig):
         """The recipe on the first unit, worn, with contacts of its own.
 
         Args:
-            drifts: What has worn.
             share: How far, 0 is new and 1 the end of its life.
             number: Of the dataset, from 1.
-            episodes: How many contacts.
-            **changes: Keys of the recipe.
-
-        Raises:
-            ConfigError: A drift does not fit the design.
         """
         recipe = self.unit_recipe(0, episodes=episodes, **changes)
         design, rig = worn(recipe.design, recipe.rig, drifts, share, seed=self.seed)
         return recipe.model_copy(update={"design": design, "rig": rig, "seed": self.further_seed(number)})
 
     def second_recipe(self, *, episodes: int, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
-        """The recipe on a second printed unit when new, with contacts of its own.
-
-        Args:
-            episodes: How many contacts.
-            **changes: Keys of the recipe.
-
-        Raises:
-            ConfigError: It is not acceptable.
-        """
+        """The recipe on a second printed unit when new, with contacts of its own."""
         recipe = self.unit_recipe(1, episodes=episodes, **changes)
         return recipe.model_copy(update={"seed": self.further_seed(self.parts + 2)})
 

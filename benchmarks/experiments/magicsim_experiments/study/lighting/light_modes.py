@@ -106,11 +106,7 @@ def followed(task: ModesTask) -> bytes:
 
 
 def touched(task: TouchTask) -> bytes:
-    """Measures of the three frames, as JSON.
-
-    Raises:
-        MagicsimError: The scene has no valid answer.
-    """
+    """Measures of the three frames, as JSON."""
     from magicsim.simulation.plan import plan_scene
     from magicsim.simulation.sensor import Sensor
     from magicsim.simulation.stream import stream_frames
@@ -158,11 +154,7 @@ class LightModes:
         )  # fmt: skip
 
     def refuse(self) -> None:
-        """Refuses what the paths cannot be followed in, before any work.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses what the paths cannot be followed in, before any work."""
         refuse_unlike(self.config.design, self.config.rig)
 
     def stages(self) -> Sequence[Stage]:
@@ -251,7 +243,6 @@ def mode_rows(ior: float, draws: Sequence[dict[str, Any]]) -> Iterator[Row]:
     """Shares of the strips' radiance, mean over channels and each channel's, with standard errors over draws.
 
     Args:
-        ior: Index of the infill.
         draws: What `followed` gave.
     """
     radiance = np.array([np.array(each["radiance"])[:-1].sum(0) for each in draws])  # the room is the last light
@@ -272,7 +263,6 @@ def event_rows(ior: float, draws: Sequence[dict[str, Any]]) -> Iterator[Row]:
     """Mean events on a way, a row a light; lights that send nothing are left out.
 
     Args:
-        ior: Index of the infill.
         draws: What `followed` gave.
     """
     lit = np.sum([np.sum(each["radiance"], axis=(1, 2, 3)) for each in draws], axis=0)

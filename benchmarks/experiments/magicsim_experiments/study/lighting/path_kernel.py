@@ -31,9 +31,7 @@ def fresnel(cosine: float, before: float, after: float) -> float:
     """Share of unpolarised light that a smooth face reflects.
 
     Args:
-        cosine: Of the angle of incidence.
         before: Refractive index where light comes from.
-        after: Index beyond.
     """
     sine = before / after * math.sqrt(max(0.0, 1 - cosine * cosine))
     if sine >= 1:
@@ -114,17 +112,14 @@ def follow_paths(
     Args:
         ways: Directions at the start, inside of the plate, shape (paths, 2, 3): places [mm], then directions.
         weights: At the start, shape (paths,).
-        seed: Of all choices.
         low: Corner of the outer box, shape (3,) [mm].
         high: The other corner, shape (3,) [mm].
         origin: Corner of the core, shape (3,) [mm].
         pitch: Shape (3,) [mm].
         cell: Edges of a cell, shape (3,) [mm].
         counts: Cells along each axis, shape (3,).
-        indices: Refractive indices of body and infill.
         scattering: Coefficients of body and infill [1/mm].
         absorption: Likewise [1/mm].
-        anisotropy: Likewise.
         strips: One row each: axis, sign of its side, plane [mm], half width along the side [mm], lowest and highest z
             [mm], reflectance.
 

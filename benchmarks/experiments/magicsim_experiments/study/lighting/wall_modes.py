@@ -32,11 +32,7 @@ class WallModes:
 
 
 def refuse_unlike(design: ElastomerDesign, rig: Rig) -> None:
-    """Refuses what the boxes of the kernel are not.
-
-    Raises:
-        ConfigError: With the reason.
-    """
+    """Refuses what the boxes of the kernel are not."""
     problems = {
         "design.cell_mm = 0: there are no walls": not design.has_grid,
         "design.face is set: the face must be flat": design.face is not None,
@@ -57,13 +53,7 @@ def wall_modes(design: ElastomerDesign, rig: Rig, *, paths: int, seed: int) -> W
     """Follows paths from pixels drawn evenly.
 
     Args:
-        design: The block, at rest and as drawn.
         rig: Strips, lens, camera; the room counts with its mean radiance.
-        paths: How many.
-        seed: Of pixels and paths.
-
-    Raises:
-        ConfigError: The kernel cannot follow light in this sensor.
     """
     refuse_unlike(design, rig)
     grid, infill, body = resolve_grid(design), design.materials.infill, design.materials.body

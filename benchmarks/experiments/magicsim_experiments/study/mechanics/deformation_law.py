@@ -106,11 +106,7 @@ class DeformationLaw:
         )  # fmt: skip
 
     def refuse(self) -> None:
-        """Refuses blocks without a grid and presses through the block.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses blocks without a grid and presses through the block."""
         if not self.config.design.has_grid:
             msg = "study 'deformation-law' needs a printed grid: design.cell_mm = 0"
             raise ConfigError(msg)

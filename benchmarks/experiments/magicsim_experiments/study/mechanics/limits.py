@@ -65,11 +65,7 @@ class Limits:
         self.sheared = PiecesStage(name="sheared", function=limit_shear, tasks=_sheared(config), seconds=60.0)
 
     def refuse(self) -> None:
-        """Refuses curved faces and presses through the block.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses curved faces and presses through the block."""
         if self.config.design.face is not None:
             msg = "study 'limits' needs a flat face: design.face is set"
             raise ConfigError(msg)
@@ -132,13 +128,7 @@ def read_rows(folder: Path, stage: PiecesStage) -> list[dict[str, Any]]:
 def flow_rows(
     presses: Sequence[Mapping[str, Any]], cells: Sequence[Mapping[str, Any]], config: LimitsConfig
 ) -> list[dict[str, Cell]]:
-    """Where the infill of a whole cell's height begins to flow, for each case and each yield stress.
-
-    Args:
-        presses: Rows with stretch and stress of the skin.
-        cells: Rows with the shear of the infill.
-        config: Yield stresses, and the infill's modulus.
-    """
+    """Where the infill of a whole cell's height begins to flow, for each case and each yield stress."""
     infill, found = config.design.materials.infill, list[dict[str, Cell]]()
     if infill is None:
         return found
@@ -169,7 +159,6 @@ def first_passed(values: Array, level: float) -> float | None:
 
     Args:
         values: Shape (places,), below the level at first.
-        level: To be reached.
     """
     above = np.flatnonzero(values >= level)
     if len(above) == 0:

@@ -145,11 +145,7 @@ class Manufacturing:
         self.touches = PiecesStage(name="touches", function=touch_curve, tasks=tasks, seconds=6.0)
 
     def refuse(self) -> None:
-        """Refuses curved faces.
-
-        Raises:
-            ConfigError: With what is wrong.
-        """
+        """Refuses curved faces."""
         if any(design.face is not None for design in self.designs.values()):
             msg = "study 'manufacturing' needs flat faces: design.face is set"
             raise ConfigError(msg)

@@ -52,10 +52,8 @@ def touched_heights_mm(
     """Heights at which touches end: where the force reaches its threshold, on the steps of the probe, with its error.
 
     Args:
-        unit: What is touched.
         places_mm: x and y of each touch, shape (touches, 2) [mm].
         depth_mm: How deep the face is pressed in at the threshold, shape (touches,) [mm].
-        random: Of the probe's error.
         repeat_sd_mm: Standard deviation of the probe's place [mm].
         step_mm: Steps in which the probe advances [mm].
 

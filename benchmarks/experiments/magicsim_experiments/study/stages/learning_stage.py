@@ -76,11 +76,7 @@ class LearningStage:
         return study / MODELS / self.name / fit.name
 
     def run(self, workshop: Workshop) -> None:
-        """Trains what is left, in rounds of a stretch each.
-
-        Raises:
-            OutputError: A model could not be trained.
-        """
+        """Trains what is left, in rounds of a stretch each."""
         shares = [0.0 if self._is_open(workshop.folder, fit) else 1.0 for fit in self.fits]
         while left := [number for number, fit in enumerate(self.fits) if self._is_open(workshop.folder, fit)]:
             tasks = ((number, self._task(workshop.folder, number)) for number in left)

@@ -43,11 +43,7 @@ class PiecesStage:
         return False
 
     def run(self, workshop: Workshop) -> None:
-        """Computes what is not there yet.
-
-        Raises:
-            OutputError: A piece failed for a reason that may pass.
-        """
+        """Computes what is not there yet."""
         left = [number for number in range(len(self.tasks)) if self._is_open(workshop.folder, number)]
         lost = []
         tasks = ((number, self.tasks[number]) for number in left)

@@ -51,11 +51,7 @@ class AngleReader:
         self._untouched: list[Images] = []
 
     def learn(self, upper: Sequence[Frame], lower: Sequence[Frame]) -> None:
-        """Takes the mean of both fingers' untouched frames.
-
-        Raises:
-            FrameError: They have another size than the model takes.
-        """
+        """Takes the mean of both fingers' untouched frames."""
         for finger, frames in (("upper", upper), ("lower", lower)):
             self.reader.check(frames[0], f"the {finger} finger's frame")
         self._untouched = [self.reader.untouched(frames) for frames in (upper, lower)]

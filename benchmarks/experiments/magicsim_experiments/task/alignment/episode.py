@@ -101,18 +101,7 @@ def play(
 ) -> Recorded:  # fmt: skip
     """Plays an episode.
 
-    Args:
-        gripper: With the item as its object.
-        reader: Reads the frames.
-        grip: How the item is held at first.
-        item: What is held.
-        config: The task.
-        episode: Its number.
-        seed: Of the frames' noise.
-        seen: Takes both fingers' images with their row.
-
     Raises:
-        FrameError: The model takes frames of another size.
         RenderError: A frame of the empty fingers is not valid; what goes wrong later ends this episode alone.
     """
     gripper.reset(seed=seed)
@@ -141,13 +130,7 @@ def play(
 
 
 def learn_untouched(gripper: Gripper, reader: AngleReader, count: int) -> None:
-    """Films the empty fingers, as wide open as the item is.
-
-    Args:
-        gripper: Whose item is taken away for it.
-        reader: Learns from the frames.
-        count: How many.
-    """
+    """Films the empty fingers, as wide open as the item is."""
     gripper.remove_object()
     gripper.turn_to(gripper.linkage.angle_deg(gripper.touching_width_mm), dt_s=LONG_S)
     pairs = [gripper.frames() for _ in range(count)]

@@ -44,7 +44,6 @@ def draw_grip(config: AlignmentConfig, episode: int) -> Grip:
     """How the item of an episode is held.
 
     Args:
-        config: The task.
         episode: Its number; items take turns, sides too.
     """
     rng = np.random.default_rng(np.random.SeedSequence([config.seed, STREAM, episode]))
@@ -63,7 +62,6 @@ def grip_scene(config: AlignmentConfig, item: Item, model: ModelConfig) -> Scene
 
     Raises:
         ConfigError: The model takes frames of another shape than the rig's.
-        MagicsimError: A preset does not exist, or does not fit.
     """
     scene = load_scene("grip", [f"design={config.design}", f"rig={config.rig}", *config.scene])
     camera = scene.rig.camera
@@ -84,11 +82,7 @@ def grip_scene(config: AlignmentConfig, item: Item, model: ModelConfig) -> Scene
 
 
 def build_gripper(scene: SceneConfig, config: AlignmentConfig) -> Gripper:
-    """The gripper of the task, its motors as strong as the task says.
-
-    Raises:
-        MagicsimError: It cannot be built.
-    """
+    """The gripper of the task, its motors as strong as the task says."""
     turn = max(config.askew_deg) + TURN_DEG
     far = config.aside_mm + SLIDE_MM
     space = Workspace(

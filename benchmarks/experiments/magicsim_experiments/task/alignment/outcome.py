@@ -99,9 +99,6 @@ def judge_episode(recorded: Recorded, grip: Grip, *, episode: int, within_deg: f
     """Holds an episode against the limit.
 
     Args:
-        recorded: The episode.
-        grip: How the item was held.
-        episode: Its number.
         within_deg: Error below which an item counts as upright [degrees].
     """
     rows = recorded.rows
@@ -130,11 +127,7 @@ def summarise(
     """Sums up a run.
 
     Args:
-        outcomes: All episodes.
-        rows: All their frames.
-        unseen: Items that are counted apart.
         within_deg: Error below which an item counts as upright [degrees].
-        out: Folder of the run.
     """
     items = sorted({each.item for each in outcomes})
     return AlignmentSummary(
@@ -181,7 +174,6 @@ def mean(values: Sequence[float] | np.ndarray, episodes: Sequence[int]) -> Mean:
 
     Args:
         values: Shape (n,).
-        episodes: Of each value.
     """
     if not len(values):
         return Mean(value=None, low=None, high=None, episodes=0)

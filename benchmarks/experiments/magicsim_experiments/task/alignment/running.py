@@ -48,9 +48,6 @@ def draw_errors(
     """A PNG: above, each episode's error against time with the median of each group; below, errors of the readings.
 
     Args:
-        outcomes: All episodes.
-        rows: All their frames.
-        unseen: Items that are drawn apart.
         within_deg: Limit that is drawn as a band [degrees].
     """
     figure = Figure(figsize=(8, 6.5), layout="constrained")
@@ -99,7 +96,6 @@ class Stage:
         """Checks everything that a run needs before it begins.
 
         Args:
-            config: The task.
             model: File `model.safetensors` of the study `alignment`.
 
         Raises:
@@ -123,12 +119,7 @@ class Stage:
     def play(
         self, episode: int, *, seen: Callable[[Frame, Frame, FrameRow], None] | None = None
     ) -> tuple[Recorded, Outcome]:
-        """One episode, and what became of it.
-
-        Args:
-            episode: Its number.
-            seen: Takes both fingers' images with their row.
-        """
+        """One episode, and what became of it."""
         config, grip = self.config, draw_grip(self.config, episode)
         seed = int(np.random.SeedSequence([config.seed, NOISE, episode]).generate_state(1)[0] % MAX_SEED)
         recorded = play(
@@ -152,13 +143,10 @@ def run_alignment(
     """Plays episodes, or what an earlier run left of them, and writes their folder.
 
     Args:
-        config: The task.
         model: File `model.safetensors` of the study `alignment`.
-        out: Folder of the result.
         episodes: How many; a finished folder grows by more.
         resume: Whether to go on with the run in the folder.
         progress: Told how far it is: episodes done, all of them, a note.
-        variant: Names the renderer's variant, and makes it active.
 
     Raises:
         MagicsimError: The task cannot be played, or the folder is not ours or holds another task.
