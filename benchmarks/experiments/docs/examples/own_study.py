@@ -10,10 +10,9 @@ from typing import ClassVar, Literal
 
 from magicsim import load_object, press
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import StudyConfig
-from magicsim_experiments.study.result import Column, Figure, StudyResult, Table
+from magicsim_experiments.study.protocol import Column, Figure, StudyConfig, StudyResult, Table
 from magicsim_experiments.study.running import run_study
-from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces
+from magicsim_experiments.study.stages import PiecesStage, read_pieces
 from magicsim_experiments.study.study_file import load_study
 
 

@@ -8,8 +8,7 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import object_pose
 from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
-from magicsim_experiments.assembly.jack import jack_pose
-from magicsim_experiments.assembly.meeting import FORWARD, MetLoad
+from magicsim_experiments.assembly.meeting import FORWARD, MetLoad, jack_pose
 from magicsim_experiments.assembly.pushing import MOST_SLIDE_MM, Pusher, Vector, carriage_ways, evenly_to, spread
 from magicsim_experiments.assembly.stages import Misalignment, Stage, Step
 from magicsim_experiments.assembly.trial import OPEN_MM, Gripped, Moment

@@ -15,8 +15,7 @@ from magicsim.robot.grip.load import Hold
 from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
-from magicsim_experiments.assembly.jack import Jack
-from magicsim_experiments.assembly.meeting import Contact, MetLoad, plug_elements
+from magicsim_experiments.assembly.meeting import Contact, Jack, MetLoad, plug_elements
 from magicsim_experiments.assembly.pushing import Vector
 from magicsim_experiments.assembly.stages import Step, timeline
 

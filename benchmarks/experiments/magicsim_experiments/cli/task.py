@@ -62,7 +62,7 @@ def assembly(
     `task.offset_mm=[1,3]`.
     """
     from magicsim.scenes.scene import load_scene
-    from magicsim_experiments.assembly.settings import split_settings
+    from magicsim_experiments.assembly.running import split_settings
     from magicsim_experiments.task.growing import FOLDER
 
     for_scene, config = split_settings(settings or [])
@@ -99,7 +99,7 @@ def alignment(
         raise ConfigError(msg)
     from magicsim.config.models import apply_overrides, validate
     from magicsim_experiments.learn.settings import need_torch
-    from magicsim_experiments.task.alignment.settings import MISSING_MODEL, AlignmentConfig
+    from magicsim_experiments.task.alignment.grip import MISSING_MODEL, AlignmentConfig
     from magicsim_experiments.task.growing import FOLDER
 
     if model is None:

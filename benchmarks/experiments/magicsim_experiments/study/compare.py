@@ -23,13 +23,18 @@ from magicsim_experiments.study.protocol import (
     REPORT,
     RESULTS,
     TABLES,
+    Cell,
+    Column,
     Files,
+    Matrix,
+    Row,
     Stage,
     Study,
     StudyConfig,
+    StudyResult,
+    Table,
     Workshop,
 )
-from magicsim_experiments.study.result import Cell, Column, Matrix, Row, StudyResult, Table
 from magicsim_experiments.study.study_file import merged, named_table, study_class, usual_rig, without_small_form
 
 

@@ -18,9 +18,8 @@ from magicsim.errors import ConfigError
 from magicsim.judge.curves import roc_curve
 from magicsim.scenes.scene import SceneConfig
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import Cell, Column, Figure, Row, StudyResult, Table
-from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 NEAR_MM, PRESSED_MM = (0.3, 3.0), (0.3, 1.2)
 """Gaps of the frames near an object, and depths of those in contact [mm]."""

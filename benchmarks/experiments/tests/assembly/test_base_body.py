@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim_experiments.assembly.jack import Jack
+from magicsim_experiments.assembly.meeting import Jack
 from magicsim_experiments.assembly.trial import APART_MM, HIGH_MM, base_body
 
 

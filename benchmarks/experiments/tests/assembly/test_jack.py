@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim_experiments.assembly.jack import Jack, jack_pose
+from magicsim_experiments.assembly.meeting import Jack, jack_pose
 
 JACK = Jack(radius_mm=2.6, chamfer_mm=0.5, depth_mm=12.0)
 

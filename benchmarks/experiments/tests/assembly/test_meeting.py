@@ -7,8 +7,7 @@ import pytest
 
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.pose import Pose
-from magicsim_experiments.assembly.jack import Jack, jack_pose
-from magicsim_experiments.assembly.meeting import FORWARD, Contact, MetLoad, plug_elements
+from magicsim_experiments.assembly.meeting import FORWARD, Contact, Jack, MetLoad, jack_pose, plug_elements
 
 PLUG = parse_object("plug:radius_mm=5")
 TIP_MM = 16.0

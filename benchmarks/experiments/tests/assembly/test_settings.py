@@ -1,7 +1,7 @@
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim_experiments.assembly.settings import AssemblyConfig, split_settings
+from magicsim_experiments.assembly.running import AssemblyConfig, split_settings
 from magicsim_experiments.assembly.stages import Stage, draw_misalignments, timeline
 from magicsim_experiments.assembly.trial import Setup
 

@@ -5,7 +5,7 @@ import json
 import sys
 from pathlib import Path
 
-from magicsim_experiments.study.stages.pieces import PiecesStage
+from magicsim_experiments.study.stages import PiecesStage
 from magicsim_experiments.study.study_file import load_study
 
 SCRIPT = Path(__file__).resolve().parents[2] / "docs" / "examples" / "own_study.py"

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim_experiments.study.learned.beyond import CurvePoint, fit_power_law, promise
+from magicsim_experiments.study.learned.answers import CurvePoint, fit_power_law, promise
 
 FRAMES = (50.0, 150.0, 500.0)
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim_experiments.learn.scores import mean_score
+from magicsim_experiments.learn.baselines import mean_score
 
 
 def test_interval_holds_the_mean_of_other_presses_as_often_as_it_says():

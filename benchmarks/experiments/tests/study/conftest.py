@@ -22,13 +22,13 @@ def stay_here(monkeypatch: pytest.MonkeyPatch, *homes: str) -> None:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pieces in this process, where a test is not about processes."""
-    stay_here(monkeypatch, "magicsim_experiments.study.stages.pieces")
+    stay_here(monkeypatch, "magicsim_experiments.study.stages")
 
 
 @pytest.fixture
 def learns_in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Data and training in this process."""
-    stay_here(monkeypatch, "magicsim_experiments.study.stages.learning_stage", "magicsim.dataset.generate")
+    stay_here(monkeypatch, "magicsim_experiments.study.stages", "magicsim.dataset.generate")
 
 
 @pytest.fixture

@@ -9,9 +9,8 @@ from pydantic import Field
 
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import StudyConfig
-from magicsim_experiments.study.result import Column, Figure, Matrix, StudyResult, Table
-from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
+from magicsim_experiments.study.protocol import Column, Figure, Matrix, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 KINDS = {"beam": f"{__name__}:Beam"}
 CALLS: list[float] = []

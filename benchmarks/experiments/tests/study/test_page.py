@@ -5,7 +5,7 @@ import re
 import pytest
 
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.writing import headed, in_words
+from magicsim_experiments.study.running import headed, in_words
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@ import pytest
 
 from magicsim.config.models import apply_overrides, validate
 from magicsim.errors import ConfigError
-from magicsim_experiments.task.alignment.settings import AlignmentConfig
+from magicsim_experiments.task.alignment.grip import AlignmentConfig
 from magicsim_experiments.task.running import task_scene
 from magicsim_experiments.task.settings import GraspConfig, load_item
 from magicsim_experiments.task.world import check_room_for

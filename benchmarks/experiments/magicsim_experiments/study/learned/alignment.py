@@ -14,13 +14,12 @@ from magicsim_experiments.learn.fitting import Fit
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.study.learned.answers import read_answers
+from magicsim_experiments.study.learned.data import LearnedConfig
 from magicsim_experiments.study.learned.error_tables import answer_figures, compared_table, curve_figures
 from magicsim_experiments.study.learned.learned_study import LearnedStudy
 from magicsim_experiments.study.learned.localisation import touched_frames
-from magicsim_experiments.study.learned.settings import LearnedConfig
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import StudyResult
-from magicsim_experiments.study.stages.dataset_stage import DatasetStage
+from magicsim_experiments.study.protocol import Stage, StudyConfig, StudyResult
+from magicsim_experiments.study.stages import DatasetStage
 
 LABELS = (
     Label(name="p_x", unit="mm"), Label(name="p_y", unit="mm"), Label(name="p_z", unit="mm"),

@@ -5,14 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from magicsim_experiments.learn.baselines import Score, mean_score
 from magicsim_experiments.learn.fitting import METHODS
 from magicsim_experiments.learn.samples import Label
-from magicsim_experiments.learn.scores import Score, mean_score
-from magicsim_experiments.study.learned.answers import Answers, read_answers
-from magicsim_experiments.study.learned.beyond import curve_answers
+from magicsim_experiments.study.learned.answers import Answers, curve_answers, read_answers
 from magicsim_experiments.study.plots import Series, plot_answers, plot_series
-from magicsim_experiments.study.result import Cell, Column, Figure, Row, Table, column_of
-from magicsim_experiments.study.stages.learning_stage import LearningStage
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Table, column_of
+from magicsim_experiments.study.stages import LearningStage
 
 ERROR_COLUMNS = (
     Column(name="error", title="mean absolute error", digits=4),

@@ -11,14 +11,24 @@ from magicsim.dataset.recipes.path_recipe import PathRecipe
 from magicsim_experiments.learn.fitting import ANSWERS, Read
 from magicsim_experiments.learn.samples import Label
 from magicsim_experiments.learn.settings import PACKAGES
-from magicsim_experiments.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
-from magicsim_experiments.study.learned.beyond import beyond_rows, beyond_tables
-from magicsim_experiments.study.learned.data import count_objects, data_stages, learning_stage, refuse_few
+from magicsim_experiments.study.learned.answers import (
+    Answers,
+    answers_on_presses,
+    beyond_rows,
+    beyond_tables,
+    checked_parts,
+    read_answers,
+)
+from magicsim_experiments.study.learned.data import (
+    LearnedConfig,
+    count_objects,
+    data_stages,
+    learning_stage,
+    refuse_few,
+)
 from magicsim_experiments.study.learned.error_tables import absolute_error, compared_table, curve_table, methods_table
-from magicsim_experiments.study.learned.settings import LearnedConfig
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import Cell, Table
-from magicsim_experiments.study.stages.learning_stage import LearningStage
+from magicsim_experiments.study.protocol import Cell, Stage, StudyConfig, Table
+from magicsim_experiments.study.stages import LearningStage
 
 
 class LearnedStudy:

@@ -12,11 +12,10 @@ from magicsim.errors import ConfigError
 from magicsim_experiments.learn.baselines import change_features
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim_experiments.learn.settings import LearningSettings
+from magicsim_experiments.study.learned.data import LearnedConfig
 from magicsim_experiments.study.learned.error_tables import answer_figures, compared_table, curve_figures
 from magicsim_experiments.study.learned.learned_study import LearnedStudy
-from magicsim_experiments.study.learned.settings import LearnedConfig
-from magicsim_experiments.study.protocol import StudyConfig
-from magicsim_experiments.study.result import StudyResult
+from magicsim_experiments.study.protocol import StudyConfig, StudyResult
 
 LABELS = (
     Label(name="p_x", unit="mm"), Label(name="p_y", unit="mm"), Label(name="p_z", unit="mm"),

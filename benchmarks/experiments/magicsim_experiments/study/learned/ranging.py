@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from magicsim.dataset.recipes.path_recipe import ClearPath, HoverPath, PathRecipe
 from magicsim.errors import ConfigError
-from magicsim_experiments.learn.baselines import change_features
+from magicsim_experiments.learn.baselines import change_features, mean_score
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
-from magicsim_experiments.learn.scores import mean_score
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.study.learned.answers import Answers
+from magicsim_experiments.study.learned.data import LearnedConfig
 from magicsim_experiments.study.learned.error_tables import (
     ERROR_COLUMNS,
     SAID,
@@ -25,10 +25,8 @@ from magicsim_experiments.study.learned.error_tables import (
     error_series,
 )
 from magicsim_experiments.study.learned.learned_study import LearnedStudy
-from magicsim_experiments.study.learned.settings import LearnedConfig
 from magicsim_experiments.study.plots import plot_series
-from magicsim_experiments.study.protocol import StudyConfig
-from magicsim_experiments.study.result import Column, Figure, Matrix, Row, StudyResult, Table
+from magicsim_experiments.study.protocol import Column, Figure, Matrix, Row, StudyConfig, StudyResult, Table
 
 THERE = Label(name="there", kind="flag")
 NUMBERS = (Label(name="x", unit="mm"), Label(name="y", unit="mm"), Label(name="gap", unit="mm"))

@@ -10,20 +10,22 @@ import numpy as np
 from pydantic import Field
 
 from magicsim.errors import ConfigError
-from magicsim_experiments.learn.baselines import change_features
+from magicsim_experiments.learn.baselines import change_features, mean_score
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
-from magicsim_experiments.learn.scores import mean_score
 from magicsim_experiments.learn.settings import PACKAGES, LearningSettings
-from magicsim_experiments.study.learned.answers import Answers, answers_on_presses, checked_parts, read_answers
-from magicsim_experiments.study.learned.beyond import beyond_rows, beyond_tables
-from magicsim_experiments.study.learned.data import data_stages, learning_stage, refuse_few, share_name
+from magicsim_experiments.study.learned.answers import (
+    Answers,
+    answers_on_presses,
+    beyond_rows,
+    beyond_tables,
+    checked_parts,
+    read_answers,
+)
+from magicsim_experiments.study.learned.data import LearnedConfig, data_stages, learning_stage, refuse_few, share_name
 from magicsim_experiments.study.learned.error_tables import SAID, error_series
-from magicsim_experiments.study.learned.settings import LearnedConfig
 from magicsim_experiments.study.plots import plot_series
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import Column, Figure, Matrix, Row, StudyResult, Table
-from magicsim_experiments.study.stages.dataset_stage import DatasetStage
-from magicsim_experiments.study.stages.learning_stage import LearningStage
+from magicsim_experiments.study.protocol import Column, Figure, Matrix, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.stages import DatasetStage, LearningStage
 
 TOLERANCES_MM = (0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.40, 0.50)
 """Differences up to which an answer counts as right (arXiv 2505.24382) [mm]."""

@@ -23,9 +23,8 @@ from magicsim_experiments.study.learned.learned_study import LearnedStudy
 from magicsim_experiments.study.learned.localisation import LABELS, read_touches, touched_frames
 from magicsim_experiments.study.learned.wear_settings import WearConfig
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import Cell, Column, Figure, Row, StudyResult, Table
-from magicsim_experiments.study.stages.dataset_stage import DatasetStage
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.stages import DatasetStage
 
 OTHER = "other-unit"
 """Name of the data of the second unit."""

@@ -12,7 +12,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim_experiments.learn.settings import LearningSettings
-from magicsim_experiments.study.learned.settings import LearnedConfig, Share
+from magicsim_experiments.study.learned.data import LearnedConfig, Share
 
 Factor = Annotated[float, Field(gt=0, le=100)]
 Reflectance = Annotated[float, Field(ge=0, le=1)]

@@ -25,9 +25,8 @@ from magicsim_experiments.study.lighting.color_measures import (
 )
 from magicsim_experiments.study.lighting.wall_modes import refuse_unlike, wall_modes
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import Cell, Column, Figure, Row, StudyResult, Table
-from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 DRAWS = 10
 """Draws of paths, whose spread is the standard error."""

@@ -27,9 +27,8 @@ from magicsim_experiments.study.mechanics.law_scene import (
     turn_deg,
 )
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import Cell, Column, Figure, Row, StudyResult, Table
-from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 Fields = Mapping[str, npt.NDArray[Any]]
 Length = Annotated[float, Field(gt=0, le=25)]

@@ -13,16 +13,15 @@ from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim_experiments.study.mechanics.limit_press import (
     CellPress,
     LimitPress,
+    LimitsConfig,
     LimitShear,
     cell_press,
     limit_press,
     limit_shear,
 )
-from magicsim_experiments.study.mechanics.limit_settings import LimitsConfig
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import Cell, Column, Figure, Row, StudyResult, Table
-from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 UNITS = {"fx_n": "N", "fy_n": "N", "fz_n": "N", "skin_von_mises_mpa": "MPa"}
 HEADS = {"fx_n": "Fx", "fy_n": "Fy", "fz_n": "Fz", "skin_von_mises_mpa": "von Mises stress of the skin"}

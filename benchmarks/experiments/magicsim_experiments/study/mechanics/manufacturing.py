@@ -20,9 +20,8 @@ from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim_experiments.study.mechanics.surfaces import UnitShape, depth_at, fitted_surface, touched_heights_mm
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Stage, StudyConfig
-from magicsim_experiments.study.result import Column, Figure, Row, StudyResult, Table
-from magicsim_experiments.study.stages.pieces import PiecesStage, read_pieces, read_refusals
+from magicsim_experiments.study.protocol import Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 from magicsim_experiments.study.study_file import named_table
 
 Spread = Annotated[float, Field(ge=0, le=5)]

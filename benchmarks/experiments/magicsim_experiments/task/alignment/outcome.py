@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from magicsim_experiments.learn.scores import mean_score
+from magicsim_experiments.learn.baselines import mean_score
 from magicsim_experiments.task.alignment.episode import FrameRow, Recorded
 from magicsim_experiments.task.alignment.grip import Grip
 from magicsim_experiments.task.summary import Count, counted, reasons_of

@@ -16,11 +16,9 @@ from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim_experiments.learn.settings import PACKAGES, need_torch
-from magicsim_experiments.task.alignment.angle_reader import AngleReader
-from magicsim_experiments.task.alignment.episode import FrameRow, Recorded, play
-from magicsim_experiments.task.alignment.grip import build_gripper, draw_grip, grip_scene
+from magicsim_experiments.task.alignment.episode import AngleReader, FrameRow, Recorded, play
+from magicsim_experiments.task.alignment.grip import AlignmentConfig, build_gripper, draw_grip, grip_scene
 from magicsim_experiments.task.alignment.outcome import READERS, AlignmentSummary, Outcome, judge_episode, summarise
-from magicsim_experiments.task.alignment.settings import AlignmentConfig
 from magicsim_experiments.task.growing import (
     EPISODES_TABLE,
     FRAMES_TABLE,

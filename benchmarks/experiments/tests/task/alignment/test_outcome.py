@@ -1,9 +1,8 @@
 import pytest
 
 from magicsim_experiments.task.alignment.episode import FrameRow, Recorded
-from magicsim_experiments.task.alignment.grip import Grip, draw_grip
+from magicsim_experiments.task.alignment.grip import AlignmentConfig, Grip, draw_grip
 from magicsim_experiments.task.alignment.outcome import judge_episode, mean, summarise
-from magicsim_experiments.task.alignment.settings import AlignmentConfig
 
 GRIP = Grip(item="rod", askew_deg=20.0, x_mm=0.0, y_mm=0.0)
 

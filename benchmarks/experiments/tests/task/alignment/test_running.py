@@ -15,10 +15,8 @@ from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim_experiments.learn.model_file import ModelConfig
 from magicsim_experiments.learn.samples import Label
-from magicsim_experiments.task.alignment.angle_reader import ReadAngle
-from magicsim_experiments.task.alignment.episode import play
-from magicsim_experiments.task.alignment.grip import Grip, build_gripper, grip_scene
-from magicsim_experiments.task.alignment.settings import AlignmentConfig
+from magicsim_experiments.task.alignment.episode import ReadAngle, play
+from magicsim_experiments.task.alignment.grip import AlignmentConfig, Grip, build_gripper, grip_scene
 from magicsim_experiments.task.settings import load_item
 
 ITEM = """schema_version = 1
