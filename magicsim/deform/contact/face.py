@@ -76,13 +76,13 @@ def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM
         lattice: The block; where its zone ends, the points are as coarse as `MIN_POINTS` allows.
         point_spacing_mm: Largest distance between neighbouring points where contact is expected [mm].
     """
-    x, along_x, along_y = lattice.planes_mm[0], *_axes(lattice, point_spacing_mm)
-    rows = (along_y.first[:, None] + np.arange(along_y.shape.shape[1]))[:, None, :, None] * len(x)
+    along_x, along_y, facet = _axes(lattice, point_spacing_mm)
+    order = np.argsort(facet, kind="stable")
+    rows = (along_y.first[:, None] + np.arange(along_y.shape.shape[1]))[:, None, :, None] * len(lattice.planes_mm[0])
     columns = (along_x.first[:, None] + np.arange(along_x.shape.shape[1]))[None, :, None, :]
-    facets, order = len(along_x.first) * len(along_y.first), _by_facet(along_x, along_y)
     face = ContactFace(
-        patches=(rows + columns).reshape(facets, -1).astype(np.int64),
-        facet=_facets(along_x, along_y)[order],
+        patches=(rows + columns).reshape(len(along_x.first) * len(along_y.first), -1).astype(np.int64),
+        facet=facet[order],
         shape=_product(along_y.shape, along_x.shape)[order],
         slopes=np.stack([_product(along_y.shape, along_x.slope), _product(along_y.slope, along_x.shape)], -1)[order],
         area_mm2=np.outer(along_y.width_mm, along_x.width_mm).ravel()[order],
@@ -95,8 +95,8 @@ def point_boxes_mm(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_
 
     Points have the order of `contact_face`; rectangles tile the face, of a curved one its projection along z.
     """
-    along_x, along_y = _axes(lattice, point_spacing_mm)
-    order = _by_facet(along_x, along_y)
+    along_x, along_y, facet = _axes(lattice, point_spacing_mm)
+    order = np.argsort(facet, kind="stable")
 
     def on_plane(y: Array, x: Array) -> Array:
         return np.stack([np.tile(x, len(y)), np.repeat(y, len(x))], 1)[order]
@@ -105,24 +105,15 @@ def point_boxes_mm(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_
     return low, low + on_plane(along_y.width_mm, along_x.width_mm)
 
 
-def _axes(lattice: Lattice, spacing_mm: float) -> "tuple[_Axis, _Axis]":
-    """Points along x and y."""
+def _axes(lattice: Lattice, spacing_mm: float) -> "tuple[_Axis, _Axis, Index]":
+    """Points along x and y, and the facet of each of their crossings, x fastest, shape (points,)."""
     zone = lattice.zone
     along_x, along_y = (
-        _along(planes, _counts(planes, spacing_mm, (zone.low_mm[axis], zone.high_mm[axis]) if zone else None))
+        _along(planes, spacing_mm, (zone.low_mm[axis], zone.high_mm[axis]) if zone else None)
         for axis, planes in enumerate(lattice.planes_mm[:2])
     )
-    return along_x, along_y
-
-
-def _facets(along_x: "_Axis", along_y: "_Axis") -> Index:
-    """Facet of each point, x fastest, shape (points,)."""
-    return np.asarray((along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]).ravel())
-
-
-def _by_facet(along_x: "_Axis", along_y: "_Axis") -> Index:
-    """Order in which the points of a facet follow one another, shape (points,)."""
-    return np.argsort(_facets(along_x, along_y), kind="stable")
+    facet = along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]
+    return along_x, along_y, np.asarray(facet.ravel())
 
 
 def _tilted(face: ContactFace, lattice: Lattice) -> ContactFace:
@@ -151,17 +142,12 @@ class _Axis:
     """Length that each point stands for, shape (points,) [mm]."""
 
 
-def _counts(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -> Index:
-    """Points in each interval: odd, at most `spacing_mm` apart inside the zone."""
+def _along(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -> _Axis:
+    """Points in each interval: an odd number, at most a spacing apart inside the zone."""
     width = np.diff(planes)
-    count: Index = np.clip(np.ceil(width / spacing_mm - ROUNDING).astype(np.int64) | 1, MIN_POINTS, MAX_POINTS)
+    counts: Index = np.clip(np.ceil(width / spacing_mm - ROUNDING).astype(np.int64) | 1, MIN_POINTS, MAX_POINTS)
     if zone is not None:
-        count[(planes[1:] < zone[0]) | (planes[:-1] > zone[1])] = MIN_POINTS
-    return count
-
-
-def _along(planes: Array, counts: Index) -> _Axis:
-    width = np.diff(planes)
+        counts[(planes[1:] < zone[0]) | (planes[:-1] > zone[1])] = MIN_POINTS
     interval = np.repeat(np.arange(len(width)), counts)
     number = np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)
     shape, slope = _weights(planes, interval, (number + 0.5) / counts[interval])

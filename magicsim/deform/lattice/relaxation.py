@@ -43,7 +43,7 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.deform.lattice.cell_problem import printed_fields
+from magicsim.deform.lattice.cell_problem import CellStiffness, printed_fields
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, network_matrices
 from magicsim.deform.lattice.structure import Lattice
@@ -237,21 +237,17 @@ def branch_moduli(design: ElastomerDesign, lattice: Lattice, terms: Sequence[tup
     if not ((times > 0) & (moduli >= 0)).all():
         msg = f"Prony terms {list(terms)} are not allowed: times must be above 0, moduli 0 or more"
         raise ConfigError(msg)
-    body = design.materials.body
-    added = moduli / (2 * (1 + body.poisson_ratio))
+    added = moduli / (2 * (1 + design.materials.body.poisson_ratio))
     cells = np.tile(added[:, None], (1, len(lattice.cells)))
-    if lattice.is_core.any() and moduli.sum() > 0:
-        slow, fast = (_core_shear_modulus(design, lattice, extra) for extra in (0.0, float(added.sum())))
-        cells[:, lattice.is_core] = ((fast - slow) * moduli / moduli.sum())[:, None]
+    slow, fast = (printed_fields(design, lattice.grid, added_mpa=each) for each in (0.0, float(added.sum())))
+    if slow is not None and fast is not None and moduli.sum() > 0:
+        change = _isotropic_mpa(fast.stiffness) - _isotropic_mpa(slow.stiffness)
+        cells[:, lattice.is_core] = (change * moduli / moduli.sum())[:, None]
     return Branches(times_s=times, shear_modulus_mpa=cells)
 
 
-def _core_shear_modulus(design: ElastomerDesign, lattice: Lattice, extra_mpa: float) -> float:
-    """Nearest isotropic shear modulus of a core cell whose walls are stiffer than in the long term [MPa]."""
-    fields = printed_fields(design, lattice.grid, added_mpa=extra_mpa)
-    if fields is None:
-        return 0.0
-    core = fields.stiffness
+def _isotropic_mpa(core: CellStiffness) -> float:
+    """Nearest isotropic shear modulus of a core cell [MPa]."""
     return core.shear_modulus_mpa + 2 / 5 * core.wall_modulus_mpa
 
 
