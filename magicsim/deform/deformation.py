@@ -40,11 +40,7 @@ of 2 mm over a cell of 0.9 mm is 0.45."""
 def border_gaps_mm(lattice: Lattice, face: ContactFace, points_mm: Array, normals: Array) -> Array:
     """Gap up to which each point touches beside a round object, shape (points,) [mm]; 0 where that has no radius.
 
-    Args:
-        lattice: The block.
-        face: Its contact points, ordered by facet.
-        points_mm: Where they are, shape (points, 3) [mm].
-        normals: Of the object's surface next to them, shape (points, 3).
+    Points and the object's normals next to them are of shape (points, 3).
     """
     first = np.flatnonzero(np.diff(face.facet, prepend=-1))
     count = np.diff(first, append=len(face.facet))
@@ -61,14 +57,9 @@ def border_gaps_mm(lattice: Lattice, face: ContactFace, points_mm: Array, normal
 def touching_points(
     lattice: Lattice, face: ContactFace, points_mm: Array, gap_mm: Array, *, gap_limits_mm: Array | float
 ) -> Mask:
-    """Which points touch, shape (points,).
+    """Which points at places of shape (points, 3) touch, shape (points,).
 
-    Args:
-        lattice: The block.
-        face: Its contact points.
-        points_mm: Where they are, shape (points, 3) [mm].
-        gap_mm: Their distances to the object, shape (points,) [mm].
-        gap_limits_mm: Gap up to which a point touches by itself, one for all or shape (points,) [mm].
+    They do so by themselves up to a limit of their gap, one for all or shape (points,), or with others around them.
     """
     touching = gap_mm <= gap_limits_mm
     apart = np.flatnonzero(~touching & (gap_mm <= WAVE_MM))

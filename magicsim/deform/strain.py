@@ -115,9 +115,7 @@ def largest_stretch(gradients: Array) -> Array:
 def von_mises_mpa(gradients: Array, kirchhoff_mpa: Array) -> Array:
     """Von Mises stress of Cauchy's stress, shape (...) [MPa].
 
-    Args:
-        gradients: Deformation gradients, shape (..., 3, 3).
-        kirchhoff_mpa: Kirchhoff's stress, up to an isotropic part, shape (..., 3, 3) [MPa].
+    From deformation gradients and Kirchhoff's stress, up to an isotropic part, of shape (..., 3, 3).
     """
     mean = np.trace(kirchhoff_mpa, axis1=-2, axis2=-1) / 3
     deviator = kirchhoff_mpa - mean[..., None, None] * np.eye(3)

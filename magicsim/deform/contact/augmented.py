@@ -81,8 +81,7 @@ def evaluate_contact(
 
 def remembered(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> ContactState:
     """A state with another memory: nothing has moved."""
-    force = np.zeros_like(state.node_force_n)
-    return _pressed(face, state.points_mm, state.gap_mm, state.normal, memory, law, force)
+    return _pressed(face, state.points_mm, state.gap_mm, state.normal, memory, law, np.zeros_like(state.node_force_n))
 
 
 def _pressed(
@@ -259,7 +258,7 @@ def updated_memory(
 ) -> ContactMemory:
     """The memory with the updates that are due; the same object where none is."""
     if mismatch > patience.mismatch and residual < patience.limit_residual:
-        memory = updated_limits(memory, contact.pressure_mpa, contact.normal, law, patient=patience.is_relaxed)
+        memory = updated_limits(memory, contact.pressure_mpa, contact.normal, law, is_relaxed=patience.is_relaxed)
     if residual >= patience.multiplier_residual or contact.misfit_mm <= patience.misfit_mm:
         return memory
     if memory.updates < patience.updates:

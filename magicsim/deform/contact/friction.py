@@ -69,21 +69,16 @@ def friction_traction(face: ContactFace, points: Array, memory: ContactMemory, l
 
 
 def updated_limits(
-    memory: ContactMemory, pressure_mpa: Array, normal: Array, law: ContactLaw, *, patient: bool
+    memory: ContactMemory, pressure_mpa: Array, normal: Array, law: ContactLaw, *, is_relaxed: bool
 ) -> ContactMemory:
     """Friction limits moved to mu times the pressure, tangent planes to the present normals.
 
-    Args:
-        memory: With the limits so far.
-        pressure_mpa: Pressures that they led to, shape (points,) [MPa].
-        normal: Present normals, shape (points, 3).
-        law: Coefficient of friction.
-        patient: Whether to go only part of the way, by Aitken's relaxation: limits that chase the pressures settle
-            after fewer updates then (Irons and Tuck 1969).
+    With `is_relaxed` they go only part of the way, by Aitken's relaxation: limits that chase the pressures settle in
+    fewer updates then (Irons and Tuck 1969). Pressures and normals are those at every point.
     """
     excess = law.friction * pressure_mpa - memory.limit_mpa
     share, before = 1.0, memory.limit_excess_mpa
-    if patient and before is not None:
+    if is_relaxed and before is not None:
         change = excess - before
         size = float(change @ change)
         aitken = -memory.limit_share * float(before @ change) / size if size > 0 else 1.0
@@ -107,14 +102,9 @@ def _slip(points: Array, memory: ContactMemory, held: Index) -> tuple[Array, Arr
 
 
 def friction_stiffness(points: Array, memory: ContactMemory, law: ContactLaw, held: Index, *, is_secant: bool) -> Array:
-    """Derivative of the traction by the motion, its sign changed, shape (count, 3, 3) [N/mm3].
+    """Derivative of the traction of points `held` by their motion, its sign changed, shape (count, 3, 3) [N/mm3].
 
-    Args:
-        points: Positions of the points, shape (count, 3) [mm].
-        memory: Anchors, tangent planes and limits.
-        law: Stiffness of sticking points.
-        held: Their numbers, shape (count,).
-        is_secant: Whether sliding points get their secant instead, which is never too soft.
+    With `is_secant` sliding points get their secant instead, which is never too soft.
     """
     slip, size = _slip(points, memory, held)
     limit, normal = memory.limit_mpa[held], memory.normal[held]

@@ -224,11 +224,10 @@ FEWEST_CELLS = 1000
 
 
 def in_halves(work: Callable[[slice], None], count: int) -> None:
-    """Calls a function that lets go of the interpreter's lock for each half of some cells.
+    """Calls a function that lets go of the interpreter's lock for each half of some cells, by two threads if there are.
 
-    Args:
-        work: Given the cells of a half; it writes nothing that the other half reads or writes, and does not raise.
-        count: How many cells there are.
+    Sums over cells are always taken half by half, so that results do not depend on how many threads there are. The
+    function writes nothing that the other half reads or writes, and does not raise.
     """
     first, second = slice(0, count // 2), slice(count // 2, count)
     may_use_two = nb.config.NUMBA_NUM_THREADS > 1  # type: ignore[attr-defined]

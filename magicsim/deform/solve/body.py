@@ -119,14 +119,7 @@ class Body:
     def __init__(
         self, problem: Problem, condenser: SymmetricCondenser, stiffness: Array, *, shift: float = 0.0
     ) -> None:
-        """Takes a factor.
-
-        Args:
-            problem: The lattice.
-            condenser: Holds the factor.
-            stiffness: The Schur complement that came with it, shape (kept, kept) [N/mm].
-            shift: Multiple of the spring Laplacian in it.
-        """
+        """Takes a factor, the Schur complement that came with it [N/mm], and the shift of the Laplacian in it."""
         self.shift = shift
         self._problem, self._condenser, self._first_stiffness = problem, condenser, stiffness
         self._columns: list[Array] = []
@@ -157,12 +150,9 @@ class Body:
         return self._stiffness, self._condensed_load()
 
     def step(self, iterate: Iterate, motion: Array, held: Callable[[], Array]) -> Array:
-        """Motion of all unknowns that belongs to that of the kept ones, shape (unknowns,) [mm].
+        """Motion of all unknowns that belongs to that of the kept ones, from the state that `at` was asked for [mm].
 
-        Args:
-            iterate: The state that `at` was asked for.
-            motion: Of the kept unknowns, shape (kept,) [mm].
-            held: Gives the stiffness of what holds them there, shape (kept, kept) [N/mm]; seldom asked.
+        `held` gives the stiffness of what holds the kept ones there, shape (kept, kept) [N/mm]; it is seldom asked.
         """
         contact = self._stiffness @ motion - self._condensed_load()
         self._step = _Step(load=self._load, reduced=self._reduced, contact=contact, held=held, before=iterate)

@@ -197,11 +197,8 @@ def _expected_facets(problem: Problem, iterate: Iterate) -> Index:
 def remaining_steps(before: Sequence[float], residual: float, wanted: float) -> float:
     """How many iterations convergence will take if they go on as the last ones did; infinite where they do not.
 
-    Args:
-        before: Residuals before the last steps, the latest last; none where they are not known, and nothing is said
-            against them. Good steps of a learning model and poor ones alternate, so two tell more than one.
-        residual: After the last step.
-        wanted: That ends the iterations.
+    Residuals before the last steps are none where they are not known, and nothing is said against them. Good steps of a
+    learning model and poor ones alternate, so two tell more than one.
     """
     if len(before) == 0:
         return 0.0

@@ -98,12 +98,7 @@ class TouchedMatrix:
     """Solves with S + B; it remembers which nodes it has eliminated last."""
 
     def __init__(self, stiffness: Array, held: Mask) -> None:
-        """Takes what does not change.
-
-        Args:
-            stiffness: S, shape (unknowns, unknowns), three unknowns a node [N/mm].
-            held: Unknowns that stay zero, shape (unknowns,); S is a unit matrix there.
-        """
+        """Takes S, three unknowns a node [N/mm], and which of them stay zero: there S is a unit matrix."""
         self._stiffness, self._held = stiffness, held
         self._is_left: Mask = np.zeros(len(stiffness) // 3, bool)
         """Which nodes are not eliminated."""
@@ -121,11 +116,7 @@ class TouchedMatrix:
     def solve(self, face: ContactFace, acting: Index, local: Array, right: Array) -> Array | None:
         """Solution u of (S + B) u = r, shape (unknowns,) [mm]; None where the matrix is not positive definite.
 
-        Args:
-            face: The contact points.
-            acting: Those that B belongs to, shape (acting,).
-            local: Their own stiffness, shape (acting, 3, 3) [N/mm].
-            right: r, shape (unknowns,) [N].
+        B belongs to the points that act, with their own stiffness, shape (acting, 3, 3) [N/mm].
         """
         self._solved += 1
         if self._solved <= FEW and len(self._stiffness) <= LARGE:

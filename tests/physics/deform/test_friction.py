@@ -134,5 +134,5 @@ def test_relaxed_limits_settle_where_chasing_ones_would_run_away() -> None:
     law, memory = ContactLaw(slip_penalty=40.0, friction=1.0), memory_of([0.0, 0.0])
     for _ in range(3):
         pressure = np.array([1.0, 2.0]) - 1.5 * memory.limit_mpa
-        memory = updated_limits(memory, pressure, memory.normal, law, patient=True)
+        memory = updated_limits(memory, pressure, memory.normal, law, is_relaxed=True)
     np.testing.assert_allclose(memory.limit_mpa, [0.4, 0.8], rtol=1e-9)
