@@ -175,10 +175,6 @@ def moved_surface(indenter: Indenter, before: Indenter) -> Surface:
 
     Points keep the side on which they were: a motion longer than a tip is wide would otherwise leave them nearest to
     the far side. It predicts where the contact goes; the equilibrium itself is found on the true surface.
-
-    Args:
-        indenter: The object in its new pose.
-        before: The object in the pose of the last equilibrium.
     """
 
     def surface(points: Array) -> tuple[Array, Array]:

@@ -164,9 +164,7 @@ def _along(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -
 def face_weights(lattice: Lattice, points_mm: Array) -> sp.csr_matrix:
     """Weights of the nodes at any points of the face at rest, as the contact points have them, shape (points, nodes).
 
-    Args:
-        lattice: The block.
-        points_mm: Places on the face at rest, shape (points, 2) [mm]; outside, the nearest place in it.
+    Places are those at rest, shape (points, 2) [mm]; outside, the nearest place in the face.
     """
     columns, shapes = [], []
     for planes, place in zip(lattice.planes_mm[:2], points_mm.T, strict=True):
@@ -184,12 +182,7 @@ def face_weights(lattice: Lattice, points_mm: Array) -> sp.csr_matrix:
 def axis_weights(planes_mm: Array, places_mm: Array) -> tuple[Array, Array]:
     """Weights of all node planes of one axis at places between them, as the contact points have them.
 
-    Args:
-        planes_mm: Increasing node planes [mm].
-        places_mm: Places from the first plane to the last, shape (places,) [mm].
-
-    Returns:
-        Weights, and their derivatives [1/mm], each of shape (places, planes).
+    Places lie from the first plane to the last; weights and their derivatives [1/mm] are of shape (places, planes).
     """
     interval = np.clip(np.searchsorted(planes_mm, places_mm, side="right") - 1, 0, len(planes_mm) - 2)
     t = (places_mm - planes_mm[interval]) / np.diff(planes_mm)[interval]

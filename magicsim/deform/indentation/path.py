@@ -114,11 +114,7 @@ def timed_poses(
 ) -> Iterator[tuple[Indenter, float]]:
     """Poses along a path with the time that each step takes [s].
 
-    Args:
-        poses: First contact and the end of each straight stage.
-        lengths_mm: Length of each stage [mm].
-        speed_mm_s: Of the object [mm/s].
-        hold_s: Time at the end of the path [s].
+    `poses` are first contact and the ends of straight stages, with their lengths; the object is held at the last one.
     """
     for (start, end), length in zip(pairwise(poses), lengths_mm, strict=True):
         steps = max(1, math.ceil(length / STEP_MM - 1e-9))
@@ -142,12 +138,8 @@ def path_forces(
 ) -> tuple[PathForce, ...]:
     """Forces at the places of a path, components that symmetry forbids exactly zero.
 
-    Args:
-        states: Equilibria at the places.
-        steps: Poses, and the time that each step takes [s]; infinite on a quasi-static path.
-        twists_deg: Turn about z of each pose on the path [degrees].
-        lattice: The block.
-        face_mm: Contact points of its undeformed face, shape (points, 3) [mm].
+    Each place has an equilibrium, a pose with the time that its step takes [s], infinite on a quasi-static path, and
+    the turn about z; `face_mm` are the contact points of the undeformed face.
     """
     times = np.cumsum([dt for _, dt in steps]).tolist()
     begin, reach_mm = steps[0][0].pose.position_mm[:2], float(np.abs(face_mm).max())
@@ -179,11 +171,8 @@ def mirror_planes(lattice: Lattice, face_mm: Array, indenter: Indenter) -> tuple
 def left_by_mirrors(force_n: Array, torque_nmm: Array, planes: tuple[bool, bool], reach_mm: float) -> Array:
     """Force and torque, shape (2, 3) [N, N mm]; exactly zero where mirror planes leave nothing.
 
-    Args:
-        force_n: As solved, shape (3,) [N].
-        torque_nmm: As solved, about a point of both planes, shape (3,) [N mm].
-        planes: Whether x = 0 and y = 0 mirror the contact.
-        reach_mm: Largest lever of the force [mm].
+    `planes` says whether x = 0 and y = 0 mirror the contact; the torque is about a point of both, `reach_mm` the
+    largest lever of the force [mm].
     """
     components = np.stack([force_n, torque_nmm]).astype(np.float64)
     least = FORCE_SHARE * float(np.linalg.norm(force_n)) * np.array([1.0, reach_mm])

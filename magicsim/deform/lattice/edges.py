@@ -126,14 +126,9 @@ def pressed_edges(
 
 
 def _sharp_edges(mesh: SurfaceMesh, largest_radius_mm: float) -> tuple[Array, Array, Array]:
-    """Convex sides of triangles across which a surface turns sharply, sampled along them.
+    """Convex sides of triangles across which a closed surface turns sharply: with a radius below the largest one [mm].
 
-    Args:
-        mesh: Closed, outward.
-        largest_radius_mm: Radius from which a surface is smooth [mm].
-
-    Returns:
-        Places [mm] and means of both normals, shapes (samples, 3), in the object's frame; radii, shape (samples,) [mm].
+    Samples along them: places [mm] and means of both normals, shapes (samples, 3), and radii, shape (samples,) [mm].
     """
     corners = mesh.vertices[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

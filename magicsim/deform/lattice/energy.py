@@ -175,17 +175,11 @@ class Elasticity:
 
 
 def bending_springs(boxes_mm: Array, corners_mm: Array, springs: Array, modulus_mpa: Array) -> Array:
-    """What the springs of boxes add to their network where the boxes are mapped to other cells.
+    """What the springs of boxes add to their network where the boxes are mapped to other cells, shape (cells, 8, 8).
 
     Springs and network of a box differ only in how they hold motions that are not affine. That difference is taken
     along, less its part that an affine motion of the mapped cell would feel: rest stays free of stress, the patch test
-    holds, and a cell that is a box again has its springs.
-
-    Args:
-        boxes_mm: Corners of the boxes, shape (cells, 8, 3) [mm].
-        corners_mm: Corners of the mapped cells, of the same shape [mm].
-        springs: Laplacians of the boxes' springs, shape (cells, 8, 8) [N/mm].
-        modulus_mpa: Shear modulus, shape (cells,) [MPa].
+    holds, and a cell that is a box again has its springs. Corners are of shape (cells, 8, 3).
     """
     difference = springs - network_matrices(*gauss_geometry(boxes_mm), modulus_mpa)
     centred = corners_mm - corners_mm.mean(1, keepdims=True)

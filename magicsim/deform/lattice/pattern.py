@@ -45,10 +45,7 @@ def block_pattern(lattice: Lattice, patches: Index = NO_PATCHES) -> BlockPattern
 
     Entry (3 i + r, 3 j + s) of a block at place k of block row i stands at `indptr[3 i + r] + 3 k + s - r`.
 
-    Args:
-        lattice: The block.
-        patches: Nodes that contact couples, ascending in a patch, shape (patches, nodes a patch); none where the matrix
-            is that of the body alone.
+    Contact couples the nodes of a patch, ascending, shape (patches, nodes a patch); the body alone has none.
     """
     free = lattice.free_nodes
     keys = [_pair_keys(lattice.cells, free), _pair_keys(patches, free)]

@@ -166,14 +166,8 @@ def _resolved_axis(
 ) -> tuple[Array, float, float]:
     """Planes of one axis, divided between the printed ones around a box and graded outside, and where the box ends.
 
-    Args:
-        design: The block.
-        grid: Its printed cells.
-        axis: 0 for x, 1 for y, 2 for z.
-        box: Middle planes of the walls and outer faces, and the ends of what has to be fine [mm].
-        middle_mm: A plane of symmetry that is the first one [mm]; None keeps both sides.
-        spacing_mm: Largest node spacing in the box [mm].
-        growth: Ratio of neighbouring spacings outside.
+    `box` has the middle planes of the walls and outer faces, and the ends of what has to be fine [mm]. A plane of
+    symmetry, where there is one, is the first plane.
     """
     printed, low_mm, high_mm = box
     first = max(int(np.searchsorted(printed, low_mm + ROUNDING_MM, side="right")) - 1, 0)

@@ -177,7 +177,7 @@ def iterate_pose(
         before: The object in the pose of the last equilibrium.
         start: That equilibrium.
         may_use_path: Whether the factor that the path has left is used.
-        note: Told every iteration.
+        note: Hears of every iteration.
     """
     problem = problem.on_table(start.table)
     nodes, surface = problem.elasticity.lattice.nodes_mm, indenter.distance
