@@ -23,7 +23,7 @@ import numpy as np
 from laboratory.light.render import EPISODE_FRAMES
 from laboratory.light.render_statistics import deviation
 
-from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.scenes.scene import RenderSettings, load_scene
 from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor

@@ -29,7 +29,7 @@ from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity
-from magicsim.light.records.untouched_states import shared_states
+from magicsim.light.records.untouched_store import shared_states
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor

@@ -18,14 +18,19 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
-from magicsim.light.frame.anchored_light import CHANGED_SHARE, SMOOTHING_CELLS, Counts, Expected, anchored_light
-from magicsim.light.frame.contact_share import contact_share
+from magicsim.light.frame.anchored_light import (
+    CHANGED_SHARE,
+    SMOOTHING_CELLS,
+    Counts,
+    Expected,
+    anchored_light,
+    contact_share,
+)
 from magicsim.light.frame.frame_light import lifted
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import FrameState
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import FrameState, View
 from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from magicsim import Sensor, load_scene
 from magicsim.light.backend import dr, mi
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View
 
 
 class FirstSurface(mi.SamplingIntegrator):

@@ -7,8 +7,8 @@ from magicsim.dataset.card import as_metadata
 from magicsim.dataset.features import Column, array, image, value, vector
 from magicsim.dataset.recipes.draw import drawn_names
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.light.frame.way import ImageWay, LightWay
-from magicsim.scenes.taxels import TaxelSettings
+from magicsim.scenes.scene import TaxelSettings
+from magicsim.scenes.timeline import ImageOrigin, LightOrigin
 
 DRAWN = "drawn."
 """How the names of columns with drawn values begin."""
@@ -38,7 +38,7 @@ def columns_of(recipe: Recipe) -> list[Column]:
             value(
                 f"{what}_way", "string", f"how the renderer made the {what}: {', '.join(get_args(ways)[1:])}; no label"
             )
-            for what, ways in (("light", LightWay), ("image", ImageWay))
+            for what, ways in (("light", LightOrigin), ("image", ImageOrigin))
         ),
         value("iterations", "int32", "Newton iterations of the frame's deformation"),
         value("min_jacobian", "float64", "smallest Jacobian of the deformation, above 0"),

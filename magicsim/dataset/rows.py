@@ -22,7 +22,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import lattice_planes, resolve_grid
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.pose import Pose
-from magicsim.light.records.untouched_states import shared_states
+from magicsim.light.records.untouched_store import shared_states
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import SimulatedFrame
@@ -134,8 +134,8 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         "flashlight": state.flashlight,
         "flashlight_x_mm": scene.rig.flashlight.x_mm + state.light_x_mm,
         "passing_x_mm": state.passing_mm,
-        "light_way": frame.way.light,
-        "image_way": frame.way.image,
+        "light_way": frame.origin.light,
+        "image_way": frame.origin.image,
         **asdict(truth.solve),
     }
 

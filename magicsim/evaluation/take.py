@@ -19,7 +19,7 @@ import magicsim
 from magicsim.arrays import FloatImage
 from magicsim.config.named_files import config_digest
 from magicsim.folder import result_file
-from magicsim.light.records.untouched_states import shared_states
+from magicsim.light.records.untouched_store import shared_states
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.plan import plan_scene
@@ -88,7 +88,7 @@ def cached_take(scene: SceneConfig, cache: Path) -> Take:
 def film_take(scene: SceneConfig) -> Take:
     """All states of a scene, every one that looks different rendered once."""
     sensor = Sensor.for_scene(scene, untouched=shared_states())
-    untouched = sensor.made(UNTOUCHED, sensor.rest)
+    untouched = sensor.render(UNTOUCHED, sensor.rest)
     frames = list(stream_states(sensor, plan_scene(scene), untouched))
     return assembled(frames, lambda each: each.radiance, first=untouched[0], room=room_radiance(sensor, untouched[0]))
 

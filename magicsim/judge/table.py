@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.errors import ConfigError
 from magicsim.judge.verdicts import Judgement
-from magicsim.scenes.taxels import TaxelSettings
+from magicsim.scenes.scene import TaxelSettings
 from magicsim.simulation.episode import Episode, SimulatedFrame, frame_file
 from magicsim.simulation.touch_truth import TOUCH_COLUMNS, touch_columns
 
@@ -103,7 +103,7 @@ def _row(frame: SimulatedFrame) -> dict[str, Any]:
         "gap_mm": state.gap_mm if state.gap_mm is not None else math.nan, "x_mm": state.x_mm, "y_mm": state.y_mm,
         "twist_deg": state.twist_deg, "flashlight": state.flashlight, "contact": truth.contact,
         "depth_mm": truth.depth_mm, "force_n": list(truth.force_n), "torque_nmm": list(truth.torque_nmm),
-        "contact_area_mm2": truth.contact_area_mm2, "light_way": frame.way.light, "image_way": frame.way.image,
+        "contact_area_mm2": truth.contact_area_mm2, "light_way": frame.origin.light, "image_way": frame.origin.image,
         **asdict(truth.solve),
         "contact_mask": {"bytes": _png(mask), "path": None} if mask is not None else None,
         "displacements_mm": moved.ravel() if moved is not None else None,

@@ -1,5 +1,6 @@
 """Radiance of one sensor in any state by an estimator alone, every image for itself."""
 
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -9,19 +10,71 @@ from magicsim.camera.film import Film, film
 from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import mi
+from magicsim.light.backend import VARIANT, mi
 from magicsim.light.facing.finger import FacingFinger
-from magicsim.light.refinement import MAX_PASSES, Refinement
-from magicsim.light.transport.estimator import PATHS, choose_estimator, load_world
 from magicsim.light.transport.lit_world import LitWorld
+from magicsim.light.variant import SCALAR_VARIANT
 from magicsim.light.world.finish import Finish
-from magicsim.light.world.loaded_scene import World
-from magicsim.light.world.loaded_scenes import Worlds
-from magicsim.light.world.scene_dict import lights_off
-from magicsim.scenes.near_room import flashlight_problem, object_problem
+from magicsim.light.world.loaded_scene import World, Worlds
+from magicsim.light.world.scene_dict import WorldContent, lights_off
+from magicsim.scenes.refusals import flashlight_problem, object_problem
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View
+
+LEAST_PASSES = 4
+"""Images below which their spread says little: with four the estimate is within some per cent, over so many pixels."""
+MAX_PASSES = 4096
+BORDER_PX, BORDER_SHARE = 30, 4
+"""Edge that the error leaves out: so many pixels, or one in so many of a small image."""
+PATH_DEPTH = 256
+"""Longest path of `volpath` [interactions], roulette off; four times as long changes the mean by 0.01 %."""
+PATHS = {"type": "volpath", "max_depth": PATH_DEPTH, "rr_depth": PATH_DEPTH}
+"""Mitsuba's path tracer, as an entry of its dictionaries."""
+
+
+@dataclass(slots=True)
+class Refinement:
+    """Images so far; the error is that of their mean.
+
+    The error is the root mean square over pixels and channels of the central image, over the mean there. It knows what
+    changes from image to image, noise and aliasing, but no bias that all of them share.
+    """
+
+    passes: int = 0
+    _sum: Array = field(default_factory=lambda: np.zeros(0))
+    _squares: Array = field(default_factory=lambda: np.zeros(0))
+
+    def add(self, image: FloatImage) -> None:
+        """Takes one more image, shape (rows, columns, 3)."""
+        now = image.astype(np.float64)
+        self._sum, self._squares = (now, now**2) if self.passes == 0 else (self._sum + now, self._squares + now**2)
+        self.passes += 1
+
+    @property
+    def image(self) -> FloatImage:
+        """The mean, shape (rows, columns, 3)."""
+        return np.asarray(self._sum / self.passes, np.float32)
+
+    @property
+    def relative_error(self) -> float:
+        """Relative error of the mean; infinite before there is any spread to judge it by."""
+        if self.passes < LEAST_PASSES:
+            return float("inf")
+        mean = self._sum / self.passes
+        variance = (self._squares / self.passes - mean**2) / (self.passes - 1)
+        size = float(central(mean).mean())
+        return float(np.sqrt(max(central(variance).mean(), 0.0))) / size if size > 0 else 0.0
+
+    def is_within(self, relative_error: float) -> bool:
+        """Whether the mean is as good as asked for."""
+        return self.relative_error <= relative_error
+
+
+def central(image: Array) -> Array:
+    """The image without its edges."""
+    cut = [min(BORDER_PX, size // BORDER_SHARE) for size in image.shape[:2]]
+    return image[cut[0] : image.shape[0] - cut[0], cut[1] : image.shape[1] - cut[1]]
 
 
 class PlainRenderer:
@@ -161,3 +214,41 @@ def checked(image: FloatImage) -> FloatImage:
         msg = f"the rendered image holds {bad} values that are not finite"
         raise RenderError(msg)
     return image
+
+
+def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
+    """The estimator that will run: `fluence` needs LLVM or CUDA, and falls back to `path` on the scalar variant.
+
+    Raises:
+        RenderError: The body scatters and a lens plate is bonded to it, which `path` cannot tell apart.
+    """
+    estimator = "path" if VARIANT == SCALAR_VARIANT else asked
+    if estimator == "path" and elastomer.design.materials.body.sigma_s_per_mm > 0 and rig.lens.thickness_mm > 0:
+        msg = (
+            f"lens.thickness_mm = {rig.lens.thickness_mm:g} is not allowed with estimator 'path' where the body "
+            "scatters: must be 0; use estimator 'fluence'"
+        )
+        raise RenderError(msg)
+    return estimator
+
+
+def load_world(
+    estimator: str, elastomer: Elastomer, rig: Rig, settings: RenderSettings, own_mesh: SurfaceMesh | None,
+    beside: tuple[int, int], content: WorldContent,
+) -> World:  # fmt: skip
+    """The scene of a block, for paths or with its light.
+
+    Args:
+        estimator: As `choose_estimator` chose.
+        elastomer: The block.
+        rig: What surrounds it.
+        settings: Collisions that are followed.
+        own_mesh: The object that may come, in its own frame.
+        beside: See `LitWorld`.
+        content: What else is in the scene.
+    """
+    if estimator == "path":
+        return World(elastomer, rig, content)
+    return LitWorld(
+        elastomer, rig, content, forward_collisions=settings.forward_collisions, own_mesh=own_mesh, beside=beside
+    )

@@ -17,28 +17,24 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr
 from magicsim.light.facing.finger import FacingFinger, FingerBody
 from magicsim.light.facing.glow import Glow, facing_light
-from magicsim.light.frame.anchored_image import anchored_change, anchored_image
-from magicsim.light.frame.frame_image import Look, own_field
+from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, anchored_image
+from magicsim.light.frame.frame_image import Look, PassingLook, own_field, passing_light_change
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
-from magicsim.light.frame.passing_change import PassingLook, passing_light_change
-from magicsim.light.frame.shared_noise import REACH_PX
-from magicsim.light.frame.way import ALONE, UNTOUCHED, LightWay, Way
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
-from magicsim.light.records.untouched_states import UntouchedStates
-from magicsim.light.records.untouched_store import default_store
+from magicsim.light.records.untouched_store import UntouchedStates, default_store
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_starts import ROOM_PART
 from magicsim.light.transport.lit_world import LitWorld
-from magicsim.light.transport.regions import Regions
+from magicsim.light.transport.path_record import Regions
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside, Outsides
 from magicsim.light.world.passing_light import PassingLight
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import ALONE, AT_REST, LightOrigin, Origin, View
 
 CLEAR_MM = 1e-3
 """An object that is not farther than this from the contact face may touch it [mm]."""
@@ -125,7 +121,7 @@ class Renderer(PlainRenderer):
         design = self.elastomer.design
         depth = design.height_mm + self.rig.lens.thickness_mm + self.rig.camera.distance_mm
         body = FingerBody.of(design.footprint_mm, depth)
-        return body, Glow.of(self.light(View()), self.careful().light, design, body.counts)
+        return body, Glow.of(self.light(View()), self.anchor().light, design, body.counts)
 
     def radiance(self, view: View) -> FloatImage:
         """Linear radiance of what is read out, shape (rows, columns, 3), anchored if settings say so.
@@ -133,10 +129,10 @@ class Renderer(PlainRenderer):
         Raises:
             RenderError: The image holds values that are not finite.
         """
-        return self.made(view)[0]
+        return self.render(view)[0]
 
-    def made(self, view: View) -> tuple[FloatImage, Way]:
-        """As `radiance`, and by which way it was made.
+    def render(self, view: View) -> tuple[FloatImage, Origin]:
+        """As `radiance`, and by which origin it was made.
 
         Raises:
             RenderError: The image holds values that are not finite.
@@ -144,18 +140,18 @@ class Renderer(PlainRenderer):
         if not self._is_anchored:
             return self.plain_radiance(view), ALONE
         shown = self._within_reach(view)
-        ideal, way = self._ideal(shown)
+        ideal, origin = self._ideal(shown)
         image = self._film.seen(checked(ideal))
         if view.passing_mm is None:
-            return image, way
+            return image, origin
         change = self._film.seen(self._passing_change(shown, self._passing_light(view.passing_mm)))
         changed = np.asarray(np.maximum(image + change, 0), np.float32)
-        return changed, Way(light="outside", image="recorded") if way == UNTOUCHED else way
+        return changed, Origin(light="outside", image="recorded") if origin == AT_REST else origin
 
     def metered(self) -> FloatImage:
         """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
         if self._is_anchored:
-            return self._whole_film.seen(np.asarray(self._whole_film.window.of(self.careful().image)))
+            return self._whole_film.seen(np.asarray(self._whole_film.window.of(self.anchor().image)))
         world = self.world(View())
         return self._lit(world, world.lights, read=self._whole_film)
 
@@ -172,11 +168,11 @@ class Renderer(PlainRenderer):
     def prepare(self, view: View) -> None:
         """Computes what all frames like this one share: the untouched sensor, carefully and with a frame's numbers."""
         if self._is_anchored:
-            self.careful()
+            self.anchor()
             if not self._within_reach(view).is_untouched:
-                self.cheap()
+                self.control()
 
-    def careful(self) -> Untouched:
+    def anchor(self) -> Untouched:
         """The untouched sensor with many samples, computed once."""
         settings = self.settings
         names = self.world(View()).lights
@@ -187,7 +183,7 @@ class Renderer(PlainRenderer):
             seed=settings.anchor_seed, samples=settings.anchor_samples, recorded=each // RECORDED_PARTS,
         )  # fmt: skip
 
-    def cheap(self) -> Untouched:
+    def control(self) -> Untouched:
         """The untouched sensor with the samples, particles and random numbers of a frame, computed once."""
         settings, particles = self.settings, self.light(View()).shares(self.settings.particles)
         key = untouched_key(self.elastomer.design, self.rig, settings)
@@ -223,41 +219,41 @@ class Renderer(PlainRenderer):
     def _is_anchored(self) -> bool:
         return self.estimator == "fluence" and self.settings.anchor_samples > 0
 
-    def _ideal(self, view: View) -> tuple[FloatImage, Way]:
+    def _ideal(self, view: View) -> tuple[FloatImage, Origin]:
         """Radiance of the window of the ideal image that is looked at, shape (rows, columns, 3); how it was made."""
         inner, columns, rows = self._film.window, self._film.columns, self._film.rows
-        careful = self.careful()
+        anchor = self.anchor()
         if view.is_untouched:
-            return np.asarray(inner.of(careful.image)), UNTOUCHED
+            return np.asarray(inner.of(anchor.image)), AT_REST
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
         rest, placed, light_x_mm = self.light(View()), self._placed(view), view.flashlight_x_mm
         self._check_room(view, placed)
         is_moved = self._is_moved(view, placed)
-        field, light_way = self._light(view, placed, is_moved=is_moved)
-        way = Way(light=light_way, image="recorded")
+        field, light_origin = self._light(view, placed, is_moved=is_moved)
+        origin = Origin(light=light_origin, image="recorded")
         look = Look(
             world=rest, outside=self._outside(placed, light_x_mm), field=field, samples=self.settings.samples,
             seed=self.seed,
         )  # fmt: skip
         if not is_moved:
-            before = look.through(careful, own_field(rest, careful), pixels)
-            return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32), way
+            before = look.through(anchor, own_field(rest, anchor), pixels)
+            return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32), origin
         changed, traced = self._changed(view, placed, pixels), None
         if changed.any():
             traced = self.light(view).gather_pixels(
                 field, pixels[changed], samples=self.settings.samples, seed=self.seed
             )
             dr.eval(traced)  # begins, while the rest is computed
-            way = replace(way, image="traced")
-        cheap = self.cheap()
-        before, known = (look.through(each, own_field(rest, each), pixels) for each in (careful, cheap))
+            origin = replace(origin, image="traced")
+        control = self.control()
+        before, known = (look.through(each, own_field(rest, each), pixels) for each in (anchor, control))
         now = known.copy()
         if traced is not None:
             now[changed] = np.array(traced, np.float64).T
         images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
         found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
-        return np.asarray(inner.within(around).of(found)), way
+        return np.asarray(inner.within(around).of(found)), origin
 
     def _passing_light(self, x_mm: float) -> PassingLight:
         """What passes in the room, in its place along x."""
@@ -285,10 +281,10 @@ class Renderer(PlainRenderer):
             world=self.light(View()), outside=self._outside(placed, view.flashlight_x_mm), light=light, field=field,
             samples=samples, seed=self.seed,
         )  # fmt: skip
-        before = look.through(self.careful(), pixels)
+        before = look.through(self.anchor(), pixels)
         if not self._is_moved(view, placed):
             return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32)
-        known, changed = look.through(self.cheap(), pixels), self._changed(view, placed, pixels)
+        known, changed = look.through(self.control(), pixels), self._changed(view, placed, pixels)
         now = known.copy()
         if changed.any():
             traced = self.light(view).gather_pixels(field, pixels[changed], samples=samples, seed=self.seed, room=light)
@@ -303,16 +299,16 @@ class Renderer(PlainRenderer):
         The change in a touched block is that of the last state before contact: a press changes by some per cent what is
         some per cent itself.
         """
-        world, careful = self.light(View()), self.careful()
+        world, anchor = self.light(View()), self.anchor()
         is_moved, particles = self._is_moved(view, placed), self.settings.particles
         outside = self._outside(self._free(view, placed) if is_moved else placed, view.flashlight_x_mm)
         field = passing_light_change(
-            world, outside, light, own_field(world, careful), particles=max(1, particles // PASSING_PARTICLES_PART),
+            world, outside, light, own_field(world, anchor), particles=max(1, particles // PASSING_PARTICLES_PART),
             seed=self.seed,
         )  # fmt: skip
         if is_moved:
             world = self.light(view)
-            field = replace(field, body=world.growth(careful.held_mm3) * field.body)
+            field = replace(field, body=world.growth(anchor.held_mm3) * field.body)
         return world.with_lit_object(
             field, particles=particles, seed=self.seed, outside=None if is_moved else outside, room=light
         )
@@ -321,13 +317,13 @@ class Renderer(PlainRenderer):
         """Whether a view needs paths through the block as it is deformed."""
         return not view.is_undeformed or self._may_touch(placed) or not self.leaves_out_unmoved
 
-    def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> tuple[LightField, LightWay]:
-        """Light in the block and on the object, and by which way it was made."""
-        rest, careful, cheap = self.light(View()), self.careful(), self.cheap()
+    def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> tuple[LightField, LightOrigin]:
+        """Light in the block and on the object, and by which origin it was made."""
+        rest, anchor, control = self.light(View()), self.anchor(), self.control()
         particles, seed = self.settings.particles, self.seed
         if not is_moved:
             outside = self._outside(placed, view.flashlight_x_mm)
-            free = free_light(rest, outside, careful, cheap, particles=particles, seed=seed)
+            free = free_light(rest, outside, anchor, control, particles=particles, seed=seed)
             return self._on_object(view, rest, free, outside), "outside"
         # First, as a dent without an object is seen in the scene of the untouched block.
         before = self._before_contact(self._free(view, placed), view.flashlight_x_mm)
@@ -335,11 +331,11 @@ class Renderer(PlainRenderer):
         contact = self._contact(placed)
         if view.is_released and contact is None and not self.elastomer.design.is_opaque:
             contact = NO_CONTACT
-        field, way = touched_light(
-            touched, before, careful, contact, least=self.settings.light_change,
+        field, origin = touched_light(
+            touched, before, anchor, contact, least=self.settings.light_change,
             particles=particles, seed=seed,
         )  # fmt: skip
-        return self._on_object(view, touched, field, None), way
+        return self._on_object(view, touched, field, None), origin
 
     def _on_object(self, view: View, world: LitWorld, field: LightField, outside: Outside | None) -> LightField:
         """The light with a facing finger's, and with what falls on the object gathered by rays from its surface."""
@@ -379,8 +375,8 @@ class Renderer(PlainRenderer):
         kept = self._before
         if kept is None or kept[1] != light_x_mm or not np.array_equal(_known(kept[0]), _known(placed)):
             light = Before(
-                world=self.light(View()), placed=self._putting_outside(placed, light_x_mm), rest=self.careful(),
-                cheap=self.cheap(), seed=self.seed,
+                world=self.light(View()), placed=self._putting_outside(placed, light_x_mm), rest=self.anchor(),
+                control=self.control(), seed=self.seed,
             )  # fmt: skip
             self._before = kept = (placed, light_x_mm, light)
         return kept[2]
@@ -394,10 +390,10 @@ class Renderer(PlainRenderer):
         return partial(self._outsides.of, None if self.object_finish.is_ghost else placed, light_x_mm)
 
     def _changed(self, view: View, placed: Array | None, pixels: Numbers) -> Mask:
-        """Which pixels have a path of the cheap record that met something that has moved, shape (pixels,)."""
+        """Which pixels have a path of the control record that met something that has moved, shape (pixels,)."""
         if not self.leaves_out_unmoved:
             return np.ones(len(pixels), bool)
-        paths = self.cheap().paths
+        paths = self.control().paths
         regions = paths.regions
         assert regions is not None
         if self._reaches is None:

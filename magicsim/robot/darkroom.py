@@ -9,11 +9,10 @@ from magicsim.camera.camera import Camera
 from magicsim.camera.stream import CameraMemory
 from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
-from magicsim.light.frame.way import Way
 from magicsim.robot.moment import FULL, Moment
 from magicsim.scenes.rig import DARK
 from magicsim.scenes.scene import OutputSettings
-from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import SimulatedFrame
 from magicsim.simulation.labelled_frame import Shot
 from magicsim.simulation.sensor import Sensor, sensor_camera
@@ -35,7 +34,7 @@ class Darkroom:
         self.sensor = sensor
         self._output = output
         self._shot: Shot | None = None
-        self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage, Way]] = {}
+        self._seen: dict[tuple[FrameState, int], tuple[Deformation, FloatImage, Origin]] = {}
         self._strips: Darkroom | None = None
 
     def develop(self, moment: Moment) -> SimulatedFrame:
@@ -50,7 +49,7 @@ class Darkroom:
             self._lit(moment),
             self._memory(moment),
             moment.at,
-            way=self._made(moment.state, moment.deformation)[1],
+            origin=self._made(moment.state, moment.deformation)[1],
             displacements_mm=(
                 self.sensor.printed_displacements_mm(moment.deformation) if self._output.displacements else None
             ),
@@ -139,10 +138,10 @@ class Darkroom:
     def _radiance(self, state: FrameState, deformation: Deformation) -> FloatImage:
         return self._made(state, deformation)[0]
 
-    def _made(self, state: FrameState, deformation: Deformation) -> tuple[FloatImage, Way]:
+    def _made(self, state: FrameState, deformation: Deformation) -> tuple[FloatImage, Origin]:
         key = (state, id(deformation))  # the deformation is kept beside, so that no other one gets its id
         if key not in self._seen:
             while len(self._seen) >= REMEMBERED:
                 del self._seen[next(iter(self._seen))]
-            self._seen[key] = (deformation, *self.sensor.made(state, deformation))
+            self._seen[key] = (deformation, *self.sensor.render(state, deformation))
         return self._seen[key][1:]

@@ -11,7 +11,7 @@ from magicsim.camera.viewing import focal_px, landing_mm
 from magicsim.errors import ConfigError
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.rigid_object import ObjectBase
-from magicsim.scenes.near_room import object_problem
+from magicsim.scenes.refusals import object_problem
 from magicsim.scenes.scene import Keyframe, SceneConfig
 
 RIM_POINTS = 64

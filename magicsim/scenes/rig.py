@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from magicsim.camera.camera import Camera, Lens
 from magicsim.config.models import Config, load_preset, validate
 from magicsim.scenes.lamps import Led, LedRing, PlaceMm, Rgb
-from magicsim.scenes.passing import Passing
+from magicsim.scenes.room import Passing, room_passing, room_radiance
 
 NEAREST_MM, FARTHEST_ROOM_MM = 5.0, 1e6
 """Distances of a room that is not infinitely far away [mm]."""
@@ -102,8 +102,6 @@ class Rig(Config):
     @model_validator(mode="after")
     def _check_room(self) -> Self:
         if self.room is not None and self.room != DARK:
-            from magicsim.scenes.room import room_radiance
-
             room_radiance(self.room)
             if not any(self.ambient):
                 msg = f"room = '{self.room}' is not allowed with ambient = 0: give the radiance of the room"
@@ -124,8 +122,6 @@ class Rig(Config):
         """What passes in the room, None where nothing does."""
         if self.passing is not None or self.room in (None, DARK):
             return self.passing
-        from magicsim.scenes.room import room_passing
-
         return room_passing(self.room)
 
     @property

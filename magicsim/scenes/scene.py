@@ -13,11 +13,10 @@ from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.scenes.lamps import PlaceMm
-from magicsim.scenes.near_room import flashlight_problem
-from magicsim.scenes.refusals import gap_refusal, sensor_refusal
+from magicsim.scenes.refusals import flashlight_problem, gap_refusal, sensor_refusal
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.taxels import TaxelSettings
 
+Count = Annotated[int, Field(ge=1, le=256)]
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
 MAX_FRAMES = 100_000
@@ -27,6 +26,25 @@ FrameRate = Annotated[float, Field(ge=0.001, le=1000)]
 """Down to a frame in a quarter of an hour [1/s]."""
 FRAMES_PER_SECOND = 15.0
 """Frame rate of all that is filmed and does not say another [1/s]."""
+
+
+class TaxelSettings(Config):
+    """A grid of taxels over the contact face, and what is known of each; row 0 is at +y, column 0 at -x."""
+
+    rows: Count = 16
+    """Taxels along y."""
+    columns: Count = 12
+    """Taxels along x."""
+    unit: Literal["N", "MPa"] = "N"
+    """Force of each taxel (`taxel_force_n`), or force per undeformed area (`taxel_traction_mpa`)."""
+    skin: bool = True
+    """Largest stretch and von Mises stress of the skin, on the whole and below each taxel."""
+    infill: bool = True
+    """Shear of the infill, on the whole and below each taxel; designs without infill have none."""
+
+    def has_infill(self, design: ElastomerDesign) -> bool:
+        """Whether the shear of the infill is among the fields of a design."""
+        return self.infill and design.has_grid and design.materials.infill is not None
 
 
 class Keyframe(Config):

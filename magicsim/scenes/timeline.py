@@ -1,9 +1,74 @@
 """The state of a scene at every frame, interpolated from its keyframes."""
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
+from magicsim.arrays import Array
+from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.pose import Pose
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import Keyframe, SceneConfig
+
+LightOrigin = Literal["", "untouched", "outside", "before contact", "traced", "alone"]
+"""`untouched`: that of the untouched sensor. `outside`: that, and what object and lamps outside change of it.
+`before contact`: kept of the last state before contact (`render.light_change`). `traced`: particles of the frame in the
+deformed block, anchored. `alone`: without the untouched sensor (`render.anchor_samples = 0`, or `volpath`)."""
+ImageOrigin = Literal["", "untouched", "recorded", "traced", "alone"]
+"""`untouched`: the image of the anchor, the untouched sensor. `recorded`: all of its camera paths, in other light.
+`traced`: paths of some pixels traced anew, where something moved. `alone`: as for light."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """State of everything that light meets. Arrays are compared by identity: pass the same one while nothing moves."""
+
+    body: Array | None = None
+    """Deformed body vertices, shape (vertices, 3) [mm]; None at rest."""
+    infill: Array | None = None
+    """Deformed infill vertices, shape (vertices, 3) [mm]; None at rest."""
+    markers: Array | None = None
+    """Displaced vertices of markers below the face, shape (vertices, 3) [mm]; None at rest."""
+    indenter: Indenter | None = None
+    """The object where it is, or None."""
+    flashlight_x_mm: float | None = None
+    """Shift of the outside light [mm], or None while it is off."""
+
+    facing_mm: float | None = None
+    """Distance to the contact face of another finger that looks back [mm]; None without one."""
+
+    is_released: bool = False
+    """Whether a deformed block is touched no more, and only a dent is left."""
+    passing_mm: float | None = None
+    """Where something that passes in the room is along x [mm]; None while it is out of sight."""
+    companion: Pose | None = None
+    """Pose of what is seen beside the object and touches nothing; None while it is away."""
+
+    @property
+    def is_untouched(self) -> bool:
+        """Whether this is the sensor alone, as the anchor holds it."""
+        return self.is_undeformed and self.indenter is None and self.flashlight_x_mm is None and self.facing_mm is None
+
+    @property
+    def is_undeformed(self) -> bool:
+        """Whether the block is as it was built, whatever stands before it."""
+        return self.body is None and self.infill is None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """How one frame was made; empty where nobody said."""
+
+    light: LightOrigin = ""
+    image: ImageOrigin = ""
+
+
+UNKNOWN_ORIGIN = Origin()
+
+
+ALONE = Origin(light="alone", image="alone")
+
+
+AT_REST = Origin(light="untouched", image="untouched")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

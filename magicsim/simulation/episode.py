@@ -14,10 +14,9 @@ from magicsim.deform.deformation import SolveFigures
 from magicsim.errors import OutputError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
-from magicsim.light.frame.way import UNKNOWN, Way
 from magicsim.notebook import picture_row
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import FrameState
+from magicsim.scenes.timeline import UNKNOWN_ORIGIN, FrameState, Origin
 from magicsim.simulation.touch_truth import TouchFields
 
 Vector = tuple[float, float, float]
@@ -93,7 +92,7 @@ class SimulatedFrame:
     truth: FrameTruth
     labels: FrameLabels
     """What was asked for beside them; the properties below refuse what was not."""
-    way: Way = UNKNOWN
+    origin: Origin = UNKNOWN_ORIGIN
     """How light and image were made, of which a network must not learn."""
 
     @property

@@ -14,10 +14,9 @@ from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.light.frame.way import UNKNOWN, Way
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings
-from magicsim.scenes.timeline import FrameState
+from magicsim.scenes.timeline import UNKNOWN_ORIGIN, FrameState, Origin
 from magicsim.simulation.episode import FrameLabels, SimulatedFrame
 from magicsim.simulation.touch_truth import TouchFields
 from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
@@ -111,7 +110,7 @@ class Shot:
         *,
         displacements_mm: npt.NDArray[np.float32] | None,
         is_reference: bool,
-        way: Way = UNKNOWN,
+        origin: Origin = UNKNOWN_ORIGIN,
         markers_mm: npt.NDArray[np.float64] | None = None,
         touch: TouchFields | None = None,
     ) -> tuple[SimulatedFrame, CameraMemory]:
@@ -125,7 +124,7 @@ class Shot:
             at: Which frame of which stream; each has noise of its own.
             displacements_mm: Of the design's lattice, shape (nodes, 3) [mm], where they are asked for.
             is_reference: Whether the frame makes the references.
-            way: How the radiance was made.
+            origin: How the radiance was made.
             markers_mm: Centres of the markers, shape (markers, 3) [mm], where there are any.
             touch: Fields of touch, where they are asked for.
         """
@@ -149,6 +148,6 @@ class Shot:
                 else None,
                 touch=touch,
             ),
-            way=way,
+            origin=origin,
         )
         return frame, later

@@ -18,7 +18,7 @@ from magicsim.light.variant import activate_variant
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.episode import Episode, frame_file
-from magicsim.simulation.marker_truth import MarkerTracks
+from magicsim.simulation.meshes import MarkerTracks
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with

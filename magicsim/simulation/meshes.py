@@ -7,6 +7,7 @@ the object's surface stand out of the face (optically wet).
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +17,11 @@ from magicsim.deform.contact.face import face_weights
 from magicsim.deform.deformation import TOUCHING_GAP_MM
 from magicsim.deform.lattice.follow import CellCorrectors, FollowMap, cell_correctors, follow_map
 from magicsim.deform.lattice.structure import Lattice
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.indenter import Indenter
 from magicsim.light.safe_gap import check_skin
-from magicsim.light.world.marker_disks import marker_disks
+from magicsim.light.world.lamp_shapes import marker_disks
 from magicsim.scenes.scene import ContactSettings
 from magicsim.simulation.unmoved import still
 
@@ -33,6 +35,39 @@ BAND_MM = 0.2
 """Width of the zone in which the correction of points behind the face fades out [mm]."""
 ITERATIONS = 4
 """Corrections along the normal; one is exact on planes and spheres, rounded edges need a few."""
+
+
+class MarkerTracks:
+    """Markers of one sensor as they move with its lattice."""
+
+    def __init__(self, design: ElastomerDesign, lattice: Lattice) -> None:
+        """Hangs the markers on the lattice.
+
+        Args:
+            design: A block with markers.
+            lattice: The lattice that is solved.
+        """
+        assert design.markers is not None
+        places = design.markers.centres_mm(design.footprint_mm)
+        rest = np.column_stack([places, np.full(len(places), design.markers.depth_mm)])
+        on_face = design.markers.depth_mm == 0
+        self._follow = (
+            FollowMap(points_mm=rest, weights=face_weights(lattice, places)) if on_face else follow_map(lattice, rest)
+        )
+
+    @classmethod
+    def of(cls, design: ElastomerDesign, lattice: Lattice) -> Self | None:
+        """Those of a block, or None where it has none."""
+        return cls(design, lattice) if design.markers is not None else None
+
+    @property
+    def rest_mm(self) -> Array:
+        """Centres of the undisplaced markers, shape (markers, 3) [mm]."""
+        return self._follow.points_mm
+
+    def displaced_mm(self, displacements_mm: Array) -> Array:
+        """Centres under nodal displacements of shape (nodes, 3), shape (markers, 3) [mm]."""
+        return self._follow.displaced(displacements_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

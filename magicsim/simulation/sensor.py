@@ -30,19 +30,15 @@ from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.pose import Pose
-from magicsim.light.frame.way import Way
-from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.safe_gap import check_walls
 from magicsim.light.world.finish import Finish
 from magicsim.scenes.refusals import sensor_refusal
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig
-from magicsim.scenes.taxels import TaxelSettings
-from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.scenes.view import View
-from magicsim.simulation.marker_truth import MarkerTracks
-from magicsim.simulation.meshes import attach_meshes, deformed_vertices
+from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig, TaxelSettings
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, View, timeline
+from magicsim.simulation.meshes import MarkerTracks, attach_meshes, deformed_vertices
 from magicsim.simulation.plan import as_seen, can_touch
 from magicsim.simulation.touch_truth import TouchTruth
 
@@ -313,13 +309,13 @@ class Sensor:
 
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
-        return self.made(state, deformation)[0]
+        return self.render(state, deformation)[0]
 
     @on_one_blas_thread
-    def made(self, state: FrameState, deformation: Deformation | Displacement) -> tuple[FloatImage, Way]:
+    def render(self, state: FrameState, deformation: Deformation | Displacement) -> tuple[FloatImage, Origin]:
         """As `radiance`, and by which way it was made."""
         view = self.view(state, deformation)
-        return (self.renderer if view.facing_mm is None else self._facing_renderer()).made(view)
+        return (self.renderer if view.facing_mm is None else self._facing_renderer()).render(view)
 
     def _facing_renderer(self) -> Renderer:
         """For views with another finger; built with the first of them."""

@@ -102,7 +102,7 @@ def render(
         frame: Index among the scored frames.
         basis: Whether to render one image for each light.
         relative_error: Repeat the image with new random numbers until its mean is estimated to be so good, see
-            `magicsim.light.refinement`; not with `basis`.
+            `magicsim.light.plain_renderer`; not with `basis`.
         told: Hears what takes longer than two seconds.
 
     Raises:

@@ -8,9 +8,8 @@ from itertools import accumulate
 from magicsim.arrays import FloatImage
 from magicsim.camera.stream import Instant
 from magicsim.deform.deformation import Deformation
-from magicsim.light.frame.way import Way
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, FrameState, reference_states
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, reference_states
 from magicsim.simulation.episode import Episode, SimulatedFrame
 from magicsim.simulation.labelled_frame import Shot
 from magicsim.simulation.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, as_seen, efforts, plan_scene
@@ -61,14 +60,14 @@ class RenderedState:
     deformation: Deformation
     radiance: FloatImage
     """Linear radiance, shape (rows, columns, 3); the same array for all frames that look the same."""
-    way: Way
+    origin: Origin
     """How it was made."""
     index: int
     """Place in the stream, reference frames included."""
     is_reference: bool
 
 
-def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, Way]) -> Iterator[RenderedState]:
+def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, Origin]) -> Iterator[RenderedState]:
     """Rendered states of an episode in order: the references, then what the plan lists.
 
     Args:
@@ -79,23 +78,23 @@ def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, 
     scene = plan.scene
     for index, state in enumerate(reference_states(scene)):
         still = as_seen(scene.design, state) == UNTOUCHED
-        radiance, way = untouched if still else sensor.made(state, sensor.rest)
+        radiance, origin = untouched if still else sensor.render(state, sensor.rest)
         yield RenderedState(
-            state=state, deformation=sensor.rest, radiance=radiance, way=way, index=index, is_reference=True
+            state=state, deformation=sensor.rest, radiance=radiance, origin=origin, index=index, is_reference=True
         )
     reused = {frame.same_as for frame in plan.frames}
     made = {UNTOUCHED_FRAME: untouched}
     deformation = sensor.rest
     for number, frame in enumerate(plan.frames):
         deformation = _deformation(sensor, frame, deformation)
-        found = made[frame.same_as] if frame.same_as is not None else sensor.made(frame.state, deformation)
+        found = made[frame.same_as] if frame.same_as is not None else sensor.render(frame.state, deformation)
         if number in reused:
             made[number] = found
         yield RenderedState(
             state=frame.state,
             deformation=deformation,
             radiance=found[0],
-            way=found[1],
+            origin=found[1],
             index=scene.references + number,
             is_reference=False,
         )
@@ -107,7 +106,7 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     A camera with a history (`Camera.history`) makes another frame of a state that returns, so all are exposed in order.
     """
     scene = plan.scene
-    untouched = sensor.made(UNTOUCHED, sensor.rest)
+    untouched = sensor.render(UNTOUCHED, sensor.rest)
     shot = Shot.of(scene.design, scene.rig, scene.output, sensor_camera(sensor, untouched[0]))
     memory = shot.camera.begin(scene.frames_per_second)
     touch = sensor.touch_truth(scene.output.taxels) if scene.output.taxels is not None else None
@@ -126,7 +125,7 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             at,
             displacements_mm=sensor.printed_displacements_mm(each.deformation) if scene.output.displacements else None,
             is_reference=each.is_reference,
-            way=each.way,
+            origin=each.origin,
             markers_mm=sensor.markers_mm(each.deformation),
             touch=touch.fields(each.deformation) if touch is not None else None,
         )

@@ -14,7 +14,7 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.strain import InfillCells, SkinCells
 from magicsim.deform.taxels import TaxelForces, TaxelGrid, TaxelMap
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.scenes.taxels import TaxelSettings
+from magicsim.scenes.scene import TaxelSettings
 
 TOUCH_COLUMNS = (
     "taxel_force_n", "taxel_traction_mpa", "taxel_torque_nmm", "skin_stretch", "max_skin_stretch", "skin_von_mises_mpa",

@@ -29,7 +29,7 @@ def judge_design(task: DesignTask) -> bytes:
     Returns:
         Its `DesignResult` as JSON.
     """
-    from magicsim.light.records.untouched_states import shared_states
+    from magicsim.light.records.untouched_store import shared_states
     from magicsim.sweep import parts
     from magicsim.sweep.designs import renderings_of, rows_of_renderings
     from magicsim.sweep.mechanics import hardness

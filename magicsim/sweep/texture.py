@@ -29,7 +29,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.plain import BoxObject
 from magicsim.geometry.objects.textured import DotsObject, LinesObject
-from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.sampling.bootstrap import interval
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.timeline import UNTOUCHED

@@ -135,7 +135,7 @@ def film_ablated(scene: SceneConfig, names: Sequence[str], cache: Path) -> dict[
     if not missing:
         return found
     sensor = Sensor.for_scene(scene)
-    frames = list(stream_states(sensor, plan_scene(scene), sensor.made(UNTOUCHED, sensor.rest)))
+    frames = list(stream_states(sensor, plan_scene(scene), sensor.render(UNTOUCHED, sensor.rest)))
     for name in missing:
         try:
             take = assembled(frames, _through(ABLATIONS[name].look(scene)))

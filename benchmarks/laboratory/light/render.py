@@ -27,7 +27,7 @@ import numpy as np
 from laboratory.benchmark import machine
 from laboratory.light.render_statistics import bias, compare_blocks, deviation, mean_difference, spread
 from magicsim.errors import RenderError
-from magicsim.light.refinement import central
+from magicsim.light.plain_renderer import central
 from magicsim.light.variant import LLVM_VARIANT, SCALAR_VARIANT, VARIANT_VARIABLE, activate_variant
 from magicsim.scenes.scene import RenderSettings, load_scene
 

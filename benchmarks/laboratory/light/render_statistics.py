@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 
 from magicsim.arrays import Array
-from magicsim.light.refinement import central
+from magicsim.light.plain_renderer import central
 
 BLOCK_PX = 20
 """Edge of the blocks that two methods are compared on."""

@@ -14,8 +14,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.sampling.points import Sampling
 from magicsim.scenes.rig import DARK, Rig
-from magicsim.scenes.scene import FRAMES_PER_SECOND, ContactSettings, FrameRate, RenderSettings, Seed
-from magicsim.scenes.taxels import TaxelSettings
+from magicsim.scenes.scene import FRAMES_PER_SECOND, ContactSettings, FrameRate, RenderSettings, Seed, TaxelSettings
 
 
 class RoomRecipe(Config):

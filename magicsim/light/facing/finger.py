@@ -17,7 +17,7 @@ from magicsim.light.facing.glow import Glow
 from magicsim.light.frame.frame_light import LIFTED_DIGITS, lifted
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.world.finish import GREY, Finish
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View
 
 QUAD_MM = 2.0
 """Largest edge of the squares of the face, each of which has a brightness of its own [mm]."""

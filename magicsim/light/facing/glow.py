@@ -13,15 +13,13 @@ from scipy.ndimage import gaussian_filter
 
 from magicsim.arrays import Array
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.light.aligned import columns
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import columns, dr, mi
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
-from magicsim.light.transport.sequence import sequence
-from magicsim.light.transport.streams import FACING, SEEDS_PER_RENDER
+from magicsim.light.transport.streams import FACING, SEEDS_PER_RENDER, sequence
 from magicsim.light.world.outside import Outside
 
 HALF_TURN = np.array([-1.0, 1.0, -1.0])

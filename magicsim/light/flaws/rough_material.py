@@ -8,7 +8,31 @@ from typing import Any
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import RoughSurfaces, crossing
-from magicsim.light.single_directions import SingleDirections
+
+
+class SingleDirections(mi.BSDF):  # type: ignore[misc]
+    """Reflects (component 0) and transmits (component 1) into directions whose density nobody asks for."""
+
+    def __init__(self, properties: Any) -> None:
+        """Declares both components, on both sides."""
+        super().__init__(properties)
+        both = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+        self.m_components = [mi.BSDFFlags.DeltaReflection | both, mi.BSDFFlags.DeltaTransmission | both]
+        self.m_flags = self.m_components[0] | self.m_components[1]
+
+    def eval(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        """Nothing but single directions."""
+        del context, si, wo, active
+        return mi.Color3f(0)
+
+    def pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        """Nothing but single directions."""
+        del context, si, wo, active
+        return mi.Float(0)
+
+    def eval_pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
+        """Nothing but single directions."""
+        return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
 
 
 class RoughInterface(SingleDirections):

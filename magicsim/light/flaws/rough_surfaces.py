@@ -3,16 +3,128 @@
 A pass decides at the first facet between what is reflected and what goes through, as it does at a smooth interface, or
 follows both; `onward` then walks either out of the field. Each interface draws the random numbers of its walk from a
 stream that two numbers of the path's own begin, so that a path has the same numbers whatever facets it meets.
+
+The interface is a random height field of independent facets (Smith's model). A walk through it has the free paths and
+the phase function of Heitz, Hanika, d'Eon and Dachsbacher, "Multiple-scattering microfacet BSDFs with the Smith model"
+(ACM Transactions on Graphics 35, 2016): every walk leaves with weight one, and where it leaves is reciprocal, so that a
+white furnace stays white. A model of single bounces loses what meets a second facet. Slopes are Trowbridge and Reitz's;
+facets that a ray sees are drawn by spherical caps (Dupuy and Benyoub, Computer Graphics Forum 42, 2023).
+
+Directions are in the local frame of a hit, and -z is where the index is `eta` times that on the other side. A height
+counts as the share of the field that lies below it.
 """
 
 from dataclasses import dataclass
 from typing import Any, Self
 
 from magicsim.light.backend import dr, mi
-from magicsim.light.flaws.facets import Facet, first_facet, walk_on
 
+MOST_STEPS = 64
+"""Flights of a walk; the few that are longer leave level with the mean surface."""
+STEEP = 1e-9
+"""Least square of a sine, so that no logarithm is divided by zero."""
 PLATE_MM = 1e-3
 """How far below the lens plate a face belongs to the print [mm]."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Facet:
+    """The facet that a ray meets; every field is a Dr.Jit array over rays."""
+
+    reflectance: Any
+    reflected: Any
+    """Direction of what it reflects, mi.Vector3f."""
+    refracted: Any
+    """Direction of what it lets through, mi.Vector3f."""
+    height: Any
+
+
+def first_facet(wi: Any, alpha: Any, eta: Any, numbers: Any) -> Facet:
+    """Where a ray from afar meets the field.
+
+    Args:
+        wi: Towards where it comes from, mi.Vector3f.
+        alpha: Slope that half of the facets exceed.
+        eta: Index on the side of -z over that of +z.
+        numbers: Random numbers, mi.PCG32.
+    """
+    outside = wi.z > 0
+    depth = _flown(-dr.abs(wi.z), mi.Float(1), alpha, numbers.next_float32())
+    height = dr.select(outside, depth, 1 - depth)
+    return _met(wi, outside, height, alpha, eta, mi.Point2f(numbers.next_float32(), numbers.next_float32()))
+
+
+@dr.syntax  # type: ignore[untyped-decorator]
+def walk_on(direction: Any, outside: Any, height: Any, alpha: Any, eta: Any, numbers: Any, active: Any) -> Any:
+    """Direction in which a ray leaves the field, mi.Vector3f; it leaves on the side that this points to.
+
+    Args:
+        direction: In which it leaves its first facet, mi.Vector3f.
+        outside: Whether it is then on the side of +z, mi.Bool.
+        height: Of that facet.
+        alpha: Slope that half of the facets exceed.
+        eta: Index on the side of -z over that of +z.
+        numbers: Random numbers, mi.PCG32.
+        active: Which rays walk.
+    """
+    way, above, level = mi.Vector3f(direction), mi.Bool(outside), mi.Float(height)
+    steps, going = mi.UInt32(0), mi.Bool(active)
+    while going:
+        depth = _flown(
+            dr.select(above, way.z, -way.z), dr.select(above, level, 1 - level), alpha, numbers.next_float32(going)
+        )
+        going &= depth < 1
+        level = dr.select(above, depth, 1 - depth)
+        facet = _met(
+            -way, above, level, alpha, eta, mi.Point2f(numbers.next_float32(going), numbers.next_float32(going))
+        )
+        through = numbers.next_float32(going) >= facet.reflectance
+        way = dr.select(going, dr.select(through, facet.refracted, facet.reflected), way)
+        above = dr.select(going & through, ~above, above)
+        steps += 1
+        going &= steps < MOST_STEPS
+    return mi.Vector3f(way.x, way.y, dr.select(above, dr.abs(way.z), -dr.abs(way.z)))
+
+
+def _flown(cosine: Any, height: Any, alpha: Any, u: Any) -> Any:
+    """Height at which a ray meets a facet, 1 or more where it leaves; both seen from its own side.
+
+    Args:
+        cosine: Of its direction with the outward normal.
+        height: Where it starts.
+        alpha: Slope that half of the facets exceed.
+        u: Uniform in [0, 1).
+    """
+    squared = dr.square(cosine)
+    spread = dr.sqrt(1 + dr.square(alpha) * dr.maximum(1 - squared, STEEP) / dr.maximum(squared, STEEP))
+    # Smith's Lambda, below -1 for directions that go down and above 0 for those that go up.
+    shadow = (dr.mulsign(spread, cosine) - 1) / 2
+    return height * dr.exp(-dr.log(1 - u) / shadow)
+
+
+def _met(wi: Any, outside: Any, height: Any, alpha: Any, eta: Any, sample: Any) -> Facet:
+    """A facet that a ray sees.
+
+    Args:
+        wi: Towards where it comes from, mi.Vector3f.
+        outside: Whether it is on the side of +z.
+        height: Of the facet.
+        alpha: Slope that half of the facets exceed.
+        eta: Index on the side of -z over that of +z.
+        sample: mi.Point2f, uniform.
+    """
+    seen = dr.select(outside, wi, -wi)
+    stretched = dr.normalize(mi.Vector3f(alpha * seen.x, alpha * seen.y, seen.z))
+    z = dr.fma(1 - sample.y, 1 + stretched.z, -stretched.z)
+    sine, turn = dr.safe_sqrt(1 - dr.square(z)), dr.two_pi * sample.x
+    half = mi.Vector3f(sine * dr.cos(turn), sine * dr.sin(turn), z) + stretched
+    normal = dr.normalize(mi.Vector3f(alpha * half.x, alpha * half.y, dr.maximum(half.z, 0)))
+    # A facet is seen from its own side, which rounding at its rim must not turn.
+    cosine = dr.mulsign(dr.maximum(dr.abs(dr.dot(wi, normal)), STEEP), dr.select(outside, mi.Float(1), mi.Float(-1)))
+    reflectance, cosine_t, _, eta_ti = mi.fresnel(cosine, eta)
+    reflected = 2 * dr.dot(wi, normal) * normal - wi
+    refracted = dr.normalize(mi.refract(wi, normal, cosine_t, eta_ti))
+    return Facet(reflectance=reflectance, reflected=reflected, refracted=refracted, height=height)
 
 
 @dataclass(slots=True, kw_only=True)

@@ -10,9 +10,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from magicsim.geometry.placed_inclusions import PlacedInclusions
-from magicsim.light.aligned import aligned
-from magicsim.light.backend import dr, mi
+from magicsim.arrays import Array
+from magicsim.geometry.elastomer import Elastomer
+from magicsim.geometry.placed_inclusions import DrawnInclusions, PlacedInclusions
+from magicsim.light.backend import aligned, dr, mi
 
 OFF_MM = 2e-6
 """How far off a flake light goes on from it [mm]."""
@@ -178,3 +179,98 @@ def _through_bubble(
     out = dr.cos(turn) * normal + dr.sin(turn) * tangent
     along = dr.cos(turn) * tangent - dr.sin(turn) * normal
     return centre + radius * out, dr.normalize(cosine * out + sine * along)
+
+
+def scatterer_name(number: int) -> str:
+    """Name of a bubble's or a flake's shape."""
+    return f"inclusion{number}"
+
+
+def scatterer_entries(placed: PlacedInclusions, infill_ior: float, reflectance: float, medium: Any) -> dict[str, Any]:
+    """Bubbles and flakes as shapes for Mitsuba's own integrators: entries of a scene's dictionary, by name.
+
+    Args:
+        placed: Where they are.
+        infill_ior: Index of the infill.
+        reflectance: Of flakes.
+        medium: The infill, or None where it is clear.
+    """
+    around = {} if medium is None else {"exterior": medium}
+    air = {"type": "dielectric", "int_ior": 1.0, "ext_ior": infill_ior}
+    ground = {"type": "diffuse", "reflectance": {"type": "rgb", "value": reflectance}}
+    flake = {"type": "twosided", "bsdf": ground}
+    entries: dict[str, Any] = {}
+    for number, to_world in enumerate(transforms(placed)):
+        kind = (
+            {"type": "sphere", "bsdf": air, **around} if placed.is_bubble[number] else {"type": "disk", "bsdf": flake}
+        )
+        entries[scatterer_name(number)] = kind | {"to_world": mi.ScalarTransform4f(to_world)}
+    return entries
+
+
+def transforms(placed: PlacedInclusions) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """From a unit sphere, or a unit disk across z, to each one's place, shape (inclusions, 4, 4).
+
+    Args:
+        placed: Where they are.
+    """
+    axis = np.eye(3)[np.abs(placed.normals).argmin(1)]
+    across = np.cross(placed.normals, axis)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    turned = np.stack([across, np.cross(placed.normals, across), placed.normals], 2)
+    turned[placed.is_bubble] = np.eye(3)
+    found = np.zeros((len(turned), 4, 4))
+    found[:, :3, :3] = turned * placed.radii_mm[:, None, None]
+    found[:, :3, 3] = placed.centres_mm
+    found[:, 3, 3] = 1
+    return found
+
+
+class HeldScatterers:
+    """Those of one print, computed once for each state of its mesh."""
+
+    def __init__(self, drawn: DrawnInclusions, infill_ior: float, reflectance: float) -> None:
+        """Takes what was drawn.
+
+        Args:
+            drawn: Of the print.
+            infill_ior: Index of its infill.
+            reflectance: Of its flakes.
+        """
+        self._drawn, self._optics = drawn, (infill_ior, reflectance)
+        self._positions: Any = None
+        self._state: tuple[Scatterers, Array] | None = None
+
+    @classmethod
+    def of(cls, elastomer: Elastomer) -> Self | None:
+        """Those of a block, or None where its print is clean."""
+        drawn, infill = elastomer.inclusions, elastomer.design.materials.infill
+        if drawn is None or infill is None:
+            return None
+        return cls(drawn, infill.ior, elastomer.design.inclusions.flake_reflectance)
+
+    def on(self, infill: Any) -> Scatterers:
+        """Where they are in the mesh of the cells as it is now.
+
+        Args:
+            infill: Its shape.
+        """
+        return self._now(infill)[0]
+
+    def air_mm3(self, infill: Any) -> Array:
+        """Volume of the bubbles in each cell, shape (cells, 1) [mm3].
+
+        Args:
+            infill: The shape of the cells.
+        """
+        return self._now(infill)[1]
+
+    def _now(self, infill: Any) -> tuple[Scatterers, Array]:
+        positions = mi.traverse(infill)["vertex_positions"]
+        # Replaced vertices are another variable, and the one kept here stays alive.
+        if self._state is None or self._positions.index != positions.index:
+            placed = self._drawn.placed(np.array(positions, np.float64).reshape(-1, 3))
+            scatterers = Scatterers.of(placed, self._drawn.cells, *self._optics)
+            self._state = scatterers, placed.air_mm3(self._drawn.cells)[:, None]
+            self._positions = mi.Float(positions)
+        return self._state

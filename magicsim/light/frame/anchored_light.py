@@ -1,15 +1,19 @@
-"""Light of a frame, anchored to the untouched sensor: its careful light and what the frame changes beyond noise."""
+"""Light of a frame, anchored to the untouched sensor: the anchor's light and what the frame changes beyond noise."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
 from magicsim.arrays import Array
+from magicsim.kernels import kernel
 from magicsim.light.transport.light_field import LightField
 
+PATCHES = 200
+"""Patches that a contact is taken as, about."""
 Counts = tuple[int, int, int]
 SMOOTHING_CELLS = (2.0, 4.0, 8.0)
 """Standard deviations of local means [cells]: the first below a scattering free path of 3 mm."""
@@ -42,25 +46,25 @@ class Expected:
 
 def anchored_light(
     now: Mapping[str, LightField],
-    cheap: Mapping[str, LightField],
-    careful: Mapping[str, LightField],
+    control: Mapping[str, LightField],
+    anchor: Mapping[str, LightField],
     counts: Counts | None,
     voxels: Counts | None,
     *,
     growth: Array | float = 1.0,
     expected: Expected | None = None,
 ) -> dict[str, LightField]:
-    """The careful fields, changed as much as a frame's differ from them, less the noise shared with the cheap ones.
+    """The anchor's fields, changed as much as a frame's differ from them, less the noise shared with the control's.
 
     What changes fluence from cell to cell is scattering over a free path of several cells, so the change is taken
-    between local means: noise falls several times, and fields that equal the cheap ones give the careful ones.
+    between local means: noise falls several times, and fields that equal the control ones give the anchor ones.
     Where it is known how large a change may be, only the part of it counts that is not noise. What was dark takes the
     frame's own light.
 
     Args:
         now: Each light's field in the frame.
-        cheap: In the untouched state with the frame's seed and particles.
-        careful: In the untouched state with many particles.
+        control: In the untouched state with the frame's seed and particles.
+        anchor: In the untouched state with many particles.
         counts: Cells along x, y and z, or None without a grid.
         voxels: Voxels of the body along x, y and z, or None where it does not scatter.
         growth: What each voxel holds of the body over what it held when untouched, shape (voxels, 1): a voxel that
@@ -70,10 +74,10 @@ def anchored_light(
     found = {}
     for name, each in now.items():
         fluence = _carried_over(
-            (each.fluence, cheap[name].fluence, careful[name].fluence), counts, expected.cells if expected else None
+            (each.fluence, control[name].fluence, anchor[name].fluence), counts, expected.cells if expected else None
         )
         body = _carried_over(
-            (each.body, growth * cheap[name].body, growth * careful[name].body),
+            (each.body, growth * control[name].body, growth * anchor[name].body),
             voxels,
             expected.voxels if expected else None,
         )
@@ -82,18 +86,18 @@ def anchored_light(
 
 
 def _carried_over(fields: tuple[Array, Array, Array], counts: Counts | None, expected: Array | None) -> Array:
-    """The careful field of one light, carried over to the frame."""
-    now, cheap, careful = fields
+    """The anchor's field of one light, carried over to the frame."""
+    now, control, anchor = fields
     if counts is None:
-        return careful
-    noise = cheap - careful
-    share = _share(now - careful, noise, careful)
-    change = now - careful - share * noise
+        return anchor
+    noise = control - anchor
+    share = _share(now - anchor, noise, anchor)
+    change = now - anchor - share * noise
     if expected is None:
-        relative = _ratio(*(_local_mean(each, counts, SMOOTHING_CELLS[0]) for each in (change, careful)))
+        relative = _ratio(*(_local_mean(each, counts, SMOOTHING_CELLS[0]) for each in (change, anchor)))
     else:
-        relative = _known_part(change, noise, careful, counts, CHANGED_SHARE * expected, 1 - share**2)
-    return np.where(careful > 0, careful * np.maximum(1 + relative, 0), now)
+        relative = _known_part(change, noise, anchor, counts, CHANGED_SHARE * expected, 1 - share**2)
+    return np.where(anchor > 0, anchor * np.maximum(1 + relative, 0), now)
 
 
 def _known_part(change: Array, noise: Array, level: Array, counts: Counts, expected: Array, unshared: float) -> Array:
@@ -105,7 +109,7 @@ def _known_part(change: Array, noise: Array, level: Array, counts: Counts, expec
     Args:
         change: What the frame changes, with noise, shape (cells, 3).
         noise: One sample of a state's noise, of the same shape.
-        level: The careful field, of the same shape.
+        level: The anchor field, of the same shape.
         counts: Cells along x, y and z.
         expected: Relative size of the change, shape (cells,).
         unshared: Part of the noise's variance that the change still has, 0 to 1.
@@ -145,3 +149,51 @@ def _local_mean(values: Array, counts: Counts, width: float) -> Array:
     nx, ny, nz = counts
     grid = values.reshape(nz, ny, nx, 3)
     return gaussian_filter(grid, (width,) * 3 + (0.0,), mode="nearest", truncate=2.5).reshape(-1, 3)
+
+
+def contact_share(places_mm: Array, vertices_mm: Array, faces: npt.NDArray[np.int32]) -> Array:
+    """How much of the light at places comes from a contact: its solid angle over 2 pi, at most 1, shape (places,).
+
+    Light that leaves a small patch of the face in all directions alike brings a place the patch's solid angle there
+    over that of a hemisphere, if light otherwise comes alike from all around. A contact replaces what a bare face sends
+    back by what the object does, so the share is about the largest relative change, and far from a small contact it is
+    next to nothing. It serves as the expected size of a change that is measured with noise, not as the change.
+
+    Args:
+        places_mm: Shape (places, 3), in the sensor's frame [mm].
+        vertices_mm: The object's vertices, shape (vertices, 3) [mm].
+        faces: Its triangles that touch, shape (triangles, 3).
+    """
+    if not len(faces):
+        return np.zeros(len(places_mm))
+    corners = vertices_mm[faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    centres, areas = _patches(corners.mean(1), area)
+    return np.asarray(_shares(places_mm, centres, areas))
+
+
+@kernel()
+def _shares(places, centres, areas):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Solid angle of patches over 2 pi, at most 1, at each place, shape (places,)."""
+    shares = np.zeros(len(places))
+    for place in range(len(places)):
+        for patch in range(len(areas)):
+            # A patch is no point: on it, it is all of a hemisphere.
+            size = areas[patch] / (2 * np.pi)
+            x = places[place, 0] - centres[patch, 0]
+            y = places[place, 1] - centres[patch, 1]
+            z = places[place, 2] - centres[patch, 2]
+            squared = x * x + y * y + z * z + size
+            shares[place] += areas[patch] * np.sqrt((z * z + size) / squared) / squared
+        shares[place] = min(shares[place] / (2 * np.pi), 1.0)
+    return shares
+
+
+def _patches(centres: Array, area: Array) -> tuple[Array, Array]:
+    """Triangles of one square of the face taken together: centres, shape (patches, 3) [mm], and areas [mm2]."""
+    low, high = centres[:, :2].min(0), centres[:, :2].max(0)
+    edge = max(1e-9, float(np.sqrt(np.prod(high - low + 1e-9) / PATCHES)), float((high - low).max()) / PATCHES)
+    _, patch = np.unique(np.floor((centres[:, :2] - low) / edge).astype(np.int64), axis=0, return_inverse=True)
+    areas = np.asarray(np.bincount(patch.ravel(), area), np.float64)
+    weighted = [np.bincount(patch.ravel(), area * centres[:, axis]) for axis in range(3)]
+    return np.stack(weighted, 1) / np.maximum(areas, 1e-30)[:, None], areas

@@ -5,17 +5,26 @@ that it gathers on its way, are those of the frame. Where a press has moved some
 traced anew, with the random numbers of recorded ones: what both differ by is the change (`anchored_image`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 from magicsim.arrays import Array, Numbers
+from magicsim.light.backend import dr
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, sum_tracks
+from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
+from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.outside import Outside
+from magicsim.light.world.passing_light import PassingLight, PassingPart
 
+SIGNS = (1.0, -1.0)
+SPREAD_CELLS = 1.5
+"""Standard deviation of that Gaussian [cells]: below a scattering free path of 3 mm."""
 MIRRORED_PER_SAMPLE = 3
 """Paths that a glossy object sends on, for each camera sample: its highlights are small and bright."""
 
@@ -60,3 +69,116 @@ class Look:
 def own_field(world: LitWorld, rest: Untouched) -> LightField:
     """Light of all lights of the untouched sensor."""
     return total([world.darkness(), *rest.fields.values()])
+
+
+def passing_light_change(
+    world: LitWorld, outside: Outside, light: PassingLight, rest: LightField, *, particles: int, seed: int
+) -> LightField:
+    """Change of the light in the untouched block and on what stands before it; values of either sign.
+
+    Noise is spread over neighbouring cells, see `spread`.
+
+    Args:
+        world: The scene with nothing before the block.
+        outside: What stands there.
+        light: What passes, in its place.
+        rest: Light of the untouched sensor.
+        particles: How many; the part around an object gets fewer.
+        seed: Of the frame.
+    """
+    tracks = [
+        world.light_pass(starts, lights=len(SIGNS), outside=outside)
+        for chunk in chunks(_sent(world, outside, light, particles, seed))
+        if (starts := _bright(LightStarts.emitted(chunk))) is not None
+    ]
+    if not tracks:
+        return world.darkness(outside)
+    found, scale = sum_tracks(tracks), 1 / (FIXED_POINT * particles)
+    cells, body, landed = (scale * _signed(found, name) for name in ("cells", "body", "landed"))
+    change, voxels = world.deposited(cells, body, landed, outside), world.voxel_counts
+    body = spread(body, rest.body, voxels) if voxels is not None else body
+    return replace(change, fluence=spread(change.fluence, rest.fluence, world.counts), body=body)
+
+
+def spread(change: Array, level: Array, counts: tuple[int, int, int]) -> Array:
+    """A noisy change of light, spread over neighbouring cells in proportion to the light that is there; its sum stays.
+
+    Each cell's change goes to its neighbours by a Gaussian's weights times their level: what changes light from cell to
+    cell is the grid, and that of the untouched sensor is known.
+
+    Args:
+        change: Shape (cells, 3).
+        level: Light of the untouched sensor, shape (cells, 3).
+        counts: Cells along x, y and z.
+    """
+    around = _neighbours(level, counts)
+    share = np.divide(change, around, out=np.zeros_like(change), where=around > 0)
+    return np.where(around > 0, level * _neighbours(share, counts), change)
+
+
+def _neighbours(values: Array, counts: tuple[int, int, int]) -> Array:
+    """Gaussian mean over neighbouring cells with weights that are the same both ways, cells in x-fastest order."""
+    nx, ny, nz = counts
+    grid = values.reshape(nz, ny, nx, 3)
+    return gaussian_filter(grid, (SPREAD_CELLS,) * 3 + (0.0,), mode="reflect").reshape(-1, 3)
+
+
+def _sent(world: LitWorld, outside: Outside, light: PassingLight, particles: int, seed: int) -> list[Sent]:
+    sent = []
+    for place, sign in enumerate(SIGNS):
+        parts = ((1.0, PASSING), (ROUND_OBJECT, PASSING_ON_OBJECT))
+        for beam, (share, stream) in zip(world.inventory.beams(outside), parts, strict=False):
+            count = max(1, round(share * particles))
+            part, numbers = PassingPart(light, sign), SEEDS_PER_RENDER * seed + stream
+            sent.append(Sent(part, 0, count, numbers, False, place, beam, particles / count))
+    return sent
+
+
+def _bright(starts: LightStarts) -> LightStarts | None:
+    """Those of one sign that bring anything."""
+    kept = dr.compress(starts.brightest > 0)
+    return starts.some(kept) if len(kept) else None
+
+
+def _signed(tracks: Tracks, name: str) -> Array:
+    """What the positive part left less what the negative part did."""
+    plus, minus = getattr(tracks, name).astype(np.float64)
+    return np.asarray(plus - minus)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PassingLook:
+    """What a frame shows of it to paths through the untouched block."""
+
+    world: LitWorld
+    """The scene with nothing before the block."""
+    outside: Outside
+    """What stands there."""
+    light: PassingLight
+    """What passes, in its place."""
+    field: LightField
+    """What it changes of the light in the block and on the object."""
+    samples: int
+    """Camera samples of each pixel that are traced on where the object mirrors."""
+    seed: int
+    """Seed of the frame."""
+
+    def through(self, rest: Untouched, pixels: Numbers) -> Array:
+        """Change of the radiance of some pixels by the paths of one record, shape (pixels, 3).
+
+        Args:
+            rest: The untouched sensor, with its paths.
+            pixels: Numbers of the pixels, row by row of the film.
+        """
+        paths, world, outside = rest.paths, self.world, self.outside
+        finish = world.content.object_finish
+        seen = paths.glow(world.elements(self.field), pixels)
+        seen += paths.seen_of_room(self.light, pixels)
+        if outside.object is not None or outside.flashlight is not None:
+            seen += paths.seen_outside(None, outside, self.field.irradiance, finish, pixels, room=self.light)
+        seen += paths.mirrored(
+            outside, finish, pixels, lambda starts: follow_camera(
+                world, outside, starts, self.field, seed=self.seed, room=self.light
+            ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
+        )  # fmt: skip
+        return np.asarray(seen)

@@ -9,21 +9,24 @@ more than noise (`anchored_light`). So light is the same estimate on both sides 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.frame.anchored_light import Expected, anchored_light
-from magicsim.light.frame.contact_share import contact_share
-from magicsim.light.frame.room_change import room_change
-from magicsim.light.frame.way import LightWay
+from magicsim.light.backend import dr
+from magicsim.light.frame.anchored_light import Expected, anchored_light, contact_share
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_light
 from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.light_pass import FIXED_POINT, Tracks
+from magicsim.light.transport.light_starts import LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
+from magicsim.light.transport.streams import ROOM_BACK, SEEDS_PER_RENDER
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.light.world.outside import Outside
+from magicsim.scenes.timeline import LightOrigin
 
 LIFTED_MM = 2e-3
 """Gap of the last state before contact [mm]."""
@@ -42,22 +45,22 @@ def lifted(vertices: Array) -> Array:
 
 
 def free_light(
-    world: LitWorld, outside: Outside, careful: Untouched, cheap: Untouched, *, particles: int, seed: int
+    world: LitWorld, outside: Outside, anchor: Untouched, control: Untouched, *, particles: int, seed: int
 ) -> LightField:
     """Light in the untouched block and on what stands before it.
 
     Args:
         world: The scene with nothing before the block.
         outside: What stands there.
-        careful: The untouched sensor.
-        cheap: The untouched sensor with the particles and random numbers of the frame.
+        anchor: The untouched sensor.
+        control: The untouched sensor with the particles and random numbers of the frame.
         particles: Of the frame.
         seed: Of the frame.
     """
     # Nothing else is traced from a light.
     lamp = {FLASHLIGHT: particles} if outside.flashlight is not None else {}
     fields = world.light_fields(lamp, seed=seed, outside=outside)
-    return total([_own_light(world, outside, careful, cheap, seed=seed), *fields.values()])
+    return total([_own_light(world, outside, anchor, control, seed=seed), *fields.values()])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,32 +76,32 @@ class Before:
     """Puts what stands before the block where it stood then; it may be somewhere else when the light is asked for."""
     rest: Untouched
     """The untouched sensor."""
-    cheap: Untouched
+    control: Untouched
     """The untouched sensor with the particles and random numbers of the frame."""
     seed: int
     """Seed of the frame."""
 
     @cached_property
-    def careful(self) -> LightField:
+    def anchor(self) -> LightField:
         """As well as it is known."""
-        return _own_light(self.world, self.placed(), self.rest, self.cheap, seed=self.seed)
+        return _own_light(self.world, self.placed(), self.rest, self.control, seed=self.seed)
 
     @cached_property
     def traced(self) -> LightField:
         """By the particles of the frame."""
-        return _traced_before(self.world, self.placed(), self.cheap, seed=self.seed)
+        return _traced_before(self.world, self.placed(), self.control, seed=self.seed)
 
 
 def touched_light(
-    world: LitWorld, before: Before, careful: Untouched, contact: SurfaceMesh | None, *, least: float,
+    world: LitWorld, before: Before, anchor: Untouched, contact: SurfaceMesh | None, *, least: float,
     particles: int, seed: int,
-) -> tuple[LightField, LightWay]:  # fmt: skip
+) -> tuple[LightField, LightOrigin]:  # fmt: skip
     """Light in the deformed block and on the object, and by which way it was made.
 
     Args:
         world: The scene of the frame.
         before: Light of the last state before contact.
-        careful: The untouched sensor.
+        anchor: The untouched sensor.
         contact: The object's surface where it touches, which tells how large changes may be; all that is found counts
             where nobody knows.
         least: Expected relative change, root mean square over the cells, below which the light before contact serves:
@@ -108,15 +111,15 @@ def touched_light(
     """
     shares = world.shares(particles)
     expected = _expected(world, contact) if contact is not None else None
-    if expected is not None and world.voxels is None and expected.size(before.careful.fluence) < least:
+    if expected is not None and world.voxels is None and expected.size(before.anchor.fluence) < least:
         lamp = {name: count for name, count in shares.items() if name == FLASHLIGHT}
-        return total([before.careful, *world.light_fields(lamp, seed=seed).values()]), "before contact"
+        return total([before.anchor, *world.light_fields(lamp, seed=seed).values()]), "before contact"
     fields = world.light_fields(shares, seed=seed)
     flashlight = fields.pop(FLASHLIGHT, None)
     now = total([world.darkness(), *fields.values()])
-    states = [_by_channel(each) for each in (now, before.traced, before.careful)]
+    states = [_by_channel(each) for each in (now, before.traced, before.anchor)]
     found = anchored_light(
-        states[0], states[1], states[2], world.counts, world.voxel_counts, growth=world.growth(careful.held_mm3),
+        states[0], states[1], states[2], world.counts, world.voxel_counts, growth=world.growth(anchor.held_mm3),
         expected=expected,
     )  # fmt: skip
     anchored = replace(total(list(found.values())), irradiance=now.irradiance)
@@ -133,19 +136,19 @@ def _expected(world: LitWorld, contact: SurfaceMesh) -> Expected:
     )
 
 
-def _own_light(world: LitWorld, outside: Outside, careful: Untouched, cheap: Untouched, *, seed: int) -> LightField:
+def _own_light(world: LitWorld, outside: Outside, anchor: Untouched, control: Untouched, *, seed: int) -> LightField:
     """Light of strips and room with something outside: the untouched sensor's, and what the object adds to it."""
     dark, counts, voxels = world.darkness(outside), world.counts, world.voxel_counts
-    known = replace(total([world.darkness(), *careful.fields.values()]), irradiance=dark.irradiance)
+    known = replace(total([world.darkness(), *anchor.fields.values()]), irradiance=dark.irradiance)
     if outside.object is None:
         return known
-    back = follow_light(world, outside, careful.light, seed=seed)
+    back = follow_light(world, outside, anchor.light, seed=seed)
     lit = total([known, back])
     lit = replace(anchored_light({"": lit}, {"": known}, {"": known}, counts, voxels)[""], irradiance=back.irradiance)
-    if ENVIRONMENT not in careful.fields:
+    if ENVIRONMENT not in anchor.fields:
         return lit
-    traced, rest = (each.fields[ENVIRONMENT] for each in (cheap, careful))
-    change = room_change(world, outside, cheap, seed=seed)
+    traced, rest = (each.fields[ENVIRONMENT] for each in (control, anchor))
+    change = room_change(world, outside, control, seed=seed)
     room = replace(traced, fluence=traced.fluence + change.fluence, body=traced.body + change.body)
     changed = anchored_light({"": room}, {"": traced}, {"": rest}, counts, voxels)[""]
     return LightField(
@@ -155,13 +158,13 @@ def _own_light(world: LitWorld, outside: Outside, careful: Untouched, cheap: Unt
     )
 
 
-def _traced_before(world: LitWorld, outside: Outside, cheap: Untouched, *, seed: int) -> LightField:
+def _traced_before(world: LitWorld, outside: Outside, control: Untouched, *, seed: int) -> LightField:
     """Light of strips and room with something outside, by the particles of the frame."""
-    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in cheap.fields.values()]
+    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in control.fields.values()]
     rest = total([world.darkness(), *unseen])
-    back = [follow_light(world, outside, cheap.light, seed=seed)]
-    if ENVIRONMENT in cheap.fields:
-        back.append(room_change(world, outside, cheap, seed=seed))
+    back = [follow_light(world, outside, control.light, seed=seed)]
+    if ENVIRONMENT in control.fields:
+        back.append(room_change(world, outside, control, seed=seed))
     fluence, body, irradiance = (
         sum(getattr(each, name) for each in back) for name in ("fluence", "body", "irradiance")
     )
@@ -176,3 +179,61 @@ def _by_channel(field: LightField) -> dict[str, LightField]:
         )
         for number, only in enumerate(np.eye(CHANNELS))
     }
+
+
+def room_change(world: LitWorld, outside: Outside, control: Untouched, *, seed: int) -> LightField:
+    """Light of the room with something outside less that without; on the object all that arrives there.
+
+    Particles that enter the block before they meet anything go where they went without the object, so the noise of
+    those is that of the untouched sensor, and neighbouring places of an object differ by the few particles that meet it
+    or not.
+    """
+    count = control.particles[ENVIRONMENT]
+    first, *around = world.sent(ENVIRONMENT, count, seed=seed, outside=outside)
+    gone = np.zeros(count, bool)
+    added, lost = [], []
+    for chunk in chunks([first]):
+        starts = LightStarts.emitted(chunk)
+        kept = dr.compress(_is_kept_out(world, outside, starts))
+        if len(kept):
+            gone[chunk[0].first + np.array(kept)] = True
+            blocked = starts.some(kept)
+            lost.append(world.light_pass(blocked))
+            added.append(world.light_pass(blocked, outside=outside))
+    added.extend(_beside(world, outside, around))
+    assert control.room is not None
+    seen = control.room.met(outside, seed=SEEDS_PER_RENDER * seed + ROOM_BACK, gone=gone)
+    if seen is not None:
+        added.append(world.light_pass(seen, outside=outside))
+    return _difference(world, outside, added, lost, count)
+
+
+def _is_kept_out(world: LitWorld, outside: Outside, starts: LightStarts) -> Any:
+    """Which particles meet what stands outside before the sensor, mi.Bool."""
+    there = outside.scene.ray_intersect_preliminary(starts.rays)
+    dr.eval(there)  # a kernel on an NVIDIA GPU traces one scene
+    block = world.scene.ray_intersect_preliminary(starts.rays)
+    return there.is_valid() & (~block.is_valid() | (there.t < block.t))
+
+
+def _beside(world: LitWorld, outside: Outside, parts: list[Sent]) -> list[Tracks]:
+    """What the object sends on of light that would have met nothing else that counts."""
+    tracks = []
+    for chunk in chunks(parts):
+        starts = LightStarts.emitted(chunk)
+        meets = _is_kept_out(world, outside, starts) & (starts.brightest > 0)
+        kept = dr.compress(meets)
+        if len(kept):
+            tracks.append(world.light_pass(starts.some(kept), outside=outside))
+    return tracks
+
+
+def _difference(world: LitWorld, outside: Outside, added: list[Tracks], lost: list[Tracks], count: int) -> LightField:
+    dark, scale = world.darkness(outside), 1 / (FIXED_POINT * count)
+    cells, body = dark.fluence.copy(), dark.body.copy()
+    for sign, parts in ((1, added), (-1, lost)):
+        for each in parts:
+            cells += sign * scale * each.cells[0].astype(np.float64)
+            body += sign * scale * each.body[0].astype(np.float64)
+    landed = sum((each.landed[0].astype(np.float64) for each in added), np.zeros_like(dark.irradiance))
+    return world.deposited(cells, body, scale * landed, outside)

@@ -14,17 +14,15 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Mask, Numbers
-from magicsim.light.aligned import aligned
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import aligned, dr, mi
 from magicsim.light.transport.cached_light import Elements
 from magicsim.light.transport.camera_pass import ROULETTE_WEIGHT
-from magicsim.light.transport.path_record import PathRecord
+from magicsim.light.transport.path_record import PathRecord, Regions
 from magicsim.light.transport.path_starts import ObjectStarts
-from magicsim.light.transport.regions import Regions
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.medium import leave
-from magicsim.light.world.near_room import missed
 from magicsim.light.world.outside import Outside
+from magicsim.light.world.room_light import missed
 
 Follow = Callable[[ObjectStarts], Array]
 """Radiance that mirrored paths meet, shape (paths, 3)."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from magicsim.light.transport.recorded_light import RecordedLight
 
 RECORDED_PARTS = 4
-"""The careful state records the way out of every so manieth particle: few of them meet the object."""
+"""The anchor records the way out of every so manieth particle: few of them meet the object."""
 OPTICAL_CAMERA = frozenset(
     {"columns", "rows", "distance_mm", "field_mm", "principal_offset_px", "distortion", "vignetting", "rendered_px"}
 )
@@ -37,8 +37,8 @@ OPTICAL_SETTINGS = {
 class Untouched:
     """One sensor, untouched, with some samples, particles and seed.
 
-    Frames refer to two of them. The careful one has many samples and a seed of its own, the same for every episode: an
-    untouched sensor always looks the same. The cheap one has the samples, particles and random numbers of a frame.
+    Frames refer to two of them. The anchor has many samples and a seed of its own, the same for every episode: an
+    untouched sensor always looks the same. The control (of a control variate) has the samples, particles and random numbers of a frame.
     """
 
     fields: dict[str, LightField]

@@ -11,10 +11,9 @@ from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.lit_world import LitWorld
-from magicsim.light.transport.path_record import PathRecord
+from magicsim.light.transport.path_record import PathRecord, Regions
 from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
-from magicsim.light.transport.regions import Regions
 from magicsim.light.transport.streams import LIGHT_BACK, MIRRORED, SEEDS_PER_RENDER
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside

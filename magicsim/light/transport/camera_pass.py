@@ -32,9 +32,9 @@ from magicsim.light.world.medium import (
     scattered,
     scattering_stretch,
 )
-from magicsim.light.world.near_room import missed
 from magicsim.light.world.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.light.world.outside import nearer_hit
+from magicsim.light.world.room_light import missed
 from magicsim.light.world.shapes import Shapes
 
 ROULETTE_WEIGHT = 1 / 32

@@ -17,9 +17,9 @@ from magicsim.errors import RenderError
 from magicsim.light.backend import dr, mi
 from magicsim.light.flaws.rough_surfaces import crossing
 from magicsim.light.flaws.scatterers import bump_ahead, turned
+from magicsim.light.transport.cached_light import Voxels
 from magicsim.light.transport.light_starts import TURNS, LightStarts
 from magicsim.light.transport.recorded_light import LightRecord, take_down
-from magicsim.light.transport.voxels import Voxels
 from magicsim.light.world.coating import bounced, meet_face
 from magicsim.light.world.medium import (
     Constants,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 from magicsim.light.backend import dr, mi
-from magicsim.light.transport.sequence import sequence
+from magicsim.light.transport.streams import sequence
 from magicsim.light.world.passing_light import PassingPart
 from magicsim.light.world.room_light import Beam, room_particles
 

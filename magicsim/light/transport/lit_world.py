@@ -12,11 +12,13 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.cached_light import (
+    BodyPart,
     CachedLight,
     Elements,
     Piecewise,
     VoxelField,
     body_elements,
+    body_voxels,
     cell_elements,
     flat,
 )
@@ -24,12 +26,10 @@ from magicsim.light.transport.camera_pass import gather_radiance
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
 from magicsim.light.transport.light_starts import ROOM_PART, ROUND_OBJECT, LightStarts, Sent, chunks
-from magicsim.light.transport.object_light import object_rays
 from magicsim.light.transport.path_record import PathRecord
-from magicsim.light.transport.path_starts import CameraStarts, PathStarts
+from magicsim.light.transport.path_starts import CameraStarts, PathStarts, object_rays
 from magicsim.light.transport.recorded_light import LightRecord
 from magicsim.light.transport.streams import ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
-from magicsim.light.transport.voxels import BodyPart, body_voxels
 from magicsim.light.world.inventory import Inventory
 from magicsim.light.world.loaded_scene import World
 from magicsim.light.world.medium import Media

@@ -10,8 +10,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.light.aligned import columns
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import columns, dr, mi
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.world.outside import Outside
 

@@ -18,8 +18,7 @@ from magicsim.arrays import Array
 from magicsim.geometry.coat import HalfMirror, OpaqueCoat
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import face_paint
-from magicsim.light.aligned import aligned
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import aligned, dr, mi
 from magicsim.light.world.medium import Constants, Segment, leave, scattering_stretch
 from magicsim.light.world.scene_dict import lights_inside
 from magicsim.light.world.shapes import mesh_of

@@ -9,8 +9,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import FacePaint, face_paint
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
-from magicsim.light.flaws.rough_material import interface_bsdf
-from magicsim.light.single_directions import SingleDirections
+from magicsim.light.flaws.rough_material import SingleDirections, interface_bsdf
 
 
 class FilmedDielectric(SingleDirections):

@@ -1,16 +1,20 @@
-"""Single LEDs and rings as the renderer's shapes."""
+"""Single LEDs, rings and markers as the renderer's shapes."""
 
 from typing import Any
 
 import numpy as np
 
+from magicsim.arrays import Array
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.markers import DotMarkers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
-from magicsim.light.world.disks import disks
 from magicsim.light.world.names import RING
 from magicsim.scenes.lamps import LedRing
 from magicsim.scenes.rig import Rig
 
+SIDES = 24
+"""Corners of a disk; its area is kept."""
 RING_SIDES = 96
 
 
@@ -140,3 +144,47 @@ class LobeLight(mi.Emitter):  # type: ignore[misc]
 
 
 mi.register_emitter("lobe", LobeLight)
+
+
+def disks(centres_mm: Array, axis: Array, radius_mm: float) -> SurfaceMesh:
+    """Flat disks that face along an axis, each a regular polygon of the circle's area.
+
+    Args:
+        centres_mm: Shape (disks, 3) [mm].
+        axis: Unit vector of their front, shape (3,).
+        radius_mm: Of the circles [mm].
+    """
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u /= np.linalg.norm(u)
+    angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    corner = radius_mm * np.sqrt(2 * np.pi / SIDES / np.sin(2 * np.pi / SIDES))
+    rim = corner * (np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * np.cross(axis, u))
+    local = np.concatenate([np.zeros((1, 3)), rim])
+    fan = np.stack([np.zeros(SIDES), 1 + np.arange(SIDES), 1 + (np.arange(SIDES) + 1) % SIDES], 1).astype(np.int32)
+    first = np.arange(len(centres_mm), dtype=np.int32) * len(local)
+    return SurfaceMesh(
+        vertices=(centres_mm[:, None] + local).reshape(-1, 3),
+        faces=(first[:, None, None] + fan).reshape(-1, 3).astype(np.int32),
+    )
+
+
+def marker_disks(design: ElastomerDesign) -> SurfaceMesh | None:
+    """Disks of all markers at rest, facing the contact face, or None where there are none below it.
+
+    Args:
+        design: The block.
+    """
+    markers = design.markers
+    if not isinstance(markers, DotMarkers) or markers.depth_mm == 0:
+        return None
+    places = markers.centres_mm(design.footprint_mm)
+    centres = np.column_stack([places, np.full(len(places), markers.depth_mm)])
+    return disks(centres, np.array([0.0, 0.0, -1.0]), markers.diameter_mm / 2)
+
+
+def marker_bsdf(design: ElastomerDesign) -> dict[str, Any]:
+    """Entry of their material in a scene's dictionary."""
+    assert design.markers is not None
+    color = design.markers.color if isinstance(design.markers, DotMarkers) else (0.0, 0.0, 0.0)
+    diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(color)}}
+    return {"type": "twosided", "bsdf": diffuse}

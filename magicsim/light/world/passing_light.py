@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.world.room_light import Beam, beam_rays, room_towards
-from magicsim.scenes.passing import Passing
+from magicsim.scenes.room import Passing
 
 SOFT = 0.2
 """Part of half its width and height over which its edges fade."""

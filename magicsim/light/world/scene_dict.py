@@ -12,9 +12,9 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.flaws.rough_material import interface_bsdf
-from magicsim.light.flaws.scatterer_shapes import scatterer_entries
+from magicsim.light.flaws.scatterers import scatterer_entries
 from magicsim.light.world.finish import COLORS, Finish
-from magicsim.light.world.marker_disks import marker_bsdf, marker_disks
+from magicsim.light.world.lamp_shapes import lamp_entries, marker_bsdf, marker_disks
 from magicsim.light.world.names import (
     BLOCK,
     BODY,
@@ -29,8 +29,8 @@ from magicsim.light.world.names import (
     PLACE,
     RING,
 )
-from magicsim.light.world.near_room import room_sphere
-from magicsim.scenes.near_room import housing_mm
+from magicsim.light.world.room_light import room_sphere
+from magicsim.scenes.refusals import housing_mm
 from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
 from magicsim.scenes.room import room_radiance
 
@@ -154,8 +154,6 @@ def scene_dict(
     for index, strip in enumerate(rig.strips):
         scene[_strip_name(index)] = strip_entry(strip, elastomer)
     if rig.leds or rig.ring is not None:
-        from magicsim.light.world.lamp_shapes import lamp_entries
-
         scene |= lamp_entries(rig, elastomer.design.height_mm + rig.lens.thickness_mm)
     if (disks_below := marker_disks(elastomer.design)) is not None:
         scene[MARKERS] = mesh_shape(disks_below, MARKERS, marker_bsdf(elastomer.design))

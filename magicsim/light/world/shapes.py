@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.aligned import columns
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import columns, dr, mi
 from magicsim.light.cells.cell_faces import CellFaces
 from magicsim.light.world.medium import Segment, classify
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT

@@ -7,11 +7,10 @@ import pytest
 
 from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import detect, fuse, load_profile
-from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.world.finish import Finish
-from magicsim.scenes.timeline import timeline
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View, timeline
 from magicsim.simulation.sensor import Sensor
 
 ANCHOR = ("render.anchor_samples=32", "render.anchor_particles=200000")
@@ -148,7 +147,7 @@ def test_sensors_of_one_seed_share_what_their_frames_refer_to_and_of_another_do_
 
     def anchor(*changes: str, seed: int = 1):
         sensor = Sensor.for_scene(small_scene("near", *QUICK, *changes, seed=seed), untouched=states)
-        return sensor.renderer.cheap()
+        return sensor.renderer.control()
 
     first = anchor()
     assert anchor("object.radius_mm=2.0", "rig.camera.region_px=[8,8,16,16]") is first

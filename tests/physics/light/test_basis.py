@@ -16,7 +16,7 @@ SMALL = [
 
 def images(estimator: str, *overrides: str):
     from magicsim.light.renderer import Renderer
-    from magicsim.scenes.view import View
+    from magicsim.scenes.timeline import View
     from magicsim.simulation.sensor import Sensor
 
     scene = load_scene("rest", [*SMALL, f"render.estimator={estimator}", *overrides], seed=3)
@@ -37,7 +37,7 @@ def test_basis_images_add_up_to_the_image(estimator: str) -> None:
 def test_a_dimmed_strip_is_a_weighted_sum() -> None:
     if activate_variant() == SCALAR_VARIANT:
         pytest.skip("needs LLVM or CUDA")
-    from magicsim.scenes.view import View
+    from magicsim.scenes.timeline import View
     from magicsim.simulation.sensor import Sensor
 
     scene = load_scene("rest", SMALL, seed=3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View
 from magicsim.simulation.sensor import Sensor
 
 BLOCK = (

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT
-from magicsim.light.frame.way import ALONE
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.scenes.timeline import ALONE, UNTOUCHED, FrameState
 from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
@@ -71,7 +70,7 @@ def test_every_frame_says_how_it_was_made():
 
     def way(each):
         deformation = sensor.deform(each, sensor.rest) if can_touch(each) else sensor.rest
-        found = sensor.made(each, deformation)[1]
+        found = sensor.render(each, deformation)[1]
         return found.light, found.image
 
     assert way(UNTOUCHED) == ("untouched", "untouched")
@@ -79,7 +78,7 @@ def test_every_frame_says_how_it_was_made():
     assert way(state(0.003)) == ("outside", "recorded")
     assert way(touch) == ("before contact", "traced")
     alone = sensor_of("render.anchor_samples=0")
-    assert alone.made(UNTOUCHED, alone.rest)[1] == ALONE
+    assert alone.render(UNTOUCHED, alone.rest)[1] == ALONE
 
 
 @pytest.mark.parametrize("flashlight", [False, pytest.param(True, marks=pytest.mark.slow)])

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from magicsim.light.facing.finger import FacingFinger
-from magicsim.light.records.untouched_states import UntouchedStates
+from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.light.renderer import Renderer
-from magicsim.scenes.timeline import UNTOUCHED
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import UNTOUCHED, View
 from magicsim.simulation.sensor import Sensor
 
 DISTANCE_MM = 12.0
@@ -22,7 +21,7 @@ def traced_pair(sensor, *, samples, seed):
     """Mean radiance of each channel by the path tracer, the whole other sensor before this one."""
     from magicsim.geometry.mesh import SurfaceMesh
     from magicsim.light.backend import mi
-    from magicsim.light.transport.estimator import PATHS
+    from magicsim.light.plain_renderer import PATHS
     from magicsim.light.world import scene_dict as world
     from magicsim.light.world.finish import Finish
 
@@ -110,11 +109,11 @@ def test_companion_is_lit_and_seen_as_an_object_in_its_place(small_scene):
         facing=replace(finger, beside=(0, 0)),  # as many rays to what stands beside the object as to the object
     )  # fmt: skip
     without, as_object, as_companion = (
-        renderer.made(sensor.view(each, sensor.rest))[0] for each in (alone, there, beside)
+        renderer.render(sensor.view(each, sensor.rest))[0] for each in (alone, there, beside)
     )
     changed = np.abs(as_object - without).mean()
     assert changed > 0.01 * without.mean(), "too little changes to tell anything"
     assert np.abs(as_companion - as_object).mean() < 0.02 * changed
-    fewer = plain.facing_another(plain, companion).made(sensor.view(beside, sensor.rest))[0]
+    fewer = plain.facing_another(plain, companion).render(sensor.view(beside, sensor.rest))[0]
     change, noisier = ((each - without).mean((0, 1)) for each in (as_object, fewer))
     np.testing.assert_allclose(noisier, change, rtol=0.3)

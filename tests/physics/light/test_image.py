@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import UNTOUCHED, View, timeline
 from magicsim.simulation.sensor import Sensor
 
 

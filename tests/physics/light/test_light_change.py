@@ -23,7 +23,7 @@ TRACED, LEFT_OUT = "render.light_change=0", "render.light_change=1"
 
 def made(scene):
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
-    return sensor.made(state, sensor.deform(state, sensor.rest))
+    return sensor.render(state, sensor.deform(state, sensor.rest))
 
 
 def image(scene):

@@ -90,7 +90,7 @@ def test_one_red_strip_is_exposed_and_leaves_the_other_channels_dark():
 
 
 def test_basis_has_a_black_image_for_a_light_that_is_off():
-    from magicsim.scenes.view import View
+    from magicsim.scenes.timeline import View
     from magicsim.simulation.sensor import Sensor
 
     basis = Sensor.for_scene(scene(strips("[5,5,5]", DARK), keyframes=("{frame=0}",))).renderer.basis(View())

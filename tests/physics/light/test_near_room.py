@@ -5,8 +5,7 @@ import pytest
 from PIL import Image
 
 from magicsim.light.backend import VARIANT, mi
-from magicsim.light.world.near_room import NearRoom, missed
-from magicsim.light.world.room_light import Beam, room_particles
+from magicsim.light.world.room_light import Beam, NearRoom, missed, room_particles
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.sensor import Sensor

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from magicsim.scenes.passing import Passing
-from magicsim.scenes.room import room_radiance, solid_angles
+from magicsim.scenes.room import Passing, room_radiance, solid_angles
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.sensor import Sensor

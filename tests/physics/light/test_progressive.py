@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.light.refinement import central
+from magicsim.light.plain_renderer import central
 from magicsim.light.variant import SCALAR_VARIANT, activate_variant
 from magicsim.scenes.scene import load_scene
 
@@ -16,7 +16,7 @@ SMALL = [
 
 @pytest.mark.skipif(activate_variant() == SCALAR_VARIANT, reason="needs LLVM or CUDA")
 def test_estimated_error_is_the_distance_to_a_converged_image() -> None:
-    from magicsim.scenes.view import View
+    from magicsim.scenes.timeline import View
     from magicsim.simulation.sensor import Sensor
 
     renderer = Sensor.for_scene(load_scene("rest", SMALL, seed=3)).renderer

@@ -16,9 +16,8 @@ from magicsim.frame_class import FrameClass
 from magicsim.judge.score import score_verdicts
 from magicsim.judge.table import write_table
 from magicsim.judge.verdicts import Judgement
-from magicsim.light.frame.way import Way
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import UNTOUCHED, FrameState
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Way
 from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures, frame_file
 from magicsim.simulation.main_job import write_lattice
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.light.aligned import BYTES, aligned, columns
+from magicsim.light.backend import BYTES, aligned, columns
 
 
 @pytest.mark.parametrize("size", [0, 1, 7, 1000])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.light.refinement import LEAST_PASSES, Refinement, central
+from magicsim.light.plain_renderer import LEAST_PASSES, Refinement, central
 
 TRUTH = np.fromfunction(lambda y, x, c: 1 + 0.5 * np.sin(x / 5) + 0.1 * c + 0.01 * y, (60, 48, 3))
 

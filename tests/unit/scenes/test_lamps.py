@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.light.world.disks import disks
+from magicsim.light.world.lamp_shapes import disks
 from magicsim.scenes.scene import load_scene
 
 

@@ -10,7 +10,7 @@ from magicsim.errors import ConfigError
 from magicsim.light.backend import VARIANT, mi
 from magicsim.scenes.room import room_names, room_radiance, solid_angles
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View
 from magicsim.simulation.sensor import Sensor
 
 LIT = "rig.ambient=[0.2,0.2,0.2]"

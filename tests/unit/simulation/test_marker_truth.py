@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.scenes.scene import load_scene
-from magicsim.simulation.marker_truth import MarkerTracks
+from magicsim.simulation.meshes import MarkerTracks
 from magicsim.simulation.plan import plan_scene
 
 SMALL = ("design.footprint_mm=[10,10]", "rig.camera.field_mm=8")

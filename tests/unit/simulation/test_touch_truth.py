@@ -8,8 +8,7 @@ from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.errors import ConfigError, OutputError
 from magicsim.geometry.design import load_design
 from magicsim.geometry.pose import Pose
-from magicsim.scenes.scene import load_scene
-from magicsim.scenes.taxels import TaxelSettings
+from magicsim.scenes.scene import TaxelSettings, load_scene
 from magicsim.simulation.episode import FrameLabels, SimulatedFrame
 from magicsim.simulation.touch_truth import TOUCH_COLUMNS, TouchTruth, touch_columns
 

@@ -7,8 +7,7 @@ from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import build_elastomer
 from magicsim.light.backend import VARIANT
-from magicsim.light.cells.cell_faces import FRAME, NONE, cell_faces
-from magicsim.light.cells.cell_planes import NEVER
+from magicsim.light.cells.cell_faces import FRAME, NEVER, NONE, cell_faces
 from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
 pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT, dr, mi
-from magicsim.light.flaws.facets import first_facet, walk_on
+from magicsim.light.flaws.rough_surfaces import first_facet, walk_on
 
 pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 RAYS = 400_000

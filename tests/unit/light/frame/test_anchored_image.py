@@ -1,10 +1,9 @@
-"""Anchored images: the careful one where nothing changed, all of a change's detail, crops that are exact."""
+"""Anchored images: the anchor one where nothing changed, all of a change's detail, crops that are exact."""
 
 import numpy as np
 import pytest
 
-from magicsim.light.frame.anchored_image import anchored_image
-from magicsim.light.frame.shared_noise import REACH_PX
+from magicsim.light.frame.anchored_image import REACH_PX, anchored_image
 
 SHAPE = (90, 80, 3)
 RNG_SEED = 3
@@ -22,16 +21,16 @@ def noisy(rng, image):
 
 
 def test_untouched_frame_is_the_careful_image(rng):
-    careful = (1 + 0.3 * rng.random(SHAPE)).astype(np.float32)
-    cheap = noisy(rng, careful)
-    np.testing.assert_allclose(anchored_image(cheap, cheap, careful, EVERYWHERE), careful, atol=1e-6)
+    anchor = (1 + 0.3 * rng.random(SHAPE)).astype(np.float32)
+    control = noisy(rng, anchor)
+    np.testing.assert_allclose(anchored_image(control, control, anchor, EVERYWHERE), anchor, atol=1e-6)
 
 
 def test_detail_of_a_change_keeps_its_contrast_at_the_noise_of_the_frame(rng):
     # Stripes of two pixels' period, as faint as the noise: what smooths takes them off.
-    careful = (1 + 0.3 * rng.random(SHAPE)).astype(np.float32)
+    anchor = (1 + 0.3 * rng.random(SHAPE)).astype(np.float32)
     stripes = SIGMA * np.resize([1.0, -1.0], SHAPE[1])[None, :, None] * np.ones(SHAPE)
-    found = anchored_image(noisy(rng, careful + stripes), noisy(rng, careful), careful, EVERYWHERE) - careful
+    found = anchored_image(noisy(rng, anchor + stripes), noisy(rng, anchor), anchor, EVERYWHERE) - anchor
     assert np.mean(found * stripes) / SIGMA**2 == pytest.approx(1, abs=0.03)
     assert np.std(found - stripes) < 1.02 * SIGMA
 
@@ -42,13 +41,13 @@ def test_radiance_is_not_negative(rng):
 
 
 def test_pixels_that_cannot_have_changed_are_the_careful_ones(rng):
-    careful, changed = np.ones(SHAPE, np.float32), ~EVERYWHERE
+    anchor, changed = np.ones(SHAPE, np.float32), ~EVERYWHERE
     changed[40:50, 20:40] = True
-    found = anchored_image(noisy(rng, careful + 1), noisy(rng, careful), careful, changed)
-    np.testing.assert_array_equal(found[~changed], careful[~changed])
+    found = anchored_image(noisy(rng, anchor + 1), noisy(rng, anchor), anchor, changed)
+    np.testing.assert_array_equal(found[~changed], anchor[~changed])
     assert found[changed].mean() == pytest.approx(2, abs=0.1)
-    everywhere = anchored_image(noisy(rng, careful), noisy(rng, careful), careful, ~EVERYWHERE)
-    np.testing.assert_array_equal(everywhere, careful)
+    everywhere = anchored_image(noisy(rng, anchor), noisy(rng, anchor), anchor, ~EVERYWHERE)
+    np.testing.assert_array_equal(everywhere, anchor)
 
 
 @pytest.mark.parametrize("changed", [EVERYWHERE, np.indices(SHAPE[:2]).sum(0) % 90 > 60])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from magicsim.geometry.mesh import from_manifold
-from magicsim.light.frame.contact_share import contact_share
+from magicsim.light.frame.anchored_light import contact_share
 
 
 def disk(radius_mm, edge_mm=0.2):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.light.frame.shared_noise import change_without_shared_noise
+from magicsim.light.frame.anchored_image import change_without_shared_noise
 
 SHAPE = (60, 50, 3)
 RNG_SEED = 7

@@ -11,7 +11,7 @@ from magicsim.light.transport.lit_world import CAMERA_DEPTH
 from magicsim.light.transport.path_record import STEPS
 from magicsim.light.world.outside import Outsides
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")

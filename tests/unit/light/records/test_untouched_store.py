@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT
-from magicsim.light.records.untouched_states import UntouchedStates
-from magicsim.light.records.untouched_store import UntouchedStore, default_store
+from magicsim.light.records.untouched_store import UntouchedStates, UntouchedStore, default_store
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.sensor import Sensor
 
@@ -46,7 +45,7 @@ def test_a_kept_sensor_is_not_rendered_again(store, monkeypatch):
     monkeypatch.setattr(
         "magicsim.light.records.untouched_passes.untouched", lambda *_, **__: pytest.fail("rendered again")
     )
-    assert kept.renderer.careful().image.shape == (28, 24, 3)
+    assert kept.renderer.anchor().image.shape == (28, 24, 3)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +61,7 @@ def test_what_cannot_be_read_is_computed_anew(store, spoil, caplog):
 
 def test_several_writers_leave_one_whole_file(store):
     made = sensor(store)
-    state = made.renderer.careful()
+    state = made.renderer.anchor()
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(lambda _: store.save("key", state), range(12)))
     assert len(store.files()) == 2
@@ -70,7 +69,7 @@ def test_several_writers_leave_one_whole_file(store):
 
 
 def test_the_oldest_go_and_foreign_files_stay(store, monkeypatch):
-    state = sensor(None).renderer.careful()
+    state = sensor(None).renderer.anchor()
     store.save("first", state)
     foreign = [store.folder / name for name in ("notes.txt", "magicsim-untouched-mine.npz")]
     for path in foreign:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT, mi
-from magicsim.light.transport.regions import WORD, Regions
+from magicsim.light.transport.path_record import WORD, Regions
 
 LOW, HIGH = np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 3.0])
 FACES = np.array([[0, 1, 2], [3, 4, 5]], np.int32)

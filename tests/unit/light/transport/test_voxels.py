@@ -3,7 +3,7 @@ import pytest
 
 from magicsim.light.backend import VARIANT, mi
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")

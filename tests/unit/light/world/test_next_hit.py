@@ -7,7 +7,7 @@ from magicsim.light.backend import VARIANT, dr, mi
 from magicsim.light.world.medium import leave
 from magicsim.light.world.next_hit import IN_CELL, IN_WALL, next_hit, whereabouts
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.view import View
+from magicsim.scenes.timeline import View
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
