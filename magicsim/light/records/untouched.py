@@ -38,7 +38,8 @@ class Untouched:
     """One sensor, untouched, with some samples, particles and seed.
 
     Frames refer to two of them. The anchor has many samples and a seed of its own, the same for every episode: an
-    untouched sensor always looks the same. The control (of a control variate) has the samples, particles and random numbers of a frame.
+    untouched sensor always looks the same. The control, as of a control variate, has the samples, particles and random
+    numbers of a frame.
     """
 
     fields: dict[str, LightField]
