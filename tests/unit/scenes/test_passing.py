@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.scenes.rig import OUT_OF_SIGHT
-from magicsim.scenes.room import Passing
+from magicsim.scenes.room import OUT_OF_SIGHT, Passing
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import reference_states, timeline
 from magicsim.simulation.plan import UNTOUCHED_FRAME, plan_scene
