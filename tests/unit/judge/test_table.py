@@ -17,7 +17,7 @@ from magicsim.judge.score import score_verdicts
 from magicsim.judge.table import write_table
 from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import UNTOUCHED, FrameState, Way
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures, frame_file
 from magicsim.simulation.main_job import write_lattice
 
@@ -95,7 +95,7 @@ def test_truth_comes_back_with_its_units_in_the_column_names(tmp_path: Path, epi
 
 
 def test_frames_say_how_light_and_image_were_made_and_nothing_where_nobody_knows(tmp_path: Path, episode: Episode):
-    made = replace(episode.frames[3], way=Way(light="before contact", image="traced"))
+    made = replace(episode.frames[3], origin=Origin(light="before contact", image="traced"))
     table = written(tmp_path, replace(episode, frames=(*episode.frames[:3], made)))
     assert table["light_way"].to_pylist() == ["", "", "", "before contact"]
     assert table["image_way"].to_pylist() == ["", "", "", "traced"]
