@@ -24,27 +24,20 @@ PER_CENT = 100.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridReference:
-    """What the untouched grid looks like, from `fuse_grid`."""
+    """The untouched grid, from `fuse_grid` with the options of a profile."""
 
     counts: npt.NDArray[np.uint8]
     """Number of reference frames in which a pixel showed the grid, 0..frames, shape (rows, columns, 3); 0 or `frames`
     alone where the majority decides."""
     frames: int
-    """Number of reference frames, 1..255."""
     areas: tuple[float, float, float]
     """Sum of `counts` per channel; 0 where a channel never shows the grid."""
     tau_b: int
-    """Grey level that separates grid from background."""
     polarity: Polarity
-    """Side of `tau_b` that is the grid."""
     blur_px: int
-    """Side of the Gaussian kernel before binarising [px]; 0 is none."""
     blur_sigma_px: float = 0.0
-    """Its standard deviation [px]; 0 takes OpenCV's for the side."""
     kind: GridKind = "presence"
-    """What was kept of the binarised frames."""
     surround_px: int = 0
-    """Standard deviation of the surroundings that a pixel is compared with [px]; 0 compares with `tau_b`."""
 
 
 def blur(image: Frame, size_px: int, sigma_px: float = 0.0) -> Frame:
@@ -116,7 +109,6 @@ class BackgroundReference:
     ceiling: Frame
     """Largest of the M images at every pixel and channel, shape (rows, columns, 3)."""
     blur_px: int
-    """Side of the Gaussian kernel before the difference [px]; 0 is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

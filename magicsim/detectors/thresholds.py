@@ -32,23 +32,18 @@ class ProximityFit:
     """The two thresholds of the proximity algorithm."""
 
     tau_e: float
-    """Entropy from which something brightens [bit]."""
     tau_c: float
-    """Correlation from which a brightening is outside light."""
     accuracy: float
-    """Balanced proximity accuracy on the training frames, 0..1."""
     margin: float
     """The smaller of the half gaps that both thresholds lie in, in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactFit:
-    """The threshold of the contact algorithm."""
+    """The threshold of the contact algorithm, and the balanced accuracy of the combined verdict."""
 
     tau_g: float
-    """Grid similarity below which the sensor is touched."""
     accuracy: float
-    """Balanced accuracy of the combined contact verdict on the training frames, 0..1."""
     margin: float
     """Half the gap that tau_g lies in, in standard deviations."""
 

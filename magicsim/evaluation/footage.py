@@ -58,7 +58,6 @@ class ExposedTake:
     camera: Camera
     seed: int
     frames_per_second: float
-    """Frame rate [1/s]."""
     lit: Lit = (True, True, True)
     """Whether any light of the sensor shines in red, green and blue."""
 
@@ -139,9 +138,7 @@ def read_recordings(suite: SuiteConfig) -> list[Footage]:
 
 def recorded_footage(recording: Recording, tag: EpisodeTag, *, frames_per_second: float) -> Footage:
     """A recording as footage."""
-    scored = recording.scored
-    labels = Labels.of(recording.gap_mm[scored], recording.force_n[scored], recording.flashlight[scored])
-    return Footage(tag=tag, labels=labels, images=recording, frames_per_second=frames_per_second)
+    return Footage(tag=tag, labels=recording.labels, images=recording, frames_per_second=frames_per_second)
 
 
 def count_takes(suite: SuiteConfig) -> int:

@@ -103,10 +103,9 @@ def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, 
     said = [answered(detector, frame, who=who) for frame in film.images.at_rest(count)]
     alarms = sum(each.proximity == Proximity.APPROACHING or each.contact == Contact.TOUCHED for each in said)
     hours = count / film.frames_per_second / HOUR_S
-    touch = _score(np.array([each.touch for each in said]), episodes, "touch", FrameClass.CONTACT, Contact.TOUCHED)
-    approach = _score(
-        np.array([each.approach for each in said]), episodes, "approach", FrameClass.NEAR, Proximity.APPROACHING
-    )
+    touches, approaches = np.array([[each.touch, each.approach] for each in said]).T
+    touch = _score(touches, episodes, "touch", FrameClass.CONTACT, Contact.TOUCHED)
+    approach = _score(approaches, episodes, "approach", FrameClass.NEAR, Proximity.APPROACHING)
     tails = [ndtr(-each.margin_sd) for each in (touch, approach) if each is not None]
     return Rest(
         place=film.tag.place,
@@ -125,16 +124,13 @@ def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, 
 
 def _measure(values: Array, episodes: Sequence[JudgedEpisode], name: str) -> MeasureAtRest:
     rest = FeatureAtRest(mean=float(values.mean()), sd=float(values.std(ddof=1)))
-    found = {
-        truth: [
-            rest.distance(value)
-            for each in episodes
-            for one, value in zip(each.labels.classes, each.features.get(name, ()), strict=False)
-            if one is truth
-        ]
-        for truth in (FrameClass.CONTACT, FrameClass.NEAR)
-    }
-    touch, approach = (float(np.clip(np.median(each), -MOST_SD, MOST_SD)) if each else None for each in found.values())
+    pairs = [pair for each in episodes for pair in zip(each.labels.classes, each.features.get(name, ()), strict=False)]
+
+    def median_d(truth: FrameClass) -> float | None:
+        distances = [rest.distance(value) for one, value in pairs if one is truth]
+        return float(np.clip(np.median(distances), -MOST_SD, MOST_SD)) if distances else None
+
+    touch, approach = median_d(FrameClass.CONTACT), median_d(FrameClass.NEAR)
     return MeasureAtRest(mean=rest.mean, sd=rest.sd, touch_d=touch, approach_d=approach)
 
 
@@ -147,13 +143,9 @@ def _score(
         return None
     odds = log_odds(at_rest)
     mean, spread = float(odds.mean()), float(odds.std(ddof=1))
-    right = np.concatenate(
-        [
-            (log_odds(score) - mean)[_is_right(each, truth, verdict)]
-            for each, score in zip(episodes, scores, strict=True)
-        ]
-        or [np.zeros(0)]
-    )
+    judged = zip(episodes, scores, strict=True)
+    near = [(log_odds(score) - mean)[_is_right(each, truth, verdict)] for each, score in judged]
+    right = np.concatenate(near or [np.zeros(0)])
     return ScoreAtRest(
         mean=mean,
         sd=spread,

@@ -87,7 +87,7 @@ CONSTANTS: Mapping[str, Constant] = {
 a reduced coefficient, sigma_s (1 - g)."""
 
 
-def named(names: Sequence[str]) -> dict[str, Constant]:
+def constants_named(names: Sequence[str]) -> dict[str, Constant]:
     """Some of `CONSTANTS`.
 
     Raises:

@@ -10,7 +10,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, OutputError
-from magicsim.fit.constants import Constant, fitted_scene, named, value_of, with_values, write_scene
+from magicsim.fit.constants import Constant, constants_named, fitted_scene, value_of, with_values, write_scene
 from magicsim.fit.model import Comparison, Equilibria, compare, observed_states, plot_residual, render_bases
 from magicsim.fit.observation import Observation
 from magicsim.fit.solve import DETERMINED_SD, UNKNOWN_SD, Solution, scatter, solve
@@ -115,18 +115,7 @@ def fit_constants(
         msg = "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark: there is nothing to fit"
         raise ConfigError(msg)
     observed_states(scene, observations)
-    with waiting("fitting constants", told):
-        return _fitted(
-            scene, observations, out, constants, blocks=blocks, starts=starts, evaluations=evaluations, seed=seed
-        )
-
-
-def _fitted(
-    scene: SceneConfig, observations: Sequence[Observation], out: Path, constants: Mapping[str, Constant], *,
-    blocks: tuple[int, int], starts: int, evaluations: int, seed: int,
-) -> FitResult:  # fmt: skip
-    start_time = time.perf_counter()
-    equilibria = Equilibria()
+    start_time, equilibria = time.perf_counter(), Equilibria()
     rendered: dict[tuple[float, ...], list[tuple[Basis, Basis]]] = {}
     optical = [place for place, name in enumerate(constants) if name not in CAMERA_ALONE]
 
@@ -141,39 +130,36 @@ def _fitted(
             rendered[key] = render_bases(scene, values, states, equilibria)
         return compare(rendered[key], observations, with_values(scene, values).rig.camera, blocks=blocks)
 
-    first = np.array([each.share(value_of(scene, each.path)) for each in constants.values()])
-    start_rms = float(np.sqrt(np.mean(comparison(first).residuals ** 2)))
-    found = solve(lambda point: comparison(point).residuals, first, starts=starts, evaluations=evaluations, seed=seed)
-    best = comparison(found.point)
-    values = values_at(found.point)
-    camera = with_values(scene, values).rig.camera
-    states = observed_states(with_values(scene, values), observations)
-    again = [
-        compare(render_bases(scene, values, states, equilibria, pair=pair), observations, camera, blocks=blocks)
-        for pair in range(1, PAIRS)
-    ]
-    rendering = scatter(found.jacobian, [best.residuals, *(each.residuals for each in again)])
-    fits = _told(constants, found, rendering)
-    picture = _picture(out)
-    plot_residual(observations, best, picture)
-    fitted = fitted_scene(scene, values, best.strengths, best.images[0])
-    write_scene(out, fitted, comment=_comment(fits, found, observations))
-    return FitResult(
-        out=str(out), picture=str(picture), constants=fits, strengths=_by_light(best.strengths),
-        mean_rms=_rms(best.means), contrast_rms=_rms(best.contrasts), start_rms=start_rms, rms=found.rms,
-        restart_rms=found.ends_rms, singular_values=found.singular_values.tolist(),
-        weakest=dict(zip(constants, found.weakest.tolist(), strict=True)), evaluations=found.evaluations,
-        seconds=time.perf_counter() - start_time,
-    )  # fmt: skip
-
-
-def _picture(out: Path) -> Path:
-    """The picture of the residual stands beside the scene file."""
-    return out.with_suffix(".png")
+    with waiting("fitting constants", told):
+        first = np.array([each.share(value_of(scene, each.path)) for each in constants.values()])
+        start_rms = float(np.sqrt(np.mean(comparison(first).residuals ** 2)))
+        found = solve(
+            lambda point: comparison(point).residuals, first, starts=starts, evaluations=evaluations, seed=seed
+        )
+        best = comparison(found.point)
+        values = values_at(found.point)
+        camera = with_values(scene, values).rig.camera
+        states = observed_states(with_values(scene, values), observations)
+        again = [
+            compare(render_bases(scene, values, states, equilibria, pair=pair), observations, camera, blocks=blocks)
+            for pair in range(1, PAIRS)
+        ]
+        rendering = scatter(found.jacobian, [best.residuals, *(each.residuals for each in again)])
+        fits, picture = _fitted(constants, found, rendering), out.with_suffix(".png")
+        plot_residual(observations, best, picture)
+        fitted = fitted_scene(scene, values, best.strengths, best.images[0])
+        write_scene(out, fitted, comment=_comment(fits, found, observations))
+        return FitResult(
+            out=str(out), picture=str(picture), constants=fits, strengths=_by_light(best.strengths),
+            mean_rms=_rms(best.means), contrast_rms=_rms(best.contrasts), start_rms=start_rms, rms=found.rms,
+            restart_rms=found.ends_rms, singular_values=found.singular_values.tolist(),
+            weakest=dict(zip(constants, found.weakest.tolist(), strict=True)), evaluations=found.evaluations,
+            seconds=time.perf_counter() - start_time,
+        )  # fmt: skip
 
 
 def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -> dict[str, Constant]:
-    constants = named(free)
+    constants = constants_named(free)
     for name in NOT_FITTED:
         if name in constants:
             msg = f"constant '{name}' cannot be fitted to mean frames"
@@ -188,18 +174,18 @@ def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -
     if not out.parent.is_dir():
         msg = f"scene file '{out}' cannot be written: no such folder"
         raise OutputError(msg)
-    refuse_unsigned(_picture(out))
+    refuse_unsigned(out.with_suffix(".png"))  # the picture of the residual
     check_number("starts", starts, 1, MOST_STARTS, whole=True)
     check_number("evaluations", evaluations, 1, MOST_EVALUATIONS, whole=True)
     return constants
 
 
-def _told(constants: Mapping[str, Constant], found: Solution, rendering: Array) -> list[FittedConstant]:
-    told = []
+def _fitted(constants: Mapping[str, Constant], found: Solution, rendering: Array) -> list[FittedConstant]:
+    fits = []
     for place, (name, each) in enumerate(constants.items()):
         share = float(found.point[place])
         sd = min(float(np.hypot(found.sd[place], rendering[place])), UNKNOWN_SD)
-        told.append(
+        fits.append(
             FittedConstant(
                 name=name, field=each.path, value=each.at(share), low=each.low, high=each.high,
                 plausible=(each.at(max(share - sd, 0.0)), each.at(min(share + sd, 1.0))), sd_share=sd,
@@ -208,25 +194,23 @@ def _told(constants: Mapping[str, Constant], found: Solution, rendering: Array) 
                 restarts=[each.at(float(end[place])) for end in found.ends],
             )
         )  # fmt: skip
-    return told
+    return fits
 
 
-def _comment(told: Sequence[FittedConstant], found: Solution, observations: Sequence[Observation]) -> str:
-    frames = sum(each.count for each in observations)
-    lines = [
-        f"Written by magicsim fit from {frames} frames of {len(observations)} states; residual {found.rms:.2f} grey."
-    ]
-    for each in told:
+def _comment(fits: Sequence[FittedConstant], found: Solution, observations: Sequence[Observation]) -> str:
+    frames, states = sum(each.count for each in observations), len(observations)
+    lines = [f"Written by magicsim fit from {frames} frames of {states} states; residual {found.rms:.2f} grey."]
+    for each in fits:
         said = "" if each.determined else ", not determined"
         lines.append(f"{each.field} = {each.value:.5g}, {each.plausible[0]:.5g} to {each.plausible[1]:.5g}{said}")
     return "\n".join(lines)
 
 
 def _by_light(strengths: Strengths) -> dict[str, list[float]]:
-    told: dict[str, list[float]] = {}
+    lights: dict[str, list[float]] = {}
     for (name, channel), value in strengths.of.items():
-        told.setdefault(name, [0.0, 0.0, 0.0])[channel] = value
-    return told
+        lights.setdefault(name, [0.0, 0.0, 0.0])[channel] = value
+    return lights
 
 
 def _rms(values: Array) -> list[float]:

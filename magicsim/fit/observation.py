@@ -1,7 +1,9 @@
 """Frames of a real sensor in one state, averaged."""
 
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -49,17 +51,14 @@ def observe(
     shape = (camera.window.rows, camera.window.columns, 3)
     for each in frames:
         if each.shape != shape:
-            msg = (
-                f"{source}: an image has {each.shape[0]} rows and {each.shape[1]} columns, the rig's camera "
-                f"{shape[0]} and {shape[1]}; set rig.camera.rows and rig.camera.columns"
-            )
+            size = f"{each.shape[0]} rows and {each.shape[1]} columns, the rig's camera {shape[0]} and {shape[1]}"
+            msg = f"{source}: an image has {size}; set rig.camera.rows and rig.camera.columns"
             raise FrameError(msg)
     stack = np.asarray(frames, np.float64)
     lost = float((stack >= SATURATED).mean())
     if lost > MOST_SATURATED:
-        msg = (
-            f"{source}: {100 * lost:.1f} % of the pixels are saturated; at most {100 * MOST_SATURATED:g} % are allowed"
-        )
+        most = f"at most {100 * MOST_SATURATED:g} % are allowed"
+        msg = f"{source}: {100 * lost:.1f} % of the pixels are saturated; {most}"
         raise FrameError(msg)
     even = stack[::2].mean(0)
     return Observation(frame=frame, even=even, odd=stack[1::2].mean(0) if len(stack) > 1 else even, count=len(stack))
@@ -83,13 +82,8 @@ def read_observation(source: str | Path, camera: Camera, *, frame: int | None = 
     if source_kind(source) == "camera":
         msg = f"source '{source}' is a camera; give recorded images, so that the fit can be repeated"
         raise ConfigError(msg)
-    images = []
-    reading = read_source(source)
-    for each in reading:
-        images.append(each.image)
-        if len(images) == MOST_FRAMES:
-            break
-    reading.close()
+    with closing(read_source(source)) as reading:
+        images = [each.image for each in islice(reading, MOST_FRAMES)]
     return observe(images, camera, frame=frame, source=str(source))
 
 

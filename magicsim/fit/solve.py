@@ -63,25 +63,18 @@ def solve(residuals: Residuals, start: Array, *, starts: int, evaluations: int, 
     points = [np.clip(start, 1e-3, 1 - 1e-3), *(sampler.random(1)[0] for _ in range(starts - 1))]
     found = [
         least_squares(
-            evaluate, point, jac=jacobian, bounds=(0, 1), max_nfev=evaluations,
-            xtol=TOLERANCE, ftol=TOLERANCE,
+            evaluate, point, jac=jacobian, bounds=(0, 1), max_nfev=evaluations, xtol=TOLERANCE, ftol=TOLERANCE
         )
         for point in points
-    ]  # fmt: skip
+    ]
     best = min(found, key=lambda each: float(each.cost))
     slopes = jacobian(best.x)
     _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
     return Solution(
-        point=best.x,
-        rms=_rms(best.fun),
-        sd=deviations(slopes, best.fun),
-        jacobian=slopes,
-        singular_values=singular,
-        weakest=directions[-1],
-        ends=np.array([each.x for each in found]),
-        ends_rms=[_rms(each.fun) for each in found],
+        point=best.x, rms=_rms(best.fun), sd=deviations(slopes, best.fun), jacobian=slopes, singular_values=singular,
+        weakest=directions[-1], ends=np.array([each.x for each in found]), ends_rms=[_rms(each.fun) for each in found],
         evaluations=len(known),
-    )
+    )  # fmt: skip
 
 
 def differences(residuals: Residuals, point: Array) -> Array:

@@ -1,8 +1,9 @@
 """The frames behind a change: where two runs of the same episode say different things, or the same less clearly."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,6 +14,16 @@ from magicsim.judge.measures import SCORE_MEANS
 from magicsim.judge.score import PROXIMITY_TRUTH
 
 CONTACT_MEASURES = {"contact_balanced_accuracy", "onset_mm", "touch_auc"}
+
+
+Value = TypeVar("Value")
+
+
+def runs(values: Sequence[Value]) -> Iterator[tuple[Value, range]]:
+    """The longest stretches of equal neighbours, in order: the value and its places."""
+    for value, group in groupby(range(len(values)), key=values.__getitem__):
+        places = list(group)
+        yield value, range(places[0], places[-1] + 1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,13 +46,17 @@ def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, wor
     is_contact = measure in CONTACT_MEASURES
     old, new = (before.contact, now.contact) if is_contact else (before.proximity, now.proximity)
     scored = set(range(len(old))) if is_contact else _outside_contact(now)
-    told = [
+    changed = [
         (_truth(now, place), old[place], new[place])
         if place in scored and _became_worse(now, place, old[place], new[place], is_contact) is worse
         else None
         for place in range(len(old))
     ]
-    return list(_runs(now.tag.name, told))
+    return [
+        FrameRun(episode=now.tag.name, first=at[0], last=at[-1], truth=said[0], baseline=said[1], current=said[2])
+        for said, at in runs(changed)
+        if said is not None
+    ]
 
 
 def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse: bool, least: float) -> list[FrameRun]:
@@ -49,22 +64,17 @@ def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse
     mean = SCORE_MEANS[measure]
     old, new = getattr(before, mean.score), getattr(now, mean.score)
     change = (new - old) * (1 if mean.is_positive is not worse else -1)
-    told = [
-        str(truth) if truth in mean.classes and by >= least else None
-        for truth, by in zip(now.labels.classes, change, strict=True)
-    ]
-    runs = []
-    for truth, group in groupby(enumerate(told), key=lambda pair: pair[1]):
-        places = [place for place, _ in group]
-        if truth is not None:
-            means = [f"{mean.score} {values[places].mean():.3g}" for values in (old, new)]
-            runs.append(
-                FrameRun(
-                    episode=now.tag.name, first=places[0], last=places[-1], truth=truth, baseline=means[0],
-                    current=means[1],
-                )
-            )  # fmt: skip
-    return runs
+    pairs = zip(now.labels.classes, change, strict=True)
+    changed = [str(truth) if truth in mean.classes and by >= least else None for truth, by in pairs]
+
+    def run(truth: str, places: range) -> FrameRun:
+        before_now = [f"{mean.score} {values[list(places)].mean():.3g}" for values in (old, new)]
+        first, last = places[0], places[-1]
+        return FrameRun(
+            episode=now.tag.name, first=first, last=last, truth=truth, baseline=before_now[0], current=before_now[1]
+        )
+
+    return [run(truth, places) for truth, places in runs(changed) if truth is not None]
 
 
 def _outside_contact(episode: JudgedEpisode) -> set[int]:
@@ -92,11 +102,3 @@ def _truth(episode: JudgedEpisode, place: int) -> str:
     if truth is not None:
         return str(truth)
     return "unscored" if np.isnan(gap) else f"gap {gap:.2f} mm"
-
-
-def _runs(name: str, told: list[tuple[str, str, str] | None]) -> Iterator[FrameRun]:
-    for said, group in groupby(enumerate(told), key=lambda pair: pair[1]):
-        if said is None:
-            continue
-        places = [place for place, _ in group]
-        yield FrameRun(episode=name, first=places[0], last=places[-1], truth=said[0], baseline=said[1], current=said[2])

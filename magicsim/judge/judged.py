@@ -27,7 +27,6 @@ class EpisodeTag:
     light: str
     noise: str
     place: str = FIRST_PLACE
-    """Which sensor stands where."""
 
     @property
     def name(self) -> str:

@@ -20,7 +20,7 @@ from magicsim.detectors.verdict import Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError, OutputError, unknown_choice
 from magicsim.folder import check_file
 from magicsim.frame_class import FrameClass
-from magicsim.judge.curves import RocCurve, rates_at, roc_curve
+from magicsim.judge.curves import rates_at, roc_curve
 from magicsim.judge.recorded import read_episode
 from magicsim.judge.score import DetectionScore, score_verdicts
 from magicsim.waiting import Told, on_stderr, waiting
@@ -28,16 +28,13 @@ from magicsim.waiting import Told, on_stderr, waiting
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Separation:
-    """How well one feature tells two groups of training frames apart, and where its threshold lies."""
+    """How well one feature tells two groups of training frames apart, at the fitted threshold and at all others."""
 
     area: float
     """Area under the ROC curve, 0..1."""
     threshold: float
-    """The fitted threshold, in the feature's unit."""
     hit_rate: float
-    """Share of positives beyond the threshold, 0..1."""
     false_alarm_rate: float
-    """Share of negatives beyond the threshold, 0..1."""
     curve: list[tuple[float, float]]
     """False alarm rate and hit rate of every threshold, from the strictest."""
 
@@ -47,11 +44,8 @@ class FitSummary:
     """Report of `magicsim fit profile`."""
 
     profile: str
-    """File of the fitted profile."""
     options: dict[str, float | int | str]
-    """Every value of the profile."""
     frames: dict[str, int]
-    """Training frames of each class."""
     candidates: int
     """Combinations of options that were tried."""
     proximity_accuracy: float | None
@@ -69,18 +63,13 @@ class FitSummary:
     against the rest by S, frames called Noise left out."""
 
 
-def read_one(folder: Path) -> list[Episode]:
-    """The one episode of a run or of a labelled folder of images."""
-    return [read_episode(folder)]
-
-
 def calibrate(
     episodes: Sequence[Path],
     out: Path,
     *,
     base: str | Path = "published",
     settings: Sequence[str] = (),
-    read: Callable[[Path], Sequence[Episode]] = read_one,
+    read: Callable[[Path], Sequence[Episode]] = lambda folder: [read_episode(folder)],
     told: Told = on_stderr,
 ) -> FitSummary:
     """Fits thresholds, options and widths to labelled episodes and writes them as a profile.
@@ -106,37 +95,27 @@ def calibrate(
         raise OutputError(msg)
     start, candidates = _search(load_profile(base), settings)
     with waiting("fitting a profile", told):
-        return _calibrated(episodes, out, start, candidates, read)
-
-
-def _calibrated(
-    episodes: Sequence[Path],
-    out: Path,
-    start: DetectorProfile,
-    candidates: Candidates,
-    read: Callable[[Path], Sequence[Episode]],
-) -> FitSummary:
-    labelled = [episode for folder in episodes for episode in read(folder)]
-    fitted = fit_profile(start, labelled, candidates)
-    profile = fit_widths(fitted.best.profile, labelled)
-    seen, unseen = score_profile(profile, labelled), cross_validate(start, labelled, candidates)
-    before = _base_score(start, labelled)
-    names = ", ".join(folder.resolve().name for folder in episodes)
-    save_profile(profile, out, comment=f"Fitted by magicsim calibrate to {names}.\nValid for that sensor only.")
-    classes = scored_classes(labelled)
-    return FitSummary(
-        profile=str(out),
-        options=dataclasses.asdict(profile),
-        frames={str(each): classes.count(each) for each in FrameClass},
-        candidates=len(fitted.candidates),
-        proximity_accuracy=seen.proximity.accuracy,
-        contact_accuracy=seen.contact.accuracy,
-        cross_validated_proximity_accuracy=unseen.proximity.accuracy if unseen else None,
-        cross_validated_contact_accuracy=unseen.contact.accuracy if unseen else None,
-        base_proximity_accuracy=before.proximity.accuracy if before else None,
-        base_contact_accuracy=before.contact.accuracy if before else None,
-        roc=separations(profile, labelled),
-    )
+        labelled = [episode for folder in episodes for episode in read(folder)]
+        fitted = fit_profile(start, labelled, candidates)
+        profile = fit_widths(fitted.best.profile, labelled)
+        seen, unseen = score_profile(profile, labelled), cross_validate(start, labelled, candidates)
+        before = _base_score(start, labelled)
+        names = ", ".join(folder.resolve().name for folder in episodes)
+        save_profile(profile, out, comment=f"Fitted by magicsim calibrate to {names}.\nValid for that sensor only.")
+        classes = scored_classes(labelled)
+        return FitSummary(
+            profile=str(out),
+            options=dataclasses.asdict(profile),
+            frames={str(each): classes.count(each) for each in FrameClass},
+            candidates=len(fitted.candidates),
+            proximity_accuracy=seen.proximity.accuracy,
+            contact_accuracy=seen.contact.accuracy,
+            cross_validated_proximity_accuracy=unseen.proximity.accuracy if unseen else None,
+            cross_validated_contact_accuracy=unseen.contact.accuracy if unseen else None,
+            base_proximity_accuracy=before.proximity.accuracy if before else None,
+            base_contact_accuracy=before.contact.accuracy if before else None,
+            roc=separations(profile, labelled),
+        )
 
 
 def separations(profile: DetectorProfile, episodes: Sequence[Episode]) -> dict[str, Separation]:
@@ -150,14 +129,14 @@ def separations(profile: DetectorProfile, episodes: Sequence[Episode]) -> dict[s
     dark = np.array([each.proximity is not Proximity.NOISE for each in verdicts])
     # A similarity below its threshold is a touch, so its sign turns; a value at the threshold is none.
     touch_from = float(np.nextafter(-profile.tau_g, np.inf))
-    told = {
+    groups = {
         "brightening": (entropy, near | light, clear, profile.tau_e, profile.tau_e),
         "light": (correlation, light, near | contact, profile.tau_c, profile.tau_c),
         "touch": (-similarity, contact & dark, ~contact & dark, touch_from, profile.tau_g),
     }
     return {
         name: _separation(scores[positive | negative], positive[positive | negative], cut, threshold)
-        for name, (scores, positive, negative, cut, threshold) in told.items()
+        for name, (scores, positive, negative, cut, threshold) in groups.items()
         if positive.any() and negative.any()
     }
 
@@ -165,15 +144,9 @@ def separations(profile: DetectorProfile, episodes: Sequence[Episode]) -> dict[s
 def _separation(
     scores: npt.NDArray[np.float64], positive: npt.NDArray[np.bool_], cut: float, threshold: float
 ) -> Separation:
-    curve: RocCurve = roc_curve(scores, positive)
-    hits, alarms = rates_at(scores, positive, cut)
-    return Separation(
-        area=curve.area,
-        threshold=threshold,
-        hit_rate=hits,
-        false_alarm_rate=alarms,
-        curve=list(zip(curve.false_alarm_rate.tolist(), curve.hit_rate.tolist(), strict=True)),
-    )
+    curve, (hits, alarms) = roc_curve(scores, positive), rates_at(scores, positive, cut)
+    points = list(zip(curve.false_alarm_rate.tolist(), curve.hit_rate.tolist(), strict=True))
+    return Separation(area=curve.area, threshold=threshold, hit_rate=hits, false_alarm_rate=alarms, curve=points)
 
 
 def _scored_verdicts(profile: DetectorProfile, episode: Episode) -> list[Verdict]:
@@ -225,11 +198,8 @@ def cross_validate(
     rests = [[each for each in episodes if each is not held] for held in episodes]
     if any(set(scored_classes(rest)) != set(FrameClass) for rest in rests):
         return None
-    verdicts = [
-        _judged(fit_profile(base, rest, candidates).best.profile, held)
-        for held, rest in zip(episodes, rests, strict=True)
-    ]
-    return _score(verdicts, episodes)
+    profiles = [fit_profile(base, rest, candidates).best.profile for rest in rests]
+    return _score([_judged(*pair) for pair in zip(profiles, episodes, strict=True)], episodes)
 
 
 def _judged(profile: DetectorProfile, episode: Episode) -> list[Verdict]:

@@ -31,7 +31,8 @@ from magicsim.detectors.features import Episode
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.source import read_image
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.frame_class import FrameClass
+from magicsim.judge.judged import Labels
 from magicsim.judge.table import TABLE, read_table
 
 LABELS = "labels.csv"
@@ -111,20 +112,21 @@ class Recording:
     flashlight: npt.NDArray[np.bool_]
 
     @property
-    def scored(self) -> npt.NDArray[np.bool_]:
-        """Frames after the references."""
-        return ~self.is_reference
+    def labels(self) -> Labels:
+        """Truth of the frames after the references."""
+        scored = ~self.is_reference
+        return Labels.of(self.gap_mm[scored], self.force_n[scored], self.flashlight[scored])
 
     def references(self) -> Iterator[Frame]:
         """Images of the untouched sensor, RGB, shape (rows, columns, 3)."""
-        return (read_image(self.folder / name) for name in self._named(self.is_reference))
+        return self._images(self.is_reference)
 
     def frames(self) -> Iterator[Frame]:
         """Images after them, in order."""
-        return (read_image(self.folder / name) for name in self._named(self.scored))
+        return self._images(~self.is_reference)
 
-    def _named(self, chosen: npt.NDArray[np.bool_]) -> list[str]:
-        return [name for name, wanted in zip(self.files, chosen, strict=True) if wanted]
+    def _images(self, chosen: npt.NDArray[np.bool_]) -> Iterator[Frame]:
+        return (read_image(self.folder / name) for name, wanted in zip(self.files, chosen, strict=True) if wanted)
 
 
 def read_recording(folder: Path) -> Recording:
@@ -157,19 +159,17 @@ def read_recording(folder: Path) -> Recording:
         count = f"{int(reference.sum())} of {len(values)}"
         msg = f"{path}: {count} frames are references; must be some, and all before the rest"
         raise ConfigError(msg)
+    files, _, gaps, forces, lights = zip(*values, strict=True)
     return Recording(
-        folder=folder,
-        files=tuple(each[0] for each in values),
-        is_reference=reference,
-        gap_mm=np.array([each[2] for each in values], np.float64),
-        force_n=np.array([each[3] for each in values], np.float64),
-        flashlight=np.array([each[4] for each in values], bool),
-    )
+        folder=folder, files=files, is_reference=reference, gap_mm=np.array(gaps, np.float64),
+        force_n=np.array(forces, np.float64), flashlight=np.array(lights, bool),
+    )  # fmt: skip
 
 
 def _row(
     path: Path, number: int, row: dict[str, str | None], force: tuple[str, ...]
 ) -> tuple[str, bool, float, float, bool]:
+    """File, whether it is a reference, gap, force and flashlight of a line."""
     file = row["file"] or ""
     if not file:
         msg = f"{path}, line {number}: file is empty"
@@ -215,24 +215,14 @@ def read_episode(folder: Path) -> Episode:
     if (folder / TABLE).is_file():
         return _read_run(folder)
     if (folder / TRUTH).is_file():
-        return _read_recording(folder)
+        recording = read_recording(folder)
+        references, frames = list(recording.references()), list(recording.frames())
+        return Episode(references=references, frames=frames, classes=recording.labels.classes)
     if (folder / LABELS).is_file():
         return read_labels(folder)
-    msg = (
-        f"'{folder}' is no labelled episode; give a folder that holds {TABLE} (magicsim simulate), {TRUTH} or {LABELS}"
-    )
+    kinds = f"{TABLE} (magicsim simulate), {TRUTH} or {LABELS}"
+    msg = f"'{folder}' is no labelled episode; give a folder that holds {kinds}"
     raise ConfigError(msg)
-
-
-def _read_recording(folder: Path) -> Episode:
-    recording = read_recording(folder)
-    states = zip(recording.gap_mm, recording.force_n, recording.flashlight, recording.is_reference, strict=True)
-    classes = [
-        classify_frame(gap_mm=None if np.isnan(gap) else float(gap), force_n=float(force), light_on=bool(light))
-        for gap, force, light, is_reference in states
-        if not is_reference
-    ]
-    return Episode(references=list(recording.references()), frames=list(recording.frames()), classes=classes)
 
 
 def _read_run(folder: Path) -> Episode:

@@ -39,10 +39,8 @@ def scene_facts(episode: Episode) -> Mapping[str, str]:
         "Rig": describe_rig(scene.rig),
         "Object": describe_object(scene.object) if scene.object else "none",
         "Seed": str(scene.seed),
-        "Frames": (
-            f"{len(episode.references)} references, {len(episode.scored)} scored, "
-            f"{scene.frames_per_second:g} per second"
-        ),
+        "Frames": f"{len(episode.references)} references, {len(episode.scored)} scored, "
+        f"{scene.frames_per_second:g} per second",
     }
 
 
@@ -56,11 +54,8 @@ def describe_design(design: ElastomerDesign) -> str:
 
 def describe_rig(rig: Rig) -> str:
     """Lights and picture of a rig, with the sides that carry a light."""
-    sides = (
-        f"LED strips at {', '.join(strip.side.replace('-', MINUS) for strip in rig.strips)}"
-        if rig.strips
-        else "no LED strips"
-    )
+    names = ", ".join(strip.side.replace("-", MINUS) for strip in rig.strips)
+    sides = f"LED strips at {names}" if rig.strips else "no LED strips"
     if rig.leds:
         sides += f"; {len(rig.leds)} single LEDs"
     if rig.ring is not None:
@@ -110,10 +105,9 @@ class ProfilePart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """One picture of the contact sheet."""
+    """One picture of the contact sheet, as a data URI."""
 
     picture: str
-    """Data URI."""
     caption: Caption
 
 
@@ -135,16 +129,13 @@ def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapp
     frames = episode.scored
     for each in judgements:
         if len(each.verdicts) != len(frames):
-            msg = (
-                f"judgement '{each.profile}' has {len(each.verdicts)} verdicts "
-                f"for {len(frames)} scored frames; must be one for each"
-            )
+            given = f"judgement '{each.profile}' has {len(each.verdicts)} verdicts"
+            msg = f"{given} for {len(frames)} scored frames; must be one for each"
             raise ConfigError(msg)
     sheet = _sheet_judgement(judgements)
     touched = any(frame.truth.contact for frame in frames)
     approached = any(frame.truth.state.has_object for frame in frames)
-    template = page_template("report.html.jinja", "magicsim.report")
-    return template.render(
+    return page_template("report.html.jinja", "magicsim.report").render(
         title=f"Simulated episode: {facts['Scene']}" if "Scene" in facts else "Simulated episode",
         facts={name: value for name, value in {**scene_facts(episode), **facts}.items() if name != "Scene"},
         profiles=[_profile_part(frames, each, place) for place, each in enumerate(judgements, start=1)],
@@ -178,10 +169,8 @@ def _cards(frames: Sequence[SimulatedFrame], verdicts: Sequence[Verdict] | None)
 def _profile_part(frames: Sequence[SimulatedFrame], judgement: Judgement, place: int) -> ProfilePart:
     parts, rest = rest_rows(frames, judgement)
     return ProfilePart(
-        parts=parts,
-        rest=rest,
-        profile=judgement.profile,
+        parts=parts, rest=rest, profile=judgement.profile,
         plot=Markup(plot_features(frames, judgement, name=f"features-{place}")) if frames else None,
         tables=(proximity_table(judgement.score), contact_table(judgement.score)),
         mistakes=tuple(list_mistakes(frames, judgement.verdicts)),
-    )
+    )  # fmt: skip

@@ -7,10 +7,10 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from magicsim.judge.changed_frames import runs
 from magicsim.judge.score import contact_right, proximity_right
 from magicsim.judge.verdicts import Judgement
 from magicsim.report.drawing import BLUE, CLASS_COLORS, FAINT, INK, LINE, ORANGE, WIDTH_IN, WRONG, plot_style, to_svg
-from magicsim.report.story import runs
 from magicsim.report.text import number
 from magicsim.simulation.episode import SimulatedFrame
 
@@ -33,14 +33,9 @@ def time_panels(frames: Sequence[SimulatedFrame], titles: Sequence[str]) -> tupl
     height = _HEAD_IN + count * _PANEL_IN + (count - 1) * _GAP_IN + _FOOT_IN
     figure = Figure(figsize=(WIDTH_IN, height))
     grid = figure.add_gridspec(
-        count,
-        1,
-        left=_SIDES[0],
-        right=_SIDES[1],
-        top=1.0 - _HEAD_IN / height,
-        bottom=_FOOT_IN / height,
+        count, 1, left=_SIDES[0], right=_SIDES[1], top=1.0 - _HEAD_IN / height, bottom=_FOOT_IN / height,
         hspace=_GAP_IN / _PANEL_IN,
-    )
+    )  # fmt: skip
     panels = [figure.add_subplot(grid[row, 0]) for row in range(count)]
     times = frame_times(frames)
     half = 0.5 * float(np.diff(times).min()) if len(times) > 1 else 0.5
@@ -55,16 +50,10 @@ def time_panels(frames: Sequence[SimulatedFrame], titles: Sequence[str]) -> tupl
 
 
 def _shade_classes(panel: Axes, frames: Sequence[SimulatedFrame], times: Series, half: float) -> None:
-    for run in runs([frame.truth.frame_class for frame in frames]):
-        if run.value is not None:
-            panel.axvspan(
-                times[run.start] - half,
-                times[run.stop - 1] + half,
-                color=CLASS_COLORS[run.value],
-                alpha=0.28,
-                linewidth=0.0,
-                zorder=0.0,
-            )
+    for each, places in runs([frame.truth.frame_class for frame in frames]):
+        if each is not None:
+            ends = times[places[0]] - half, times[places[-1]] + half
+            panel.axvspan(*ends, color=CLASS_COLORS[each], alpha=0.28, linewidth=0.0, zorder=0.0)
 
 
 def plot_features(frames: Sequence[SimulatedFrame], judgement: Judgement, *, name: str) -> str:

@@ -47,12 +47,12 @@ def with_strip(frame: SimulatedFrame, verdict: Verdict | None, *, scale: float =
 def strip_lines(frame: SimulatedFrame, verdict: Verdict | None) -> list[tuple[str, bool]]:
     """The lines of words, each with whether it holds a wrong verdict."""
     truth = frame.truth
-    told = str(truth.frame_class) if truth.frame_class else "not scored"
+    name = str(truth.frame_class) if truth.frame_class else "not scored"
     distance = gap_or_depth(truth.state.gap_mm).replace("\u00a0", " ")
     force = quantity(math.hypot(*truth.force_n), "N").replace("\u00a0", " ")
     lines = [
         (f"frame {truth.index}, {distance}" + (f", {force}" if truth.contact else ""), False),
-        (f"truth: {told}", False),
+        (f"truth: {name}", False),
     ]
     if verdict is None:
         return lines
@@ -96,10 +96,10 @@ def animate(
     if verdicts and len(verdicts) != len(frames):
         msg = f"{len(verdicts)} verdicts for {len(frames)} frames; must be one for each"
         raise OutputError(msg)
-    told: Sequence[Verdict | None] = verdicts or [None] * len(frames)
+    said: Sequence[Verdict | None] = verdicts or [None] * len(frames)
     data = b""
     for scale in _SCALES:
-        pictures = [with_strip(frame, one, scale=scale) for frame, one in zip(frames, told, strict=True)]
+        pictures = [with_strip(frame, one, scale=scale) for frame, one in zip(frames, said, strict=True)]
         data = _encode(pictures, frames_per_second)
         if len(data) <= max_bytes:
             break
@@ -111,15 +111,9 @@ def animate(
 def _encode(pictures: Sequence[Image.Image], frames_per_second: float) -> bytes:
     buffer = io.BytesIO()
     pictures[0].save(
-        buffer,
-        format="WEBP",
-        save_all=True,
-        append_images=pictures[1:],
+        buffer, format="WEBP", save_all=True, append_images=pictures[1:], loop=0, quality=80, method=2,
         duration=_durations_ms(len(pictures), frames_per_second),
-        loop=0,
-        quality=80,
-        method=2,
-    )
+    )  # fmt: skip
     return buffer.getvalue()
 
 

@@ -1,45 +1,17 @@
 """The story of an episode: the phase of each frame, and the frames of a contact sheet with what stands below them."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Generic, TypeVar
 
 from magicsim.detectors.verdict import Verdict
 from magicsim.frame_class import CONTACT_MIN_DEPTH_MM, NEAR_MAX_MM, NEAR_MIN_MM, FrameClass
+from magicsim.judge.changed_frames import runs
 from magicsim.judge.score import contact_right, proximity_right
 from magicsim.report.text import gap_or_depth, quantity
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import SimulatedFrame
-
-Value = TypeVar("Value")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Run(Generic[Value]):
-    """Neighbouring places that hold the same value."""
-
-    start: int
-    """First place."""
-    stop: int
-    """Place after the last one."""
-    value: Value
-    """What they hold."""
-
-    @property
-    def length(self) -> int:
-        """Number of places."""
-        return self.stop - self.start
-
-
-def runs(values: Sequence[Value]) -> Iterator[Run[Value]]:
-    """The longest stretches of equal neighbours, in order; together they cover every place once."""
-    start = 0
-    for place in range(1, len(values) + 1):
-        if place == len(values) or values[place] != values[start]:
-            yield Run(start=start, stop=place, value=values[start])
-            start = place
 
 
 class Phase(StrEnum):
@@ -105,31 +77,23 @@ def _slides(before: FrameState, now: FrameState, was: bool) -> bool:
 
 SHEET_FRAMES = 18
 """Largest number of frames on a contact sheet."""
-Scene = Run[tuple[Phase, FrameClass | None]]
+Stretch = tuple[tuple[Phase, FrameClass | None], range]
+"""Phase and class of neighbouring frames, and their places."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Caption:
-    """What stands below one frame."""
+    """What stands below one frame; None without a judgement, and where a verdict is not scored."""
 
     index: int
-    """Place of the frame in the stream."""
     phase: str
-    """Part of the story."""
     distance: str
-    """Gap or depth."""
     force: str
-    """Magnitude of the contact force."""
     truth: str
-    """Class, or that the frame is not scored."""
     proximity: str | None
-    """Proximity verdict; None without a judgement."""
     proximity_right: bool | None
-    """Whether it is right; None where it is not scored."""
     contact: str | None
-    """Combined verdict; None without a judgement."""
     contact_right: bool | None
-    """Whether it is right; None where it is not scored."""
 
 
 def pick_frames(frames: Sequence[SimulatedFrame], limit: int = SHEET_FRAMES) -> list[int]:
@@ -142,7 +106,7 @@ def pick_frames(frames: Sequence[SimulatedFrame], limit: int = SHEET_FRAMES) -> 
     """
     classes = [frame.truth.frame_class for frame in frames]
     scenes = _most_telling(list(runs(list(zip(tell_phases(frames), classes, strict=True)))), limit)
-    variety = [len({frame.truth.state for frame in frames[each.start : each.stop]}) for each in scenes]
+    variety = [len({frames[place].truth.state for place in places}) for _, places in scenes]
     counts = [1] * len(scenes)
     for _ in range(limit - len(scenes)):
         wants = [each / count if count < each else 0.0 for each, count in zip(variety, counts, strict=True)]
@@ -150,8 +114,8 @@ def pick_frames(frames: Sequence[SimulatedFrame], limit: int = SHEET_FRAMES) -> 
             break
         counts[wants.index(max(wants))] += 1
     return [
-        each.start + (2 * k + 1) * each.length // (2 * count)
-        for each, count in zip(scenes, counts, strict=True)
+        places[(2 * k + 1) * len(places) // (2 * count)]
+        for (_, places), count in zip(scenes, counts, strict=True)
         for k in range(count)
     ]
 
@@ -172,13 +136,13 @@ def write_caption(frame: SimulatedFrame, phase: Phase, verdict: Verdict | None) 
     )
 
 
-def _most_telling(scenes: list[Scene], limit: int) -> list[Scene]:
+def _most_telling(scenes: list[Stretch], limit: int) -> list[Stretch]:
     """At most `limit` of the stretches, in order."""
     if len(scenes) <= limit:
         return scenes
-    places = range(len(scenes))
-    first_of_class = {scenes[k].value[1]: k for k in reversed(places) if scenes[k].value[1]}
-    first_of_phase = {scenes[k].value[0]: k for k in reversed(places)}
-    longest = sorted(places, key=lambda k: -scenes[k].length)
+    numbers = range(len(scenes))
+    first_of_class = {scenes[k][0][1]: k for k in reversed(numbers) if scenes[k][0][1]}
+    first_of_phase = {scenes[k][0][0]: k for k in reversed(numbers)}
+    longest = sorted(numbers, key=lambda k: -len(scenes[k][1]))
     ranked = dict.fromkeys([*first_of_class.values(), *first_of_phase.values(), *longest])
     return [scenes[k] for k in sorted(list(ranked)[:limit])]

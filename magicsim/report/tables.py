@@ -8,9 +8,10 @@ import numpy as np
 
 from magicsim.detectors.verdict import FEATURES, Contact, FeatureAtRest, Verdict
 from magicsim.frame_class import FrameClass
+from magicsim.judge.changed_frames import runs
 from magicsim.judge.score import PROXIMITY_TRUTH, DetectionScore, TaskScore, contact_right, proximity_right
 from magicsim.judge.verdicts import Judgement
-from magicsim.report.story import runs, tell_phases
+from magicsim.report.story import tell_phases
 from magicsim.report.text import number, percent, quantity, scientific
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame
 
@@ -19,18 +20,13 @@ _UNTOUCHED = (FrameClass.CLEAR, FrameClass.NEAR, FrameClass.LIGHT)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One true class."""
+    """One true class: the verdict that is right, frames with each verdict, and the share of right ones."""
 
     truth: str
-    """Name of the class."""
     wanted: str
-    """The verdict that is right."""
     counts: tuple[int, ...]
-    """Number of frames with each verdict."""
     right: frozenset[str]
-    """Verdicts that are right for the class."""
     recall: str
-    """Share of right verdicts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +35,6 @@ class ScoreTable:
 
     title: str
     columns: tuple[str, ...]
-    """Verdicts."""
     rows: tuple[Row, ...]
     accuracy: str
     """Balanced accuracy, or why there is none."""
@@ -49,16 +44,9 @@ def proximity_table(score: DetectionScore) -> ScoreTable:
     """Confusion matrix of the proximity verdicts."""
     truths = {str(verdict): each for each, verdict in PROXIMITY_TRUTH.items()}
     missing = [str(each) for each in PROXIMITY_TRUTH if not score.frames.get(each)]
-    rows = [
-        _row(score.proximity, label, truth=str(truths[label]), wanted=label, right={label})
-        for label in score.proximity.row_labels
-    ]
-    return ScoreTable(
-        title="Proximity",
-        columns=score.proximity.column_labels,
-        rows=tuple(rows),
-        accuracy=accuracy_text(score.proximity.accuracy, ", ".join(missing)),
-    )
+    task = score.proximity
+    rows = [_row(task, each, truth=str(truths[each]), wanted=each, right={each}) for each in task.row_labels]
+    return _table("Proximity", task, rows, missing)
 
 
 def contact_table(score: DetectionScore) -> ScoreTable:
@@ -72,17 +60,14 @@ def contact_table(score: DetectionScore) -> ScoreTable:
         right = touched if label == FrameClass.CONTACT else set(score.contact.column_labels) - touched
         wanted = str(Contact.TOUCHED) if right is touched else f"not {Contact.TOUCHED}"
         rows.append(_row(score.contact, label, truth=label, wanted=wanted, right=right))
-    return ScoreTable(
-        title="Contact",
-        columns=score.contact.column_labels,
-        rows=tuple(rows),
-        accuracy=accuracy_text(score.contact.accuracy, ", ".join(missing)),
-    )
+    return _table("Contact", score.contact, rows, missing)
 
 
-def accuracy_text(accuracy: float | None, missing: str) -> str:
-    """A balanced accuracy as a percentage, or which frames it would need."""
-    return percent(accuracy) if accuracy is not None else f"not scored (no frames of {missing})"
+def _table(title: str, task: TaskScore, rows: Sequence[Row], missing: Sequence[str]) -> ScoreTable:
+    """A table with its balanced accuracy as a percentage, or which frames it would need."""
+    needed = f"not scored (no frames of {', '.join(missing)})"
+    accuracy = percent(task.accuracy) if task.accuracy is not None else needed
+    return ScoreTable(title=title, columns=task.column_labels, rows=tuple(rows), accuracy=accuracy)
 
 
 def _row(task: TaskScore, label: str, *, truth: str, wanted: str, right: set[str]) -> Row:
@@ -92,16 +77,12 @@ def _row(task: TaskScore, label: str, *, truth: str, wanted: str, right: set[str
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mistake:
-    """Neighbouring frames of one class with the same wrong verdict."""
+    """Neighbouring frames of one class with the same wrong verdict, by their places in the stream."""
 
     first: int
-    """Place of the first frame in the stream."""
     last: int
-    """Place of the last frame in the stream."""
     truth: str
-    """Class of the frames."""
     verdict: str
-    """What was said of them."""
 
 
 def list_mistakes(frames: Sequence[SimulatedFrame], verdicts: Sequence[Verdict]) -> list[Mistake]:
@@ -110,16 +91,12 @@ def list_mistakes(frames: Sequence[SimulatedFrame], verdicts: Sequence[Verdict])
     pairs = list(zip(verdicts, classes, strict=True))
     near = [(each, one.proximity) if proximity_right(one, each) is False else None for one, each in pairs]
     touch = [(each, one.combined) if contact_right(one, each) is False else None for one, each in pairs]
+    found = [each for wrong in (near, touch) for each in runs(wrong)]
+    index = [frame.truth.index for frame in frames]
     return [
-        Mistake(
-            first=frames[run.start].truth.index,
-            last=frames[run.stop - 1].truth.index,
-            truth=str(run.value[0]),
-            verdict=str(run.value[1]),
-        )
-        for told in (near, touch)
-        for run in runs(told)
-        if run.value is not None
+        Mistake(first=index[places[0]], last=index[places[-1]], truth=str(pair[0]), verdict=str(pair[1]))
+        for pair, places in found
+        if pair is not None
     ]
 
 
@@ -151,12 +128,11 @@ def rest_rows(frames: Sequence[SimulatedFrame], judgement: Judgement) -> tuple[l
         medians = [float(np.median(values[[one == part for one in phases]])) for part in parts]
         rows.append(
             RestRow(
-                name=name,
-                at_rest=f"{rest.mean:.3f} ± {rest.sd:.2g}",
+                name=name, at_rest=f"{rest.mean:.3f} ± {rest.sd:.2g}",
                 threshold=_with_distance(judgement.thresholds[THRESHOLDS[key]], rest),
                 parts=tuple(_with_distance(each, rest) for each in medians),
             )
-        )
+        )  # fmt: skip
     return [str(part) for part in parts], rows
 
 
@@ -166,12 +142,11 @@ def _with_distance(value: float, rest: FeatureAtRest) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SolveRow:
-    """The worst value of one figure."""
+    """The worst value of one figure, and the place in the stream of the frame that has it."""
 
     name: str
     value: str
     index: int
-    """Place in the stream of the frame that has it."""
 
 
 def solve_rows(frames: Sequence[SimulatedFrame]) -> list[SolveRow]:

@@ -1,7 +1,7 @@
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.fit.constants import CONSTANTS, named, value_of, with_values
+from magicsim.fit.constants import CONSTANTS, constants_named, value_of, with_values
 from magicsim.scenes.scene import load_scene
 
 
@@ -37,6 +37,6 @@ def test_field_that_does_not_exist_is_named(path: str):
 
 def test_unknown_or_repeated_constant_is_refused():
     with pytest.raises(ConfigError, match=r"unknown constant 'gama' \(did you mean 'gamma'\?\)"):
-        named(["gama"])
+        constants_named(["gama"])
     with pytest.raises(ConfigError, match="'gamma' is given twice"):
-        named(["gamma", "gamma"])
+        constants_named(["gamma", "gamma"])

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from magicsim.report.story import runs
+from magicsim.judge.changed_frames import runs
 from magicsim.report.text import gap_or_depth, number, percent, scientific, short_name, span
 
 
@@ -36,6 +36,6 @@ def test_gap_turns_into_depth_where_pressed(gap, text):
 
 
 def test_runs_cover_every_place_once():
-    found = [(run.start, run.stop, run.value) for run in runs("aabccc")]
+    found = [(places.start, places.stop, value) for value, places in runs("aabccc")]
     assert found == [(0, 2, "a"), (2, 3, "b"), (3, 6, "c")]
     assert list(runs([])) == []
