@@ -83,11 +83,12 @@ def as_sentence(recipe: Recipe) -> str:
 def dataset_card(recipe: Recipe, columns: list[Column], versions: dict[str, str]) -> str:
     """Markdown with a YAML header that names the files of each split."""
     splits = Layout(recipe).splits
+    licence = f"license: {recipe.license}\n" if recipe.license is not None else ""
     files = "\n".join(f"  - split: {split}\n    path: data/{split}-*.parquet" for split in splits)
     rows = "\n".join(f"| `{column.name}` | {column.meaning} |" for column in columns)
     made_by = ", ".join(f"{name} {version}" for name, version in versions.items())
     return f"""---
-{_licence(recipe)}tags:
+{licence}tags:
 - robotics
 - tactile
 - synthetic
@@ -129,10 +130,6 @@ print(frames[0]["image"], frames[0]["force_n"])
 `sensors.parquet` has the design, rig, calibration and lattice of each printed sensor; `calibration.json` is that of the
 sensor without tolerances; `manifest.json` lists every file with its SHA-256 (`magicsim dataset verify`).
 """
-
-
-def _licence(recipe: Recipe) -> str:
-    return f"license: {recipe.license}\n" if recipe.license is not None else ""
 
 
 def _history(recipe: Recipe) -> str:

@@ -28,7 +28,7 @@ class ShardPlan:
 
 def split_of(recipe: Recipe, episode: int) -> str:
     """Name of the split that an episode belongs to."""
-    return _names(recipe)[int(_splits(recipe, np.array([episode]))[0])]
+    return list(recipe.splits.shares())[int(_splits(recipe, np.array([episode]))[0])]
 
 
 class Layout:
@@ -36,7 +36,7 @@ class Layout:
 
     def __init__(self, recipe: Recipe) -> None:
         """Sorts the episodes into splits: a few bytes for each."""
-        self._size, self._names = recipe.episodes_per_shard, _names(recipe)
+        self._size, self._names = recipe.episodes_per_shard, list(recipe.splits.shares())
         parts = [
             _splits(recipe, np.arange(begin, min(begin + AT_ONCE, recipe.episodes)))
             for begin in range(0, recipe.episodes, AT_ONCE)
@@ -77,10 +77,6 @@ class Layout:
         """Number of the file that an episode belongs into."""
         split = int(self._split_of[episode])
         return self._begins[split] + int(np.searchsorted(self._members[split], episode)) // self._size
-
-
-def _names(recipe: Recipe) -> list[str]:
-    return list(recipe.splits.shares())
 
 
 def _splits(recipe: Recipe, episodes: npt.NDArray[np.int64]) -> npt.NDArray[np.int8]:

@@ -18,7 +18,6 @@ from magicsim.dataset.recipes.draw import DrawnEpisode, DrawnSensor
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import ROWS_A_GROUP, rows_as_bytes, write_rows
 from magicsim.deform.lattice.structure import box_lattice
-from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import lattice_planes, resolve_grid
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.pose import Pose
@@ -228,20 +227,13 @@ def sensors_table(sensors: Sequence[DrawnSensor]) -> bytes:
     return sink.getvalue()
 
 
-def _nodes_mm(design: ElastomerDesign) -> list[list[float]]:
-    """Nodes of `build_lattice`, without the stiffness between them [mm]."""
-    x, y, z = lattice_planes(design, resolve_grid(design))
-    body = design.materials.body
-    return box_lattice(  # type: ignore[no-any-return]
-        (x, y, z), shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa
-    ).nodes_mm.tolist()
-
-
 def _sensor_row(sensor: DrawnSensor) -> dict[str, object]:
+    body, planes = sensor.design.materials.body, lattice_planes(sensor.design, resolve_grid(sensor.design))
+    lattice = box_lattice(planes[:3], shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa)
     return {
         "sensor": sensor.index,
         "design": sensor.design.model_dump_json(),
         "rig": sensor.rig.model_dump_json(),
         "calibration": json.dumps(asdict(calibrate_camera(sensor.design, sensor.rig))),
-        "lattice_nodes_mm": _nodes_mm(sensor.design),
+        "lattice_nodes_mm": lattice.nodes_mm.tolist(),
     } | {f"drawn.{name}": number for name, number in sensor.values.items()}

@@ -1,33 +1,18 @@
 """Runs tasks, tries again where that can help, and yields each task's outcome as it ends."""
 
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from itertools import islice
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
-from magicsim.workers.attempt import Failure, FailureKind, Outcome, Prepare, Reply
+from magicsim.workers.attempt import Failure, FailureKind, Outcome, Prepare
+from magicsim.workers.cluster import ClusterPool
 from magicsim.workers.options import WorkerOptions
+from magicsim.workers.pool import LocalPool
 
 TaskT = TypeVar("TaskT")
 ResultT = TypeVar("ResultT")
 QUEUED_PER_SLOT = 2
 """Tasks given out for each process: one that runs, one that waits, and memory stays flat."""
-
-
-class Engine(Protocol):
-    """What runs attempts."""
-
-    @property
-    def slots(self) -> int:
-        """How many attempts run at the same time."""
-
-    def start(self, key: int, task: object) -> None:
-        """Begins an attempt at a task."""
-
-    def wait(self) -> tuple[int, Reply]:
-        """The next attempt that ends."""
-
-    def close(self) -> None:
-        """Ends everything."""
 
 
 def run_tasks(
@@ -53,39 +38,26 @@ def run_tasks(
     Raises:
         ConfigError: The cluster cannot be used.
     """
-    engine = _engine(function, prepare, options)
-    try:
-        yield from _drive(engine, iter(tasks), options.retries)
-    finally:
-        engine.close()
-
-
-def _engine(function: Callable[[TaskT], ResultT], prepare: Prepare | None, options: WorkerOptions) -> Engine:
-    if options.cluster is not None:
-        from magicsim.workers.cluster import ClusterPool
-
-        return ClusterPool(function, prepare, options)
-    from magicsim.workers.pool import LocalPool
-
-    return LocalPool(function, prepare, options)
-
-
-def _drive(engine: Engine, tasks: Iterator[tuple[int, TaskT]], retries: int) -> Iterator[Outcome[ResultT]]:
-    running: dict[int, TaskT] = {}
+    pool: ClusterPool | LocalPool
+    pool = (ClusterPool if options.cluster is not None else LocalPool)(function, prepare, options)
+    waiting, running = iter(tasks), dict[int, TaskT]()
     failures: dict[int, tuple[Failure, ...]] = {}
-    while True:
-        for key, task in islice(tasks, max(0, engine.slots * QUEUED_PER_SLOT - len(running))):
-            running[key] = task
-            engine.start(key, task)
-        if not running:
-            return
-        key, reply = engine.wait()
-        before = failures.pop(key, ())
-        if reply.failure is not None:
-            before = (*before, reply.failure)
-            if reply.failure.kind != FailureKind.REFUSED and len(before) <= retries:
-                failures[key] = before
-                engine.start(key, running[key])
-                continue
-        del running[key]
-        yield Outcome(key=key, result=reply.result, failures=before, seconds=reply.seconds)
+    try:
+        while True:
+            for key, task in islice(waiting, max(0, pool.slots * QUEUED_PER_SLOT - len(running))):
+                running[key] = task
+                pool.start(key, task)
+            if not running:
+                return
+            key, reply = pool.wait()
+            before = failures.pop(key, ())
+            if reply.failure is not None:
+                before = (*before, reply.failure)
+                if reply.failure.kind != FailureKind.REFUSED and len(before) <= options.retries:
+                    failures[key] = before
+                    pool.start(key, running[key])
+                    continue
+            del running[key]
+            yield Outcome(key=key, result=reply.result, failures=before, seconds=reply.seconds)
+    finally:
+        pool.close()

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from magicsim.dataset.features import Column
+from magicsim.dataset.columns import columns_of, recorded_columns
+from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.manifest import (
     CONFIG,
     MANIFEST,
@@ -56,8 +57,6 @@ class Source:
     @cached_property
     def columns(self) -> list[Column]:
         """Columns of the rows."""
-        from magicsim.dataset.columns import columns_of, recorded_columns
-
         if self.recorded is None:
             return columns_of(self.recipe)
         return [each for each in recorded_columns() if each.name in self.recorded.table]
@@ -108,8 +107,6 @@ class Source:
         Raises:
             OutputError: The shard is not as it was written; the message names it.
         """
-        from magicsim.dataset.features import schema_of_columns
-
         whole = read_shard(self.folder, shard, schema_of_columns(self.columns))
         numbers = whole["episode"].to_pylist()
         for episode in shard.episodes:
