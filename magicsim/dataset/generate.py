@@ -27,7 +27,7 @@ from magicsim.light.variant import activate_variant
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Prepare, bound_threads
 from magicsim.workers.options import WorkerOptions, choose_workers
-from magicsim.workers.run_folder import changed_versions, versions
+from magicsim.workers.run_folder import versions
 from magicsim.workers.tasks import run_tasks
 
 CHECKED_FIRST, CHECKED = 200, 100_000
@@ -153,19 +153,6 @@ def _generated(
 
 def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:
     earlier = FOLDER.begun(out)
-    if earlier is not None:
-        _refuse_another(recipe, earlier, out, variant)
-    ledger = FOLDER.open_ledger(out)
-    sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
-    config = tomli_w.dumps(recipe.model_dump(mode="json", exclude_none=True))
-    contents = {
-        CONFIG: f"# A recipe of magicsim, everything in place: `magicsim dataset {CONFIG}`\n{config}".encode(),
-        CARD: dataset_card(recipe, columns, versions()).encode(),
-        CALIBRATION: nominal_calibration(recipe),
-        SENSORS: sensors_table(sensors),
-    }
-    for name, content in contents.items():
-        ledger.place(name, content)
     manifest = Manifest(
         config_hash=recipe.config_hash(),
         versions=versions(),
@@ -174,23 +161,26 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
         episodes=recipe.episodes,
         shards=earlier.shards if earlier is not None else (),
         failed=earlier.failed if earlier is not None else (),
-        files={name: ledger.listed(name).sha256 for name in contents},
+        files={},
     )
-    return Assembly(ledger, recipe, manifest, schema_of_columns(columns))
-
-
-def _refuse_another(recipe: Recipe, earlier: Manifest, out: Path, variant: str) -> None:
-    if earlier.config_hash != recipe.config_hash():
-        named = f"see its {CONFIG}, and the files that it names"
-        msg = f"'{out}' holds a dataset of another recipe ({named}); name another folder"
-        raise OutputError(msg)
-    changed = changed_versions(earlier.versions | {"variant": earlier.variant}, versions() | {"variant": variant})
-    if changed:
-        msg = f"'{out}' was begun with another version of {', '.join(changed)}: its rows would differ from further ones"
-        raise OutputError(msg)
-    if recipe.episodes < earlier.episodes:
-        msg = f"episodes = {recipe.episodes} is not allowed: '{out}' holds a dataset of {earlier.episodes} already"
-        raise OutputError(msg)
+    if earlier is not None:
+        FOLDER.refuse_another(out, earlier, manifest)
+        if recipe.episodes < earlier.episodes:
+            msg = f"episodes = {recipe.episodes} is not allowed: '{out}' holds a dataset of {earlier.episodes} already"
+            raise OutputError(msg)
+    ledger = FOLDER.open_ledger(out)
+    sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
+    config = tomli_w.dumps(recipe.model_dump(mode="json", exclude_none=True))
+    contents = {
+        CONFIG: f"# A recipe of magicsim, everything in place: `magicsim dataset {CONFIG}`\n{config}".encode(),
+        CARD: dataset_card(recipe, columns, manifest.versions).encode(),
+        CALIBRATION: nominal_calibration(recipe),
+        SENSORS: sensors_table(sensors),
+    }
+    for name, content in contents.items():
+        ledger.place(name, content)
+    files = {name: ledger.listed(name).sha256 for name in contents}
+    return Assembly(ledger, recipe, manifest.model_copy(update={"files": files}), schema_of_columns(columns))
 
 
 def _complete(

@@ -92,6 +92,7 @@ def _has_episodes(out: Path, manifest: Manifest) -> bool:
 
 FOLDER = RunFolder(
     index=MANIFEST, model=Manifest, noun="dataset", content="dataset", beside=PREVIEW_FILES,
+    other=f"a dataset of another recipe (see its {CONFIG}, and the files that it names)",
     is_worth_keeping=_has_episodes,
 )  # fmt: skip
 read_manifest = FOLDER.read_index

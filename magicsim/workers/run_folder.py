@@ -19,22 +19,21 @@ from magicsim.folder.listing import Listed, files_below, is_sealed, sealed, sha2
 from magicsim.folder.target import check_place, names_in, output_errors, refuse_foreign, refuse_others
 from magicsim.workers.attempt import Failure
 
+CONFIG = "config.toml"
+"""Settings of a run with everything in place."""
 ERRORS = "errors.jsonl"
 """One line for each failed attempt, with its traceback."""
+PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "pyarrow", "opencv-contrib-python-headless")
+"""Whose versions may change a result's bytes."""
 
 
 def log_failures(out: Path, unit: str, number: int, failures: tuple[Failure, ...]) -> None:
     """Adds the failed attempts at one unit of work, such as an episode, to the error log, by its number."""
     if not failures:
         return
-    lines = [
-        sealed(
-            {unit: number, "kind": str(each.kind), "message": each.message, "traceback": each.traceback}, indent=None
-        )
-        for each in failures
-    ]
+    entries = [{"kind": str(each.kind), "message": each.message, "traceback": each.traceback} for each in failures]
     with (out / ERRORS).open("ab") as log:
-        log.write(b"".join(lines))
+        log.write(b"".join(sealed({unit: number, **each}, indent=None) for each in entries))
         log.flush()
         os.fsync(log.fileno())
 
@@ -46,10 +45,6 @@ def changed_lines(out: Path) -> list[int]:
     return [number for number, line in enumerate(lines, 1) if not is_sealed(line, indent=None)]
 
 
-PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "pyarrow", "opencv-contrib-python-headless")
-"""Whose versions may change a result's bytes."""
-
-
 def versions() -> dict[str, str]:
     """Versions of everything that a result's bytes depend on."""
     return {"magicsim": magicsim.__version__} | {name: importlib.metadata.version(name) for name in PACKAGES}
@@ -58,10 +53,6 @@ def versions() -> dict[str, str]:
 def changed_versions(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
     """Names that have another version now, or that only one of both knows."""
     return sorted(name for name in before.keys() | now.keys() if before.get(name) != now.get(name))
-
-
-CONFIG = "config.toml"
-"""Settings of a run with everything in place."""
 
 
 class FolderIndex(Config):
@@ -112,6 +103,8 @@ class RunFolder(Generic[Index]):
     """What of it the folder holds, likewise."""
     title: str = ""
     """First line of the settings' file."""
+    other: str = ""
+    """What a folder holds whose index has another hash; another *noun* by default."""
     beside: frozenset[str] = frozenset()
     """Names of files that another list answers for."""
     is_worth_keeping: Callable[[Path, Index], bool] = _always
@@ -190,12 +183,10 @@ class RunFolder(Generic[Index]):
             OutputError: With what differs.
         """
         if earlier.config_hash != now.config_hash:
-            msg = f"'{out}' holds another {self.noun} (see its {CONFIG}); name another folder"
+            msg = f"'{out}' holds {self.other or f'another {self.noun} (see its {CONFIG})'}; name another folder"
             raise OutputError(msg)
-        changed = changed_versions(
-            earlier.versions | {"variant": earlier.variant}, now.versions | {"variant": now.variant}
-        )
-        if changed:
+        before, present = (each.versions | {"variant": each.variant} for each in (earlier, now))
+        if changed := changed_versions(before, present):
             msg = f"'{out}' was begun with another version of {', '.join(changed)}: its results would differ"
             raise OutputError(msg)
 
