@@ -7,7 +7,8 @@ copied once into an Arrow file, which is mapped into memory: any row is then the
 import hashlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -47,7 +48,6 @@ class FrameTable:
     """Split that each row of the whole dataset is stored in."""
     path: Path
     """The mapped copy."""
-    _open: dict[str, pa.Table] = field(default_factory=dict, repr=False, compare=False)
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -67,16 +67,6 @@ class FrameTable:
         """All rows in order."""
         return (self[number] for number in range(len(self)))
 
-    def __getstate__(self) -> tuple[Any, ...]:
-        """What another process needs: it maps the copy itself."""
-        return (self.columns, self.rows, self.split_of, self.path)
-
-    def __setstate__(self, state: tuple[Any, ...]) -> None:
-        """Takes what `__getstate__` gave."""
-        for name, value in zip(("columns", "rows", "split_of", "path"), state, strict=True):
-            object.__setattr__(self, name, value)
-        object.__setattr__(self, "_open", {})
-
     def column(self, name: str) -> AnyArray:
         """A column of plain values or vectors as one array, a row each.
 
@@ -91,7 +81,7 @@ class FrameTable:
 
     def where(self, chosen: Sequence[bool] | Mask) -> "FrameTable":
         """The rows for which an entry of `chosen`, one a row, is true."""
-        return replace(self, rows=self.rows[np.asarray(chosen, bool)], _open=self._open)
+        return replace(self, rows=self.rows[np.asarray(chosen, bool)])
 
     def split(self, name: str) -> "FrameTable":
         """The rows of a split as it is stored.
@@ -151,9 +141,13 @@ class FrameTable:
 
     @property
     def _table(self) -> pa.Table:
-        if "table" not in self._open:
-            self._open["table"] = pa.ipc.open_file(pa.memory_map(str(self.path))).read_all()
-        return self._open["table"]
+        return _mapped(self.path)
+
+
+@lru_cache(maxsize=16)
+def _mapped(path: Path) -> pa.Table:
+    """A copy that is mapped into memory, once in each process."""
+    return pa.ipc.open_file(pa.memory_map(str(path))).read_all()
 
 
 def open_frames(
@@ -207,6 +201,7 @@ def _copied(source: Source, columns: Sequence[Column], keep: Path) -> Path:
             for shard in source.shards(split):
                 for table in source.episodes(shard):
                     writer.write_table(table.select([column.name for column in columns]).cast(schema))
+    _mapped.cache_clear()  # there may have been a damaged one of this name
     return path
 
 
