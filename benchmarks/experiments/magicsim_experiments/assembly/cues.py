@@ -89,21 +89,13 @@ class Reader:
         ssim = [similarity(image, empty) for image, empty in zip(moment.images, self.empty, strict=True)]
         verdicts = [detect(image, own, self.profile) for image, own in zip(moment.images, self.references, strict=True)]
         return Cues(
-            stage=moment.step.stage,
-            outcome=moment.outcome.value,
-            ssim=float(np.mean(ssim)),
-            ssim_fingers=(ssim[0], ssim[1]),
-            similarity=float(np.mean([verdict.similarity for verdict in verdicts])),
-            verdicts=(verdicts[0].combined.value, verdicts[1].combined.value),
-            time_s=moment.time_s,
-            force_n=moment.base_force_n,
-            force_size_n=float(np.linalg.norm(moment.base_force_n)),
-            torque_nmm=moment.base_torque_nmm,
-            normal_n=moment.normal_n,
-            slid_mm=moment.slid_mm,
-            place=astuple(moment.place),
-            limit=moment.limit,
-        )
+            stage=moment.step.stage, outcome=moment.outcome.value, ssim=float(np.mean(ssim)),
+            ssim_fingers=(ssim[0], ssim[1]), similarity=float(np.mean([verdict.similarity for verdict in verdicts])),
+            verdicts=(verdicts[0].combined.value, verdicts[1].combined.value), time_s=moment.time_s,
+            force_n=moment.base_force_n, force_size_n=float(np.linalg.norm(moment.base_force_n)),
+            torque_nmm=moment.base_torque_nmm, normal_n=moment.normal_n, slid_mm=moment.slid_mm,
+            place=astuple(moment.place), limit=moment.limit,
+        )  # fmt: skip
 
 
 def structural_similarity() -> Similarity:

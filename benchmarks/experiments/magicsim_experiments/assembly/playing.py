@@ -15,13 +15,9 @@ from magicsim_experiments.assembly.trial import OPEN_MM, Gripped, Moment
 
 
 def play(
-    gripper: Gripper,
-    gripped: Gripped,
-    misalignment: Misalignment,
-    *,
-    seed: int | None = None,
+    gripper: Gripper, gripped: Gripped, misalignment: Misalignment, *, seed: int | None = None,
     tell: Callable[[Stage], None] | None = None,
-) -> tuple[Moment, ...]:
+) -> tuple[Moment, ...]:  # fmt: skip
     """Plays a trial from the gripped plug on; it ends early where the plug drops.
 
     Args:
@@ -124,17 +120,11 @@ class _Course:
         if met is None:
             met = tuple(float(each) for each in self._load.met(object_pose(self._plug, truth.place)))
         moment = Moment(
-            step=step,
-            outcome=truth.hold,
-            time_s=self._time_s + after_mm / self._setup.speed_mm_s,
-            base_force_n=met[:3],
-            base_torque_nmm=met[3:],
-            normal_n=(truth.upper.force_n[2] + truth.lower.force_n[2]) / 2,
-            place=truth.place,
-            limit=truth.limit,
-            slid_mm=slid_mm,
-            images=(pair.upper.image, pair.lower.image),
-        )
+            step=step, outcome=truth.hold, time_s=self._time_s + after_mm / self._setup.speed_mm_s,
+            base_force_n=met[:3], base_torque_nmm=met[3:],
+            normal_n=(truth.upper.force_n[2] + truth.lower.force_n[2]) / 2, place=truth.place, limit=truth.limit,
+            slid_mm=slid_mm, images=(pair.upper.image, pair.lower.image),
+        )  # fmt: skip
         self.moments.append(moment)
 
 

@@ -122,15 +122,11 @@ class AssemblyConfig(Config):
         """What does not change from trial to trial."""
         first, second = zip(self.insertion_mm, self.push_n, strict=True)
         return Setup(
-            jack=Jack(**self.jack.model_dump()),
-            contact=Contact(**self.contact.model_dump()),
-            mass_g=self.mass_g,
+            jack=Jack(**self.jack.model_dump()), contact=Contact(**self.contact.model_dump()), mass_g=self.mass_g,
             squeeze_mm=self.squeeze_mm,
             timeline=timeline(before_mm=self.before_mm, insertions=(first, second), success_mm=self.success_mm),
-            references=references,
-            samples=samples,
-            speed_mm_s=self.speed_mm_s,
-        )
+            references=references, samples=samples, speed_mm_s=self.speed_mm_s,
+        )  # fmt: skip
 
     @property
     def spread(self) -> Spread:

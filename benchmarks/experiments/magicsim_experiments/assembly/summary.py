@@ -117,11 +117,9 @@ def recognise(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> dict[str
     found = {name: _by_change(trials, value) for name, value in CUES.items()}
     changed = [(each, _verdict_changes(series)) for each, series in trials]
     found["contact verdict"] = Recognition(
-        threshold=None,
-        misaligned=Rate.of_trials([was for each, was in changed if each.is_misaligned]),
-        by_kind=_by_kind(changed),
-        auc=None,
-    )
+        threshold=None, misaligned=Rate.of_trials([was for each, was in changed if each.is_misaligned]),
+        by_kind=_by_kind(changed), auc=None,
+    )  # fmt: skip
     return found
 
 
@@ -146,11 +144,9 @@ def _by_change(trials: Sequence[tuple[Misalignment, Sequence[Cues]]], value: Cal
     if wrong and right:
         auc = float(np.mean([(a > b) + (a == b) / 2 for a in wrong for b in right]))
     return Recognition(
-        threshold=limit,
-        misaligned=Rate.of_trials([was for each, was in judged if each.is_misaligned]),
-        by_kind=_by_kind(judged),
-        auc=auc,
-    )
+        threshold=limit, misaligned=Rate.of_trials([was for each, was in judged if each.is_misaligned]),
+        by_kind=_by_kind(judged), auc=auc,
+    )  # fmt: skip
 
 
 def _threshold(trials: Sequence[tuple[Misalignment, Sequence[Cues]]], value: Callable[[Cues], float]) -> float | None:
@@ -229,15 +225,10 @@ def summarise(trials: Sequence[Trial], *, out: str) -> AssemblySummary:
     played = played_out(trials)
     reasons = reasons_of([each.error for each in trials])
     return AssemblySummary(
-        out=out,
-        trials=len(trials),
-        failed=sum(reasons.values()),
-        reasons=reasons,
-        dropped=sum(series[-1].stage is not Stage.OPEN for _, series in played),
-        recognised=recognise(played),
-        neither=unrecognised(played),
-        stages=_by_stage(played),
-    )
+        out=out, trials=len(trials), failed=sum(reasons.values()), reasons=reasons,
+        dropped=sum(series[-1].stage is not Stage.OPEN for _, series in played), recognised=recognise(played),
+        neither=unrecognised(played), stages=_by_stage(played),
+    )  # fmt: skip
 
 
 def _by_stage(played: Sequence[tuple[Misalignment, tuple[Cues, ...]]]) -> dict[str, dict[str, dict[str, StageSeries]]]:

@@ -86,11 +86,9 @@ def study(
 def _planned(kind: str, stages: "Sequence[StageEstimate]", processes: int) -> dict[str, object]:
     total = sum(each.core_seconds for each in stages)
     return {
-        "study": kind,
-        "stages": [{"stage": each.stage, "core_seconds": round(each.core_seconds)} for each in stages],
-        "core_seconds": round(total),
-        "seconds": round(total / processes),
-    }
+        "study": kind, "stages": [{"stage": each.stage, "core_seconds": round(each.core_seconds)} for each in stages],
+        "core_seconds": round(total), "seconds": round(total / processes),
+    }  # fmt: skip
 
 
 def _announce(processes: int) -> "Callable[[Sequence[StageEstimate]], None]":

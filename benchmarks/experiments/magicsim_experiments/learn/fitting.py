@@ -130,12 +130,9 @@ def answers_table(test: Samples, answers: Array, train: Samples, kind: str) -> b
         answers: Of the model, shape (frames, labels).
     """
     methods = {
-        "truth": test.targets,
-        "model": answers,
-        "constant": constant_answers(train, len(test)),
-        "neighbour": neighbour_answers(train, test, kind),
-        "linear": linear_answers(train, test),
-    }
+        "truth": test.targets, "model": answers, "constant": constant_answers(train, len(test)),
+        "neighbour": neighbour_answers(train, test, kind), "linear": linear_answers(train, test),
+    }  # fmt: skip
     columns: dict[str, Any] = {"press": test.press, "unit": test.unit, "group": test.group}
     columns["train_frames"] = np.full(len(test), len(train))
     for method, values in methods.items():

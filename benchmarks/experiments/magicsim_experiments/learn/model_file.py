@@ -126,19 +126,12 @@ def model_config(
         means.append(float(values.mean()) if is_scaled else 0.0)
         sds.append(max(float(values.std()), LEAST_SD) if is_scaled else 1.0)
     return ModelConfig(
-        network=network,
-        labels=samples.labels,
-        input=settings.input,
-        long_side_px=settings.long_side_px,
-        frame_rows=frame_size[0],
-        frame_columns=frame_size[1],
+        network=network, labels=samples.labels, input=settings.input, long_side_px=settings.long_side_px,
+        frame_rows=frame_size[0], frame_columns=frame_size[1],
         input_mean=tuple(float(each) for each in inputs.mean((0, 1, 2))),
-        input_sd=tuple(max(float(each), LEAST_SD) for each in inputs.std((0, 1, 2))),
-        target_mean=tuple(means),
-        target_sd=tuple(sds),
-        recipe_hash=recipe_hash,
-        study=study,
-    )
+        input_sd=tuple(max(float(each), LEAST_SD) for each in inputs.std((0, 1, 2))), target_mean=tuple(means),
+        target_sd=tuple(sds), recipe_hash=recipe_hash, study=study,
+    )  # fmt: skip
 
 
 def answers_of(outputs: npt.NDArray[np.float32], config: ModelConfig) -> Array:

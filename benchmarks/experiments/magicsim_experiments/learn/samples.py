@@ -197,14 +197,8 @@ def read_samples(
     """
     source = open_dataset(folder)
     wanted = [
-        "image",
-        "episode",
-        "sensor",
-        "is_reference",
-        "object_config",
-        *columns,
-        *(["contact_mask"] if masks else []),
-    ]
+        "image", "episode", "sensor", "is_reference", "object_config", *columns, *(["contact_mask"] if masks else []),
+    ]  # fmt: skip
     parts: list[tuple[int, int, Images, Chosen, Images, str]] = []
     for split in source.splits:
         for shard in source.shards(split):
@@ -222,17 +216,15 @@ def read_samples(
     counts = [int(each.rows.sum()) for each in chosen]
     things = {thing: number for number, thing in enumerate(dict.fromkeys(part[5] for part in parts if part[5]))}
     return Samples(
-        images=np.concatenate([part[2] for part in parts]),
-        references=np.concatenate([part[4] for part in parts]),
+        images=np.concatenate([part[2] for part in parts]), references=np.concatenate([part[4] for part in parts]),
         reference_of=np.repeat(np.arange(len(parts)), counts),
-        targets=np.concatenate([each.targets[each.rows] for each in chosen]),
-        labels=tuple(labels),
+        targets=np.concatenate([each.targets[each.rows] for each in chosen]), labels=tuple(labels),
         press=np.repeat(np.array([part[0] for part in parts]), counts),
         unit=np.repeat(np.array([part[1] for part in parts]), counts),
         thing=np.repeat(np.array([things.get(part[5], -1) for part in parts]), counts),
         features=np.concatenate([each.features[each.rows] for each in chosen]),
         group=np.concatenate([each.group[each.rows] for each in chosen]),
-    )
+    )  # fmt: skip
 
 
 def thing_of(configs: Sequence[str]) -> str:

@@ -182,14 +182,9 @@ def _pass(
 
 
 def _loss_of(
-    network: torch.nn.Module,
-    images: torch.Tensor,
-    targets: torch.Tensor,
-    rows: Index,
-    labels: tuple[Label, ...],
-    batch: int,
-    device: torch.device,
-) -> float:
+    network: torch.nn.Module, images: torch.Tensor, targets: torch.Tensor, rows: Index, labels: tuple[Label, ...],
+    batch: int, device: torch.device,
+) -> float:  # fmt: skip
     outputs = torch.from_numpy(_outputs(network, images, rows, batch, device))
     return float(label_loss(outputs, targets[rows], labels))
 

@@ -131,14 +131,8 @@ COLUMNS = (
     Column(name="touch_area_se", title="standard error"),
 )  # fmt: skip
 MEASURES = (
-    "rest_entropy",
-    "late_entropy",
-    "near_entropy",
-    "early_alarms",
-    "late_alarms",
-    "approach_area",
-    "touch_area",
-)
+    "rest_entropy", "late_entropy", "near_entropy", "early_alarms", "late_alarms", "approach_area", "touch_area",
+)  # fmt: skip
 
 
 def episode_scene(task: FusionTask) -> SceneConfig:

@@ -49,17 +49,12 @@ def render_page(study: Study, found: StudyResult) -> str:
     """A whole HTML document."""
     config = study.config
     return page_template("study.html.jinja", "magicsim_experiments.study", "magicsim.report").render(
-        title=f"Study: {config.kind.replace('-', ' ')}",
-        facts={**found.facts, "Seed": str(config.seed)},
-        headline={headed(name): shown(value) for name, value in found.headline.items()},
-        tables=found.tables,
+        title=f"Study: {config.kind.replace('-', ' ')}", facts={**found.facts, "Seed": str(config.seed)},
+        headline={headed(name): shown(value) for name, value in found.headline.items()}, tables=found.tables,
         matrices=[(each, each.counts / np.maximum(each.counts.sum(1, keepdims=True), 1)) for each in found.matrices],
-        many=MANY,
-        head=head,
-        shown=shown,
-        figures=[(each.title, each.note, Markup(each.svg)) for each in found.figures],
-        notes=found.notes,
-    )
+        many=MANY, head=head, shown=shown,
+        figures=[(each.title, each.note, Markup(each.svg)) for each in found.figures], notes=found.notes,
+    )  # fmt: skip
 
 
 def shown(value: Cell, digits: int = 3) -> str:
@@ -109,13 +104,11 @@ def all_tables(found: StudyResult) -> list[Table]:
 def result_dict(study: Study, found: StudyResult) -> dict[str, Any]:
     """The result as JSON has it; what is not a number is null."""
     return {
-        "study": study.config.kind,
-        "seed": study.config.seed,
-        "headline": without_nan(found.headline),
+        "study": study.config.kind, "seed": study.config.seed, "headline": without_nan(found.headline),
         "facts": dict(found.facts),
         "tables": {table.name: without_nan(list(table.rows)) for table in all_tables(found)},
         "notes": list(found.notes),
-    }
+    }  # fmt: skip
 
 
 def table_parquet(table: Table) -> bytes:
@@ -181,15 +174,10 @@ def estimate_study(study: Study, *, processes: int, folder: Path | None = None) 
 
 
 def run_study(
-    study: Study,
-    out: Path,
-    *,
-    options: WorkerOptions | None = None,
-    resume: bool = False,
-    announce: Callable[[Sequence[StageEstimate]], None] | None = None,
-    progress: Progress | None = None,
+    study: Study, out: Path, *, options: WorkerOptions | None = None, resume: bool = False,
+    announce: Callable[[Sequence[StageEstimate]], None] | None = None, progress: Progress | None = None,
     variant: Callable[[], str] = activate_variant,
-) -> StudySummary:
+) -> StudySummary:  # fmt: skip
     """Runs a study, or what an earlier run left of it, and writes its folder.
 
     Args:
@@ -212,11 +200,9 @@ def run_study(
         out.mkdir(parents=True, exist_ok=True)
         ledger = FOLDER.open_ledger(out, owned=lambda name: any(stage.owns(name) for stage in stages))
         index = StudyIndex(
-            kind=study.config.kind,
-            config_hash=study.config.config_hash(),
-            versions=versions() | packages,
+            kind=study.config.kind, config_hash=study.config.config_hash(), versions=versions() | packages,
             variant=variant(),
-        )
+        )  # fmt: skip
         earlier = FOLDER.read_index(out)
         if earlier is not None:
             FOLDER.refuse_another(out, earlier, index)
@@ -236,12 +222,9 @@ def run_study(
         FOLDER.write_index(ledger, index.model_copy(update={"is_complete": True, "files": files}))
         ledger.close()
     return StudySummary(
-        study=study.config.kind,
-        headline=dict(found.headline),
-        seconds=round(time.perf_counter() - start, 3),
-        report=str(out / REPORT),
-        out=str(out),
-    )
+        study=study.config.kind, headline=dict(found.headline), seconds=round(time.perf_counter() - start, 3),
+        report=str(out / REPORT), out=str(out),
+    )  # fmt: skip
 
 
 def _is_done(stage: Stage, folder: Path | None) -> bool:

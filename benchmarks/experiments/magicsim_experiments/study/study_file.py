@@ -104,14 +104,9 @@ QUICK = "quick"
 
 
 def load_study(
-    name: str | Path,
-    overrides: Sequence[str] = (),
-    *,
-    design: str | None = None,
-    quick: bool = False,
-    seed: int | None = None,
-    kinds: Mapping[str, str] | None = None,
-) -> Study:
+    name: str | Path, overrides: Sequence[str] = (), *, design: str | None = None, quick: bool = False,
+    seed: int | None = None, kinds: Mapping[str, str] | None = None,
+) -> Study:  # fmt: skip
     """Reads a study by preset name or path and looks whether its design can do it.
 
     Args:

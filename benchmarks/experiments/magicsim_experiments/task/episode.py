@@ -123,24 +123,10 @@ def _row(
 ) -> FrameRow:  # fmt: skip
     truth = world.gripper.truth()
     return FrameRow(
-        episode=episode,
-        frame=frame,
-        time_s=round(frame / world.config.frames_per_second, 6),
-        stage=stage.value,
-        entropy=float(verdict.entropy),
-        correlation=float(verdict.correlation),
-        similarity=float(verdict.similarity),
-        proximity=verdict.proximity.value,
-        contact=verdict.combined.value,
-        event=happened.event,
-        has_item=world.has_item,
-        hold=truth.hold.value,
-        gap_mm=truth.upper.state.gap_mm,
-        width_mm=truth.width_mm,
-        carriage_mm=world.carriage.place_mm,
-        upper_n=truth.upper.force_n[2],
-        lower_n=truth.lower.force_n[2],
-        slid_mm=truth.slid_mm,
-        light=happened.light,
-        hand_mm=world.hand_mm,
-    )
+        episode=episode, frame=frame, time_s=round(frame / world.config.frames_per_second, 6), stage=stage.value,
+        entropy=float(verdict.entropy), correlation=float(verdict.correlation), similarity=float(verdict.similarity),
+        proximity=verdict.proximity.value, contact=verdict.combined.value, event=happened.event,
+        has_item=world.has_item, hold=truth.hold.value, gap_mm=truth.upper.state.gap_mm, width_mm=truth.width_mm,
+        carriage_mm=world.carriage.place_mm, upper_n=truth.upper.force_n[2], lower_n=truth.lower.force_n[2],
+        slid_mm=truth.slid_mm, light=happened.light, hand_mm=world.hand_mm,
+    )  # fmt: skip

@@ -41,11 +41,9 @@ def resolved(
     fingers = next(iter(scenes.values())).model_dump(mode="json", exclude={"object": True, "contact": {"friction"}})
     files = {name: file_hashes(scene.model_dump(mode="json")) for name, scene in scenes.items()}
     content = {
-        "profile": dict(profile),
-        "items": {name: item.model_dump(mode="json") for name, item in items.items()},
-        "fingers": fingers,
-        "sha256": {name: found for name, found in files.items() if found},
-    }
+        "profile": dict(profile), "items": {name: item.model_dump(mode="json") for name, item in items.items()},
+        "fingers": fingers, "sha256": {name: found for name, found in files.items() if found},
+    }  # fmt: skip
     return plain_values(config.model_dump(mode="json") | {"resolved": content})
 
 
@@ -128,12 +126,9 @@ class Run:
 
 
 def grow(
-    out: Path,
-    settings: Mapping[str, Any],
-    run: Run,
-    play: Callable[[int], Played],
+    out: Path, settings: Mapping[str, Any], run: Run, play: Callable[[int], Played],
     conclude: Callable[[Sequence[dict[str, Any]]], tuple[SummaryT, Mapping[str, bytes]]],
-) -> SummaryT:
+) -> SummaryT:  # fmt: skip
     """Plays episodes, or what an earlier run left of them, and writes their folder.
 
     Args:

@@ -135,13 +135,7 @@ def draw_story(config: GraspConfig, episode: int) -> Story:
     is_anywhere = config.flashlight == "any"
     lights = draw_anywhere(config, episode, quiet=quiet, has_pull=pull is not None) if is_anywhere else usual
     return Story(
-        item=item,
-        appears=2 * quiet + sum(light.frames for light in lights if light.since is Since.BEGINNING),
-        speed_mm_s=speed,
-        y_mm=y_mm,
-        near_mm=near,
-        twist_deg=twist,
-        lights=lights,
-        pull=pull,
+        item=item, appears=2 * quiet + sum(light.frames for light in lights if light.since is Since.BEGINNING),
+        speed_mm_s=speed, y_mm=y_mm, near_mm=near, twist_deg=twist, lights=lights, pull=pull,
         pull_deg=float(rng.uniform(0, 360)),
-    )
+    )  # fmt: skip

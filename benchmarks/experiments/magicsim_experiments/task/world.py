@@ -223,11 +223,9 @@ class World:
     def _shine(self, frame: int, asked: Command) -> bool:
         """Turns the story's flashlights on and off, each by what has happened."""
         begun = {
-            Since.OFFERED: self._offered >= 0,
-            Since.CLOSING: asked.fingers == "close",
-            Since.PULL: self._pull_n > 0,
+            Since.OFFERED: self._offered >= 0, Since.CLOSING: asked.fingers == "close", Since.PULL: self._pull_n > 0,
             Since.DELIVERED: self._is_delivered,
-        }
+        }  # fmt: skip
         for since in (since for since, has_begun in begun.items() if has_begun):
             self._since.setdefault(since, frame)
         passed = {since: frame - first for since, first in self._since.items()}

@@ -24,7 +24,7 @@ TINY = (
     "recipe.render.anchor_particles=8000", "recipe.camera={full_well_e=1e9,read_noise_e=0.0}",
 )  # fmt: skip
 PRESS = (
-    "gap_mm=0.5,depth_mm=1.0,friction=0.5,approach_frames=0,press_frames=1,shear_frames=0,twist_frames=0,"
+    "gap_mm=0.5,depth_mm=1.0,friction=0.5,approach_frames=1,press_frames=1,shear_frames=0,twist_frames=0,"
     "hold_frames=0,release_frames=0"
 )
 TOUCH = f"recipe.paths=[{{kind='touch',x_mm={{low=-3,high=3}},y_mm={{low=-4,high=4}},{PRESS}}}]"
@@ -54,8 +54,9 @@ def test_place_of_a_touch_is_where_the_picture_changes(tmp_path: Path):
 
 
 def test_near_object_is_in_the_picture_before_it_touches(tmp_path: Path):
-    hover = "{kind='hover',gap_mm={low=0.5,high=1.5},approach_frames=0,retreat_frames=0}"
-    study = studied("ranging", f"recipe.paths=[{hover},{{kind='clear',clear_frames=1}}]", episodes=8)
+    hover = "{kind='hover',gap_mm=1.5,nearest_mm=0.5,approach_frames=1,retreat_frames=0}"
+    ball = "recipe.objects=[{kind='sphere',radius_mm=5.0,color=[0.8,0.8,0.8]}]"
+    study = studied("ranging", f"recipe.paths=[{hover},{{kind='clear',clear_frames=1}}]", ball, episodes=8)
     found = rendered(study.learning.read, study.data[0], tmp_path / "frames")
     change = np.square(found.inputs("difference")).mean((1, 2, 3))
     is_there = found.targets[:, 0] > 0

@@ -106,12 +106,10 @@ class Alignment(LearnedStudy):
         }  # fmt: skip
         units = compared_table(parts, LABELS, name="units", title="Other units, an unseen object", seed=seed)
         return StudyResult(
-            headline=self.headline(seen, LABELS),
-            tables=(errors, units, curve, *self.beyond(folder, LABELS), checks),
+            headline=self.headline(seen, LABELS), tables=(errors, units, curve, *self.beyond(folder, LABELS), checks),
             figures=(*curve_figures(curve, errors, LABELS), *answer_figures(seen, LABELS)),
-            facts=self.facts(seen, "touched frames"),
-            notes=NOTES,
-        )
+            facts=self.facts(seen, "touched frames"), notes=NOTES,
+        )  # fmt: skip
 
     def _other_units(self, first: Recipe) -> Recipe:
         each, seed = self.config.unit_episodes, (first.seed + UNIT_SEED) % 2**31
@@ -140,8 +138,6 @@ def _touched(episode: EpisodeRows) -> Chosen:
     depth, forces = (np.array(episode.columns[name], float) for name in ("depth_mm", "force_n"))
     features = [each(episode.images, episode.untouched) for each in (change_features, lean_features)]
     return Chosen(
-        rows=rows,
-        targets=np.column_stack([places, depth, axis_angle_deg(rotation), forces]),
-        features=np.column_stack(features),
-        group=np.zeros(len(rows), np.int64),
-    )
+        rows=rows, targets=np.column_stack([places, depth, axis_angle_deg(rotation), forces]),
+        features=np.column_stack(features), group=np.zeros(len(rows), np.int64),
+    )  # fmt: skip

@@ -160,14 +160,9 @@ def share_name(share: float) -> str:
 
 
 def learning_stage(
-    config: LearnedConfig,
-    stages: Sequence[DatasetStage],
-    read: Read,
-    *,
-    frames_per_episode: int,
-    name: str = "learning",
-    objects: int = 0,
-) -> LearningStage:
+    config: LearnedConfig, stages: Sequence[DatasetStage], read: Read, *, frames_per_episode: int,
+    name: str = "learning", objects: int = 0,
+) -> LearningStage:  # fmt: skip
     """The models of a study on its first dataset, which answer on the others too.
 
     Args:

@@ -233,11 +233,9 @@ def _pressed(episode: EpisodeRows) -> Chosen:
     rows = np.array(episode.columns["contact"], bool)
     sizes = [_size(json.loads(each)) if each else np.nan for each in episode.columns["object_config"]]
     return Chosen(
-        rows=rows,
-        targets=np.array(sizes, float)[:, None],
-        features=change_features(episode.images, episode.untouched),
-        group=np.zeros(len(rows), np.int64),
-    )
+        rows=rows, targets=np.array(sizes, float)[:, None],
+        features=change_features(episode.images, episode.untouched), group=np.zeros(len(rows), np.int64),
+    )  # fmt: skip
 
 
 def _size(thing: dict[str, Any]) -> float:

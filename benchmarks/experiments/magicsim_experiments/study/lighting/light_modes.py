@@ -116,11 +116,9 @@ def touched(task: TouchTask) -> bytes:
     assert mask is not None
     where = around(mask)
     values = {
-        "unevenness": unevenness(images[0]),
-        "disparity": [disparity(image, where) for image in images],
-        "change": brightening(images[0], images[-1], where),
-        "brighter": share_brighter(images[0], images[-1], where),
-    }
+        "unevenness": unevenness(images[0]), "disparity": [disparity(image, where) for image in images],
+        "change": brightening(images[0], images[-1], where), "brighter": share_brighter(images[0], images[-1], where),
+    }  # fmt: skip
     return (json.dumps(values) + "\n").encode()
 
 

@@ -166,13 +166,10 @@ def press_rows(fields: Fields, depths_mm: Sequence[float]) -> Iterator[dict[str,
         flow = optical_flow_px(fields["untouched"], fields["image"][number])
         change = np.abs(fields["image"][number].astype(float) - fields["untouched"])
         yield {
-            "depth_mm": depth,
-            "fz_n": float(fields["force_n"][number, 2]),
-            "grid_mm": float(length.max()),
+            "depth_mm": depth, "fz_n": float(fields["force_n"][number, 2]), "grid_mm": float(length.max()),
             "grid_extent_mm": extent_mm(fields["places_mm"], length, least_mm=MOVED_MM),
-            "image_px": float(np.quantile(np.linalg.norm(flow, axis=-1), 0.99)),
-            "image_change": float(change.mean()),
-        }
+            "image_px": float(np.quantile(np.linalg.norm(flow, axis=-1), 0.99)), "image_change": float(change.mean()),
+        }  # fmt: skip
 
 
 def shear_rows(fields: Fields, directions_deg: Sequence[float], landing_mm: Array) -> Iterator[dict[str, Cell]]:
@@ -187,14 +184,12 @@ def shear_rows(fields: Fields, directions_deg: Sequence[float], landing_mm: Arra
         grid, image = _changes(fields, number, landing_mm)
         found, seen = direction_deg(grid[1]), direction_deg(image[1])
         yield {
-            "direction_deg": direction,
-            "fx_n": float(fields["force_n"][number, 0]),
-            "fy_n": float(fields["force_n"][number, 1]),
-            "grid_mm": float(np.linalg.norm(grid[1].mean(0))),
+            "direction_deg": direction, "fx_n": float(fields["force_n"][number, 0]),
+            "fy_n": float(fields["force_n"][number, 1]), "grid_mm": float(np.linalg.norm(grid[1].mean(0))),
             "grid_error_deg": angle_between_deg(found, direction),
             "image_px": float(np.linalg.norm(image[1].mean(0))),
             "image_error_deg": angle_between_deg(seen, direction),
-        }
+        }  # fmt: skip
 
 
 def twist_rows(fields: Fields, twists_deg: Sequence[float], landing_mm: Array) -> Iterator[dict[str, Cell]]:
@@ -210,13 +205,9 @@ def twist_rows(fields: Fields, twists_deg: Sequence[float], landing_mm: Array) -
         pixel_mm = float(np.linalg.norm(landing_mm[0, 1] - landing_mm[0, 0]))
         found, seen = turn_deg(*grid), turn_deg(image[0], image[1] * pixel_mm)
         yield {
-            "twist_deg": twist,
-            "torque_nmm": float(fields["torque_nmm"][number, 2]),
-            "grid_turn_deg": found,
-            "grid_sense": found * twist > 0,
-            "image_turn_deg": seen,
-            "image_sense": seen * twist > 0,
-        }
+            "twist_deg": twist, "torque_nmm": float(fields["torque_nmm"][number, 2]), "grid_turn_deg": found,
+            "grid_sense": found * twist > 0, "image_turn_deg": seen, "image_sense": seen * twist > 0,
+        }  # fmt: skip
 
 
 def spread(values: Sequence[float]) -> float:

@@ -146,15 +146,12 @@ def touch_fields(task: LawTask) -> bytes:
         start += count
     content = io.BytesIO()
     np.savez_compressed(
-        content,
-        places_mm=lattice.nodes_mm[nodes, :2],
-        untouched=frames[0].image,
+        content, places_mm=lattice.nodes_mm[nodes, :2], untouched=frames[0].image,
         pressed_mm=np.stack([frame.displacements_mm[nodes] for frame in pressed]),
         moved_mm=np.stack([frame.displacements_mm[nodes] for frame in ended]),
-        pressed_image=np.stack([frame.image for frame in pressed]),
-        image=np.stack([frame.image for frame in ended]),
+        pressed_image=np.stack([frame.image for frame in pressed]), image=np.stack([frame.image for frame in ended]),
         mask=np.stack([frame.contact_mask for frame in ended]),
         force_n=np.array([frame.truth.force_n for frame in ended]),
         torque_nmm=np.array([frame.truth.torque_nmm for frame in ended]),
-    )
+    )  # fmt: skip
     return content.getvalue()

@@ -271,11 +271,9 @@ def _summary(drawn: Sequence[Array]) -> dict[str, float]:
     between = np.array([matrix[~np.eye(len(matrix), dtype=bool)].mean() for matrix in drawn])
     low, high = np.quantile(between, [0.05, 0.95])
     return {
-        "self_repeat_mm": float(repeat.mean()),
-        "between_units_mm": float(between.mean()),
-        "low_mm": float(low),
+        "self_repeat_mm": float(repeat.mean()), "between_units_mm": float(between.mean()), "low_mm": float(low),
         "high_mm": float(high),
-    }
+    }  # fmt: skip
 
 
 def drawn_unit(tolerances: UnitTolerances, random: np.random.Generator) -> UnitShape:
@@ -286,13 +284,11 @@ def drawn_unit(tolerances: UnitTolerances, random: np.random.Generator) -> UnitS
     )
     phases = random.uniform(0, 2 * np.pi, 4)
     return UnitShape(
-        height_mm=float(height),
-        slope=(float(slopes[0]), float(slopes[1])),
-        wave_mm=float(wave),
+        height_mm=float(height), slope=(float(slopes[0]), float(slopes[1])), wave_mm=float(wave),
         wave_length_mm=tolerances.wave_length_mm,
         wave_phases=(float(phases[0]), float(phases[1]), float(phases[2]), float(phases[3])),
         stiffness=float(np.exp(stiffness)),
-    )
+    )  # fmt: skip
 
 
 def _matrix_table(kind: str, matrix: Array) -> Table:

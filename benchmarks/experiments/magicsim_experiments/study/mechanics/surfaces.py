@@ -41,14 +41,9 @@ class UnitShape:
 
 
 def touched_heights_mm(
-    unit: UnitShape,
-    places_mm: Array,
-    depth_mm: Array,
-    random: np.random.Generator,
-    *,
-    repeat_sd_mm: float,
+    unit: UnitShape, places_mm: Array, depth_mm: Array, random: np.random.Generator, *, repeat_sd_mm: float,
     step_mm: float,
-) -> Array:
+) -> Array:  # fmt: skip
     """Heights at which touches end: where the force reaches its threshold, on the steps of the probe, with its error.
 
     Args:

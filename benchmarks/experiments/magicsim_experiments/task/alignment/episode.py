@@ -220,17 +220,8 @@ def _row(
     truth = pair.truth
     read = reader.read(pair.upper.image, pair.lower.image)
     return FrameRow(
-        episode=episode,
-        frame=frame,
-        time_s=round(frame / config.frames_per_second, 6),
-        wrist_deg=wrist_deg,
-        held_deg=truth.place.twist_deg,
-        error_deg=line_angle_deg(wrist_deg + truth.place.twist_deg),
-        upper_deg=read.upper_deg,
-        lower_deg=read.lower_deg,
-        read_deg=read.mean_deg,
-        hold=truth.hold.value,
-        upper_n=truth.upper.force_n[2],
-        lower_n=truth.lower.force_n[2],
-        slid_mm=truth.slid_mm,
-    )
+        episode=episode, frame=frame, time_s=round(frame / config.frames_per_second, 6), wrist_deg=wrist_deg,
+        held_deg=truth.place.twist_deg, error_deg=line_angle_deg(wrist_deg + truth.place.twist_deg),
+        upper_deg=read.upper_deg, lower_deg=read.lower_deg, read_deg=read.mean_deg, hold=truth.hold.value,
+        upper_n=truth.upper.force_n[2], lower_n=truth.lower.force_n[2], slid_mm=truth.slid_mm,
+    )  # fmt: skip

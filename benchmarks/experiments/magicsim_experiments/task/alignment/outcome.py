@@ -107,18 +107,11 @@ def judge_episode(recorded: Recorded, grip: Grip, *, episode: int, within_deg: f
     late = next((k + 1 for k in range(len(rows) - 1, -1, -1) if errors[k] > within_deg), 0)
     is_upright = is_whole and late < len(rows)
     return Outcome(
-        episode=episode,
-        item=grip.item,
-        askew_deg=grip.askew_deg,
-        start_deg=errors[0] if rows else None,
-        end_deg=errors[-1] if is_whole else None,
-        seconds=rows[late].time_s if is_upright else None,
-        turned_in_grip_deg=rows[-1].held_deg - rows[0].held_deg if rows else None,
-        is_upright=is_upright,
-        is_dropped=recorded.is_dropped,
-        frames=len(rows),
-        error=recorded.error,
-    )
+        episode=episode, item=grip.item, askew_deg=grip.askew_deg, start_deg=errors[0] if rows else None,
+        end_deg=errors[-1] if is_whole else None, seconds=rows[late].time_s if is_upright else None,
+        turned_in_grip_deg=rows[-1].held_deg - rows[0].held_deg if rows else None, is_upright=is_upright,
+        is_dropped=recorded.is_dropped, frames=len(rows), error=recorded.error,
+    )  # fmt: skip
 
 
 def summarise(
@@ -131,16 +124,13 @@ def summarise(
     """
     items = sorted({each.item for each in outcomes})
     return AlignmentSummary(
-        out=out,
-        episodes=len(outcomes),
-        within_deg=within_deg,
+        out=out, episodes=len(outcomes), within_deg=within_deg,
         seen=_group([each for each in outcomes if each.item not in unseen], rows),
         unseen=_group([each for each in outcomes if each.item in unseen], rows),
         by_item={item: _ends([each for each in outcomes if each.item == item]) for item in items},
         dropped=counted([each.is_dropped for each in outcomes]),
-        failed=counted([bool(each.error) for each in outcomes]),
-        reasons=reasons_of([each.error for each in outcomes]),
-    )
+        failed=counted([bool(each.error) for each in outcomes]), reasons=reasons_of([each.error for each in outcomes]),
+    )  # fmt: skip
 
 
 def _group(outcomes: Sequence[Outcome], rows: Sequence[FrameRow]) -> Group:
@@ -155,13 +145,11 @@ def _group(outcomes: Sequence[Outcome], rows: Sequence[FrameRow]) -> Group:
     times = [each.seconds for each in outcomes if each.seconds is not None]
     starts = [each.start_deg for each in outcomes if each.start_deg is not None]
     return Group(
-        episodes=len(outcomes),
-        upright=counted([each.is_upright for each in outcomes]),
-        start_deg=mean(starts, range(len(starts))),
-        end_deg=_ends(outcomes),
+        episodes=len(outcomes), upright=counted([each.is_upright for each in outcomes]),
+        start_deg=mean(starts, range(len(starts))), end_deg=_ends(outcomes),
         seconds=float(np.median(times)) if times else None,
         read_error_deg=errors | {CONSTANT: mean(np.abs(truth), episodes)},
-    )
+    )  # fmt: skip
 
 
 def _ends(outcomes: Sequence[Outcome]) -> Mean:
