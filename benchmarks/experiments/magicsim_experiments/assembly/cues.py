@@ -13,7 +13,7 @@ from magicsim.detectors.combined import detect
 from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profile import DetectorProfile, load_profile
 from magicsim.errors import ConfigError
-from magicsim_experiments.assembly.stages import Stage
+from magicsim_experiments.assembly.stages import TrialStage
 from magicsim_experiments.assembly.trial import Moment
 
 Similarity = Callable[[Frame, Frame], float]
@@ -25,7 +25,7 @@ GREY_LEVELS = 255
 class Cues:
     """One step of a trial, as its cues are."""
 
-    stage: Stage
+    stage: TrialStage
     outcome: str
     ssim: float
     """Mean of both fingers' SSIM, 1 for the image without a grasped object."""

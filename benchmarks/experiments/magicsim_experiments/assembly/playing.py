@@ -10,13 +10,13 @@ from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim_experiments.assembly.meeting import FORWARD, MetLoad, jack_pose
 from magicsim_experiments.assembly.pushing import MOST_SLIDE_MM, Pusher, Vector, carriage_ways, evenly_to, spread
-from magicsim_experiments.assembly.stages import Misalignment, Stage, Step
+from magicsim_experiments.assembly.stages import Misalignment, Step, TrialStage
 from magicsim_experiments.assembly.trial import OPEN_MM, Gripped, Moment
 
 
 def play(
     gripper: Gripper, gripped: Gripped, misalignment: Misalignment, *, seed: int | None = None,
-    tell: Callable[[Stage], None] | None = None,
+    tell: Callable[[TrialStage], None] | None = None,
 ) -> tuple[Moment, ...]:  # fmt: skip
     """Plays a trial from the gripped plug on; it ends early where the plug drops.
 
@@ -56,7 +56,7 @@ class _Course:
         """Films one step."""
         if step.depth_mm is None:
             self._close(step)
-        elif step.stage is Stage.OPEN:
+        elif step.stage is TrialStage.OPEN:
             self._open(step)
         else:
             self._push(step, step.depth_mm)

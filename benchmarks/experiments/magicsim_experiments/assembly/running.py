@@ -151,7 +151,7 @@ NOISE = 41
 TRIALS, PLOT = "trials.json", "series.png"
 
 
-class Stage:
+class AssemblyPlayer:
     """Builds the gripper, lets it take the plug, and plays trials with it from there."""
 
     def __init__(
@@ -237,7 +237,7 @@ def run_assembly(
     """
     check_number("trials", trials, 1, MOST_TRIALS, whole=True)
     check_number("samples", samples, 1, MOST_SAMPLES, whole=True)
-    stage = Stage(scene, seed=seed, quality=quality, samples=samples, shows_base=shows_base, config=config)
+    stage = AssemblyPlayer(scene, seed=seed, quality=quality, samples=samples, shows_base=shows_base, config=config)
     drawn = draw_misalignments(trials, seed, stage.config.spread)
 
     def played(number: int) -> Played:

@@ -68,7 +68,7 @@ def _between(ends: tuple[float, float], share: float) -> float:
     return ends[0] + share * (ends[1] - ends[0])
 
 
-class Stage(StrEnum):
+class TrialStage(StrEnum):
     """What the gripper does."""
 
     GRIP = "a grip"
@@ -89,7 +89,7 @@ class Stage(StrEnum):
 class Step:
     """One way of the carriage, at whose end a pair of frames is taken."""
 
-    stage: Stage
+    stage: TrialStage
     depth_mm: float | None
     """How far the pin's end would be below the mouth if nothing gave way, negative before it [mm]; None is no base."""
     push_n: float = math.inf
@@ -111,16 +111,16 @@ def timeline(
     """
     (first_mm, first_n), (second_mm, second_n) = insertions
     return (
-        Step(stage=Stage.GRIP, depth_mm=None),
-        Step(stage=Stage.APPROACH, depth_mm=-before_mm),
-        Step(stage=Stage.FIRST, depth_mm=first_mm, push_n=first_n),
-        Step(stage=Stage.SECOND, depth_mm=second_mm, push_n=second_n),
-        Step(stage=Stage.SUCCESS, depth_mm=success_mm, is_aligned=True),
-        Step(stage=Stage.OPEN, depth_mm=success_mm, is_aligned=True),
+        Step(stage=TrialStage.GRIP, depth_mm=None),
+        Step(stage=TrialStage.APPROACH, depth_mm=-before_mm),
+        Step(stage=TrialStage.FIRST, depth_mm=first_mm, push_n=first_n),
+        Step(stage=TrialStage.SECOND, depth_mm=second_mm, push_n=second_n),
+        Step(stage=TrialStage.SUCCESS, depth_mm=success_mm, is_aligned=True),
+        Step(stage=TrialStage.OPEN, depth_mm=success_mm, is_aligned=True),
     )
 
 
-EARLY = (Stage.FIRST, Stage.SECOND)
+EARLY = (TrialStage.FIRST, TrialStage.SECOND)
 """Stages in which misalignment is to be noticed."""
-BEFORE = Stage.APPROACH
+BEFORE = TrialStage.APPROACH
 """The stage that they are compared with."""

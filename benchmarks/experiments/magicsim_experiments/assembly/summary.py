@@ -13,7 +13,7 @@ from scipy.stats import binomtest
 from magicsim.robot.grip.load import Hold
 from magicsim.sampling.bootstrap import CONFIDENCE
 from magicsim_experiments.assembly.cues import Cues
-from magicsim_experiments.assembly.stages import BEFORE, EARLY, Misalignment, Stage
+from magicsim_experiments.assembly.stages import BEFORE, EARLY, Misalignment, TrialStage
 from magicsim_experiments.task.summary import reasons_of
 
 COLORS = {"aligned": "tab:green", "offset": "tab:red", "angle": "tab:orange"}
@@ -25,11 +25,11 @@ def draw_series(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> bytes:
     """A PNG of every trial."""
     figure = Figure(figsize=(8, 5), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
-    told, alpha = set(), 0.7 if len(trials) < MANY else 0.3
+    labelled, alpha = set(), 0.7 if len(trials) < MANY else 0.3
     for misalignment, series in trials:
         kind = misalignment.kind
-        label = kind if kind not in told else None
-        told.add(kind)
+        label = kind if kind not in labelled else None
+        labelled.add(kind)
         times = [cues.time_s for cues in series]
         upper.plot(times, [cues.ssim for cues in series], "o-", color=COLORS[kind], label=label, alpha=alpha)
         lower.plot(times, [cues.force_size_n for cues in series], "o-", color=COLORS[kind], alpha=alpha)
@@ -49,13 +49,13 @@ def draw_series(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> bytes:
     return file.getvalue()
 
 
-def stage_ends_s(trials: Sequence[Sequence[Cues]]) -> dict[Stage, float]:
+def stage_ends_s(trials: Sequence[Sequence[Cues]]) -> dict[TrialStage, float]:
     """When each stage that was played ends, the median over trials [s]."""
-    lasts: dict[Stage, list[float]] = {}
+    lasts: dict[TrialStage, list[float]] = {}
     for series in trials:
         for stage, last in {cues.stage: cues.time_s for cues in series}.items():
             lasts.setdefault(stage, []).append(last)
-    return {stage: float(np.median(lasts[stage])) for stage in Stage if stage in lasts}
+    return {stage: float(np.median(lasts[stage])) for stage in TrialStage if stage in lasts}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,7 +226,7 @@ def summarise(trials: Sequence[Trial], *, out: str) -> AssemblySummary:
     reasons = reasons_of([each.error for each in trials])
     return AssemblySummary(
         out=out, trials=len(trials), failed=sum(reasons.values()), reasons=reasons,
-        dropped=sum(series[-1].stage is not Stage.OPEN for _, series in played), recognised=recognise(played),
+        dropped=sum(series[-1].stage is not TrialStage.OPEN for _, series in played), recognised=recognise(played),
         neither=unrecognised(played), stages=_by_stage(played),
     )  # fmt: skip
 
@@ -236,7 +236,7 @@ def _by_stage(played: Sequence[tuple[Misalignment, tuple[Cues, ...]]]) -> dict[s
     for kind in sorted({each.kind for each, _ in played}):
         series = [cues for each, whole in played if each.kind == kind for cues in whole]
         found[kind] = {}
-        for stage in Stage:
+        for stage in TrialStage:
             here = [cues for cues in series if cues.stage is stage and cues.outcome != Hold.DROPPED]
             if here:
                 found[kind][stage.value] = {
@@ -251,4 +251,4 @@ def _series(values: list[float]) -> StageSeries:
 
 def _cues(step: dict[str, Any]) -> Cues:
     tuples = {name: tuple(value) for name, value in step.items() if isinstance(value, list)}
-    return Cues(**(step | tuples | {"stage": Stage(step["stage"])}))
+    return Cues(**(step | tuples | {"stage": TrialStage(step["stage"])}))

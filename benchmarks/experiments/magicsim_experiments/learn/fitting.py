@@ -116,7 +116,7 @@ def fit_stretch(task: FitTask) -> FitOutcome:
 
 def split_of(samples: Samples, fit: Fit, settings: LearningSettings, *, seed: int) -> Split:
     """Which frames a fit learns from, stops by, and answers."""
-    groups = {"press": samples.press, "unit": samples.unit, "object": samples.thing}[fit.split_by]
+    groups = {"press": samples.press, "unit": samples.unit, "object": samples.object_of}[fit.split_by]
     return fold(
         groups, fit.fold, fit.folds, validation_share=settings.validation_share, share=fit.share, seed=seed,
         inner=samples.press,

@@ -73,7 +73,7 @@ class FrameReader:
         samples = Samples(
             images=np.stack([self.reduced(each) for each in images]), references=np.stack(list(references)),
             reference_of=numbers, targets=np.zeros((len(images), len(self.config.labels))), labels=self.config.labels,
-            press=numbers, unit=numbers, thing=numbers, features=np.zeros((len(images), 0)), group=numbers,
+            press=numbers, unit=numbers, object_of=numbers, features=np.zeros((len(images), 0)), group=numbers,
         )  # fmt: skip
         with np.errstate(all="ignore"):  # what overflows is told below
             answers = answers_with(self._network, samples, self.config)

@@ -120,7 +120,7 @@ class Samples:
     """Number of the episode of each frame."""
     unit: Index
     """Number of the printed sensor of each frame."""
-    thing: Index
+    object_of: Index
     """Number of the object of each frame, whatever its orientation; -1 without one."""
     features: Array
     """Geometric features for baselines, shape (n, features)."""
@@ -133,7 +133,7 @@ class Samples:
 
     def at(self, rows: Index) -> "Samples":
         """Some of the frames."""
-        names = ("images", "reference_of", "targets", "press", "unit", "thing", "features", "group")
+        names = ("images", "reference_of", "targets", "press", "unit", "object_of", "features", "group")
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
     def inputs(self, kind: str) -> Images:
@@ -209,25 +209,27 @@ def read_samples(
                 found = choose(rows)
                 found = replace(found, rows=found.rows & ~is_reference)
                 numbers = (int(rows.columns["episode"][0]), int(rows.columns["sensor"][0]))
-                thing = thing_of(rows.columns["object_config"])
-                parts.append((*numbers, rows.images[found.rows], found, reference, thing))
+                key = object_key(rows.columns["object_config"])
+                parts.append((*numbers, rows.images[found.rows], found, reference, key))
     parts.sort(key=lambda part: part[0])
     chosen = [part[3] for part in parts]
     counts = [int(each.rows.sum()) for each in chosen]
-    things = {thing: number for number, thing in enumerate(dict.fromkeys(part[5] for part in parts if part[5]))}
+    objects = {
+        object_of: number for number, object_of in enumerate(dict.fromkeys(part[5] for part in parts if part[5]))
+    }
     return Samples(
         images=np.concatenate([part[2] for part in parts]), references=np.concatenate([part[4] for part in parts]),
         reference_of=np.repeat(np.arange(len(parts)), counts),
         targets=np.concatenate([each.targets[each.rows] for each in chosen]), labels=tuple(labels),
         press=np.repeat(np.array([part[0] for part in parts]), counts),
         unit=np.repeat(np.array([part[1] for part in parts]), counts),
-        thing=np.repeat(np.array([things.get(part[5], -1) for part in parts]), counts),
+        object_of=np.repeat(np.array([objects.get(part[5], -1) for part in parts]), counts),
         features=np.concatenate([each.features[each.rows] for each in chosen]),
         group=np.concatenate([each.group[each.rows] for each in chosen]),
     )  # fmt: skip
 
 
-def thing_of(configs: Sequence[str]) -> str:
+def object_key(configs: Sequence[str]) -> str:
     """What the object of an episode is, apart from how it is turned; empty without one.
 
     Args:

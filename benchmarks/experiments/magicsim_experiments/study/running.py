@@ -211,11 +211,11 @@ def run_study(
             announce(left)
         FOLDER.write_config(ledger, study.config)
         FOLDER.write_index(ledger, index)
-        told = _Told(progress=progress, total=max(sum(each.core_seconds for each in left), 1e-9))
+        meter = _Meter(progress=progress, total=max(sum(each.core_seconds for each in left), 1e-9))
         for stage, cost in zip(stages, left, strict=True):
             if not stage.is_done(out):
-                stage.run(Workshop(ledger=ledger, options=options, tell=told.of(cost.core_seconds)))
-            told.end(cost.core_seconds)
+                stage.run(Workshop(ledger=ledger, options=options, tell=meter.of(cost.core_seconds)))
+            meter.end(cost.core_seconds)
         found = study.conclude(out)
         write_result(ledger, study, found)
         files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
@@ -232,7 +232,7 @@ def _is_done(stage: Stage, folder: Path | None) -> bool:
 
 
 @dataclass(slots=True, kw_only=True)
-class _Told:
+class _Meter:
     """How far all stages are, in estimated core seconds."""
 
     progress: Progress | None

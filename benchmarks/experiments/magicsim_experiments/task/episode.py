@@ -18,7 +18,7 @@ AFTER_FRAMES = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FrameRow:
+class GraspFrame:
     """One frame as it was, as the machine read it, and what it led to."""
 
     episode: int
@@ -26,7 +26,7 @@ class FrameRow:
     time_s: float
     """From the first scored frame [s]."""
     stage: str
-    """Stage of the machine after the frame."""
+    """GraspPlayer of the machine after the frame."""
     entropy: float
     """E [bit]."""
     correlation: float
@@ -60,18 +60,18 @@ class FrameRow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recorded:
+class GraspRecord:
     """One episode."""
 
-    rows: tuple[FrameRow, ...]
+    rows: tuple[GraspFrame, ...]
     error: str
     """Why it ended early, such as that no equilibrium was found; empty otherwise."""
 
 
 def play(
     world: World, profile: DetectorProfile, *, episode: int, seed: int,
-    seen: Callable[[Frame, FrameRow], None] | None = None,
-) -> Recorded:  # fmt: skip
+    seen: Callable[[Frame, GraspFrame], None] | None = None,
+) -> GraspRecord:  # fmt: skip
     """Plays an episode; the machine reads the upper finger's frames.
 
     Raises:
@@ -83,7 +83,7 @@ def play(
     finger.set_frame_rate(rate)
     finger.go_back(away)
     references = fuse([finger.frame().image for _ in range(profile.reference_count)], profile)
-    rows: list[FrameRow] = []
+    rows: list[GraspFrame] = []
     machine, happened, at_b, idle = GraspState(), Happened(), 0, 0
     for frame in range(world.config.most_frames):
         try:
@@ -91,7 +91,7 @@ def play(
         except MagicsimError as error:
             if not rows:
                 raise
-            return Recorded(rows=tuple(rows), error=str(error))
+            return GraspRecord(rows=tuple(rows), error=str(error))
         verdict = detect(image, references, profile)
         at_b = at_b + 1 if world.is_at_b and machine.stage is GraspStage.TRANSPORTING else 0
         opening = at_b > RELEASE_FRAMES
@@ -106,13 +106,13 @@ def play(
             delivered = world.deliver() if opening else ""
             happened = world.step(machine.stage, command(machine.stage, is_open=world.is_open))
         except MagicsimError as error:
-            return Recorded(rows=tuple(rows), error=str(error))
+            return GraspRecord(rows=tuple(rows), error=str(error))
         if delivered:
             happened = Happened(event=delivered, light=happened.light)
-    return Recorded(rows=tuple(rows), error="")
+    return GraspRecord(rows=tuple(rows), error="")
 
 
-def _is_over(rows: list[FrameRow], stage: GraspStage) -> bool:
+def _is_over(rows: list[GraspFrame], stage: GraspStage) -> bool:
     """Whether the machine waits again at A after the item came and went, or was withdrawn."""
     gone = any(row.event in {"delivered", "pulled", "dropped", "withdrawn"} for row in rows)
     return gone and stage is GraspStage.WAITING and rows[-1].carriage_mm == 0
@@ -120,9 +120,9 @@ def _is_over(rows: list[FrameRow], stage: GraspStage) -> bool:
 
 def _row(
     world: World, verdict: Verdict, stage: GraspStage, happened: Happened, *, episode: int, frame: int
-) -> FrameRow:  # fmt: skip
+) -> GraspFrame:  # fmt: skip
     truth = world.gripper.truth()
-    return FrameRow(
+    return GraspFrame(
         episode=episode, frame=frame, time_s=round(frame / world.config.frames_per_second, 6), stage=stage.value,
         entropy=float(verdict.entropy), correlation=float(verdict.correlation), similarity=float(verdict.similarity),
         proximity=verdict.proximity.value, contact=verdict.combined.value, event=happened.event,

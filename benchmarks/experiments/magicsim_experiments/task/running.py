@@ -21,7 +21,7 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim.scenes.rig import in_room
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim_experiments.task.episode import FrameRow, Recorded, play
+from magicsim_experiments.task.episode import GraspFrame, GraspRecord, play
 from magicsim_experiments.task.growing import (
     EPISODES_TABLE,
     FRAMES_TABLE,
@@ -36,7 +36,7 @@ from magicsim_experiments.task.growing import (
 )
 from magicsim_experiments.task.settings import GraspConfig, Item, load_item
 from magicsim_experiments.task.story import draw_story
-from magicsim_experiments.task.summary import Outcome, TaskSummary, judge_episode, summarise
+from magicsim_experiments.task.summary import GraspOutcome, TaskSummary, judge_episode, summarise
 from magicsim_experiments.task.world import World, build_gripper, check_room_for
 
 BAR_PX = 46
@@ -46,7 +46,7 @@ COLUMNS, MOST = 8, 24
 SCALE = 0.35
 
 
-def told(image: Frame, row: FrameRow) -> Frame:
+def captioned(image: Frame, row: GraspFrame) -> Frame:
     """An image with its line of text."""
     lines = (
         f"{row.time_s:5.2f} s  {row.stage}" + (f"  {row.event}" if row.event else ""),
@@ -58,10 +58,10 @@ def told(image: Frame, row: FrameRow) -> Frame:
     return np.concatenate([image, bar])
 
 
-def contact_sheet(frames: Sequence[tuple[Frame, FrameRow]]) -> bytes:
+def contact_sheet(frames: Sequence[tuple[Frame, GraspFrame]]) -> bytes:
     """A JPEG with the frames in which something changes, and others evenly between them, in order."""
     chosen = _telling([row for _, row in frames])
-    tiles = [np.pad(told(*frames[k]), ((0, 6), (0, 6), (0, 0)), constant_values=255) for k in chosen]
+    tiles = [np.pad(captioned(*frames[k]), ((0, 6), (0, 6), (0, 0)), constant_values=255) for k in chosen]
     tiles += [np.full_like(tiles[0], 255)] * (-len(tiles) % min(COLUMNS, len(tiles)))
     across = min(COLUMNS, len(tiles))
     sheet = np.vstack([np.hstack(tiles[k : k + across]) for k in range(0, len(tiles), across)])
@@ -69,13 +69,13 @@ def contact_sheet(frames: Sequence[tuple[Frame, FrameRow]]) -> bytes:
     return bytes(encoded.tobytes())
 
 
-def film(frames: Sequence[tuple[Frame, FrameRow]], *, frames_per_second: float) -> bytes:
+def film(frames: Sequence[tuple[Frame, GraspFrame]], *, frames_per_second: float) -> bytes:
     """An animated WebP of an episode, at the rate of its frames.
 
     Args:
         frames_per_second: Rate [1/s].
     """
-    first, *others = (Pillow.fromarray(told(image, row)) for image, row in frames)
+    first, *others = (Pillow.fromarray(captioned(image, row)) for image, row in frames)
     file = io.BytesIO()
     first.save(
         file, format="WEBP", save_all=True, append_images=others, duration=round(1000 / frames_per_second), quality=40,
@@ -84,7 +84,7 @@ def film(frames: Sequence[tuple[Frame, FrameRow]], *, frames_per_second: float) 
     return file.getvalue()
 
 
-def _telling(rows: Sequence[FrameRow]) -> npt.NDArray[np.int64]:
+def _telling(rows: Sequence[GraspFrame]) -> npt.NDArray[np.int64]:
     """Numbers of the frames of a contact sheet."""
     marked = [0, len(rows) - 1]
     for number, (before, row) in enumerate(pairwise(rows), 1):
@@ -102,7 +102,7 @@ def _telling(rows: Sequence[FrameRow]) -> npt.NDArray[np.int64]:
 
 NOISE = 31
 """Keeps the seeds of the frames' noise apart from others."""
-Frames = list[tuple[Frame, FrameRow]]
+Frames = list[tuple[Frame, GraspFrame]]
 
 
 def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
@@ -120,7 +120,7 @@ def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
     return validate(SceneConfig, values, source="task grasp")
 
 
-class Stage:
+class GraspPlayer:
     """Builds a gripper for the item of an episode, and plays further ones of the item with it."""
 
     def __init__(self, config: GraspConfig) -> None:
@@ -136,7 +136,9 @@ class Stage:
         """What episodes depend on, with the content of every file."""
         return resolved(self.config, items=self.items, scenes=self._scenes, profile=asdict(self.profile))
 
-    def play(self, episode: int, *, seen: Callable[[Frame, FrameRow], None] | None = None) -> tuple[Recorded, Outcome]:
+    def play(
+        self, episode: int, *, seen: Callable[[Frame, GraspFrame], None] | None = None
+    ) -> tuple[GraspRecord, GraspOutcome]:
         """One episode, and what became of it."""
         config, story = self.config, draw_story(self.config, episode)
         seed = int(np.random.SeedSequence([config.seed, NOISE, episode]).generate_state(1)[0] % MAX_SEED)
@@ -178,7 +180,7 @@ def run_grasps(
     Raises:
         MagicsimError: The task cannot be played, or the folder is not ours or holds another task.
     """
-    stage = Stage(config)
+    stage = GraspPlayer(config)
 
     def played(episode: int) -> Played:
         frames: Frames = []
@@ -194,7 +196,7 @@ def run_grasps(
         return Played(values=values, pictures=pictures)
 
     def concluded(episodes: Sequence[dict[str, Any]]) -> tuple[TaskSummary, dict[str, bytes]]:
-        found = [Outcome(**each["outcome"]) for each in episodes]
+        found = [GraspOutcome(**each["outcome"]) for each in episodes]
         rows = [row for each in episodes for row in each["rows"]]
         summary = summarise(found, rows, detector=config.detector, room=config.room, out=str(out))
         return summary, {
@@ -209,8 +211,8 @@ def run_grasps(
     return grow(out, stage.settings(), run, played, concluded)
 
 
-def _keeping(frames: Frames) -> Callable[[Frame, FrameRow], None]:
-    def keep(image: Frame, row: FrameRow) -> None:
+def _keeping(frames: Frames) -> Callable[[Frame, GraspFrame], None]:
+    def keep(image: Frame, row: GraspFrame) -> None:
         frames.append((image, row))
 
     return keep

@@ -7,7 +7,7 @@ from typing import Any
 from magicsim.detectors.grasp import GraspStage
 from magicsim.detectors.verdict import Proximity
 from magicsim.judge.measures import exact_share
-from magicsim_experiments.task.episode import FrameRow, Recorded
+from magicsim_experiments.task.episode import GraspFrame, GraspRecord
 from magicsim_experiments.task.settings import Item
 from magicsim_experiments.task.story import Story
 
@@ -16,7 +16,7 @@ SEEN_WITHIN = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class GraspOutcome:
     """One episode, judged."""
 
     episode: int
@@ -55,7 +55,7 @@ class Outcome:
     """Why it ended early; empty otherwise."""
 
 
-def judge_episode(recorded: Recorded, item: Item, story: Story, *, frames_per_second: float) -> Outcome:
+def judge_episode(recorded: GraspRecord, item: Item, story: Story, *, frames_per_second: float) -> GraspOutcome:
     """Holds the machine's way against what happened.
 
     Args:
@@ -77,7 +77,7 @@ def judge_episode(recorded: Recorded, item: Item, story: Story, *, frames_per_se
     is_crushed = largest > item.crush_n
     is_clean = not (false_slips or false_closes or is_dropped or is_crushed or is_missed or recorded.error)
     lit = [row for row in rows if row.light]
-    return Outcome(
+    return GraspOutcome(
         episode=rows[0].episode,
         item=story.item,
         mass_g=item.mass_g,
@@ -102,7 +102,7 @@ def judge_episode(recorded: Recorded, item: Item, story: Story, *, frames_per_se
     )
 
 
-def _waits_at_a(rows: Sequence[FrameRow]) -> bool:
+def _waits_at_a(rows: Sequence[GraspFrame]) -> bool:
     return rows[-1].stage == GraspStage.WAITING and rows[-1].carriage_mm == 0
 
 
@@ -182,7 +182,7 @@ def lit_by_stage(rows: Sequence[Mapping[str, Any]]) -> dict[str, Lit]:
     """Frames with a flashlight by the machine's stage.
 
     Args:
-        rows: Of all episodes, as `magicsim_experiments.task.episode.FrameRow` has them.
+        rows: Of all episodes, as `magicsim_experiments.task.episode.GraspFrame` has them.
     """
     found = {}
     for stage in GraspStage:
@@ -194,7 +194,7 @@ def lit_by_stage(rows: Sequence[Mapping[str, Any]]) -> dict[str, Lit]:
 
 
 def summarise(
-    outcomes: Sequence[Outcome], rows: Sequence[Mapping[str, Any]], *, detector: str, room: str, out: str
+    outcomes: Sequence[GraspOutcome], rows: Sequence[Mapping[str, Any]], *, detector: str, room: str, out: str
 ) -> TaskSummary:
     """Sums up a run.
 

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from magicsim_experiments.assembly.cues import Cues
-from magicsim_experiments.assembly.stages import Misalignment, Spread, Stage, draw_misalignments
+from magicsim_experiments.assembly.stages import Misalignment, Spread, TrialStage, draw_misalignments
 from magicsim_experiments.assembly.summary import CUES, Rate, change, recognise, unrecognised
 
 SPREAD = Spread()
 
 
-def step(stage: Stage, ssim: float, *, force_n: float = 0.0, verdict: str = "Touched") -> Cues:
+def step(stage: TrialStage, ssim: float, *, force_n: float = 0.0, verdict: str = "Touched") -> Cues:
     return Cues(
         stage=stage, outcome="held", ssim=ssim, ssim_fingers=(ssim, ssim), similarity=0.5, verdicts=(verdict, verdict),
         force_n=(0.0, -force_n, 0.0), force_size_n=force_n, torque_nmm=(0.0, 0.0, 0.0), normal_n=4.0, slid_mm=0.0,
@@ -18,8 +18,8 @@ def step(stage: Stage, ssim: float, *, force_n: float = 0.0, verdict: str = "Tou
 
 def series(first: float, second: float, force_n: float, verdict: str = "Touched") -> tuple[Cues, ...]:
     return (
-        step(Stage.APPROACH, 0.8), step(Stage.FIRST, first, force_n=force_n / 2),
-        step(Stage.SECOND, second, force_n=force_n, verdict=verdict),
+        step(TrialStage.APPROACH, 0.8), step(TrialStage.FIRST, first, force_n=force_n / 2),
+        step(TrialStage.SECOND, second, force_n=force_n, verdict=verdict),
     )  # fmt: skip
 
 

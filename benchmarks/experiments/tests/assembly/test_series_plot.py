@@ -1,12 +1,12 @@
 from magicsim_experiments.assembly.cues import Cues
-from magicsim_experiments.assembly.stages import Misalignment, Stage
+from magicsim_experiments.assembly.stages import Misalignment, TrialStage
 from magicsim_experiments.assembly.summary import draw_series, stage_ends_s
 
-LONG = (Stage.GRIP, Stage.FIRST, Stage.FIRST, Stage.FIRST, Stage.SECOND, Stage.OPEN)
-SHORT = (Stage.GRIP, Stage.FIRST, Stage.SECOND, Stage.SECOND)
+LONG = (TrialStage.GRIP, TrialStage.FIRST, TrialStage.FIRST, TrialStage.FIRST, TrialStage.SECOND, TrialStage.OPEN)
+SHORT = (TrialStage.GRIP, TrialStage.FIRST, TrialStage.SECOND, TrialStage.SECOND)
 
 
-def series(*stages: Stage) -> list[Cues]:
+def series(*stages: TrialStage) -> list[Cues]:
     return [
         Cues(
             stage=stage, outcome="held", ssim=0.6, ssim_fingers=(0.6, 0.6), similarity=0.8,
@@ -19,7 +19,7 @@ def series(*stages: Stage) -> list[Cues]:
 
 def test_stages_end_where_they_do_in_most_trials():
     ends = stage_ends_s([series(*LONG), series(*SHORT), series(*SHORT)])
-    assert ends == {Stage.GRIP: 0.0, Stage.FIRST: 1.0, Stage.SECOND: 3.0, Stage.OPEN: 5.0}
+    assert ends == {TrialStage.GRIP: 0.0, TrialStage.FIRST: 1.0, TrialStage.SECOND: 3.0, TrialStage.OPEN: 5.0}
 
 
 def test_picture_is_a_png_of_trials_of_any_length():

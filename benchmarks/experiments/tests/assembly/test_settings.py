@@ -2,7 +2,7 @@ import pytest
 
 from magicsim.errors import ConfigError
 from magicsim_experiments.assembly.running import AssemblyConfig, split_settings
-from magicsim_experiments.assembly.stages import Stage, draw_misalignments, timeline
+from magicsim_experiments.assembly.stages import TrialStage, draw_misalignments, timeline
 from magicsim_experiments.assembly.trial import Setup
 
 
@@ -21,7 +21,7 @@ def test_settings_of_the_task_reach_jack_contact_stages_and_misalignments():
     setup = config.setup(references=5, samples=2)
     assert (setup.jack.radius_mm, setup.contact.friction, setup.references, setup.samples) == (2.8, 0.4, 5, 2)
     pushes = {step.stage: step.push_n for step in setup.timeline}
-    assert (pushes[Stage.FIRST], pushes[Stage.SECOND]) == (1, 6)
+    assert (pushes[TrialStage.FIRST], pushes[TrialStage.SECOND]) == (1, 6)
     drawn = [each for each in draw_misalignments(60, 3, config.spread) if each.kind == "offset"]
     assert all(1 <= (each.x_mm**2 + each.z_mm**2) ** 0.5 <= 2 for each in drawn)
 

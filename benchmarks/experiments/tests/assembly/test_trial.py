@@ -9,7 +9,7 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim_experiments.assembly.playing import play
-from magicsim_experiments.assembly.stages import Misalignment, Stage, Step
+from magicsim_experiments.assembly.stages import Misalignment, Step, TrialStage
 from magicsim_experiments.assembly.trial import Setup, base_of, check_plug, take_plug
 
 SMALL = [
@@ -20,10 +20,10 @@ SPACE = Workspace(
     x_mm=(-1, 1), y_mm=(0, 4), twist_deg=(-15, 15), tilt_x_deg=(-15, 15), tilt_y_deg=(-15, 15), gap_mm=(-1.2, 12)
 )
 SHORT = (
-    Step(stage=Stage.GRIP, depth_mm=None),
-    Step(stage=Stage.APPROACH, depth_mm=-0.5),
-    Step(stage=Stage.FIRST, depth_mm=1.0, push_n=0.5),
-    Step(stage=Stage.OPEN, depth_mm=1.0),
+    Step(stage=TrialStage.GRIP, depth_mm=None),
+    Step(stage=TrialStage.APPROACH, depth_mm=-0.5),
+    Step(stage=TrialStage.FIRST, depth_mm=1.0, push_n=0.5),
+    Step(stage=TrialStage.OPEN, depth_mm=1.0),
 )
 
 

@@ -29,6 +29,6 @@ def made_samples(presses: int = 24, frames: int = 3, *, seed: int = 0, rows: int
     return Samples(
         images=images, references=background[None].astype(np.float32), reference_of=np.zeros(count, int),
         targets=np.array(targets), labels=LABELS, press=np.array(press), unit=np.array(press) % 3,
-        thing=np.array(press) % 4,
+        object_of=np.array(press) % 4,
         features=images.mean((1, 3)), group=np.zeros(count, int),
     )  # fmt: skip

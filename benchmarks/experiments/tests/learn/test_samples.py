@@ -3,7 +3,7 @@ from dataset.fakes import FAKE, small_recipe
 
 from magicsim.dataset.generate import generate_dataset
 from magicsim.workers.options import choose_workers
-from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, read_samples, reduced, thing_of
+from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, object_key, read_samples, reduced
 
 LABELS = (Label(name="depth", unit="mm"),)
 
@@ -41,5 +41,9 @@ def test_object_is_the_same_however_it_is_turned():
         '{"kind": "cylinder", "radius_mm": 5.0, "yaw_deg": 10.0}',
         '{"yaw_deg": -3, "radius_mm": 5.0, "kind": "cylinder"}',
     ]
-    assert thing_of(["", configs[0]]) == thing_of([configs[1]]) != thing_of(['{"kind": "cylinder", "radius_mm": 7.5}'])
-    assert (thing_of(["", ""]), thing_of(["", "key"])) == ("", "key")
+    assert (
+        object_key(["", configs[0]])
+        == object_key([configs[1]])
+        != object_key(['{"kind": "cylinder", "radius_mm": 7.5}'])
+    )
+    assert (object_key(["", ""]), object_key(["", "key"])) == ("", "key")

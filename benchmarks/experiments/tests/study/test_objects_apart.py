@@ -19,6 +19,6 @@ def test_object_is_never_in_two_parts():
     assert [(fit.name, fit.folds) for fit in fits] == [("object-0", 4), ("object-1", 4)]
     samples = made_samples(24)
     split = split_of(samples, Fit(name="object-0", network="small", split_by="object", folds=4), settings, seed=1)
-    assert len(np.unique(samples.thing[split.test])) == 1
+    assert len(np.unique(samples.object_of[split.test])) == 1
     for rows in (split.train, split.validation):
-        assert not set(samples.thing[rows]) & set(samples.thing[split.test])
+        assert not set(samples.object_of[rows]) & set(samples.object_of[split.test])

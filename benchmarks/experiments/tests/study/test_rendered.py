@@ -20,8 +20,9 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("learns_in_process")]
 TINY = (
     "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2", "design.lattice.cells_across=0",
     "rig.camera.columns=24", "rig.camera.rows=32", "rig.camera.field_mm=10", "camera_scale=1.0", "check_episodes=0",
-    "recipe.rooms=[]", "recipe.render.samples=8", "recipe.render.particles=4000", "recipe.render.anchor_samples=8",
-    "recipe.render.anchor_particles=8000", "recipe.camera={full_well_e=1e9,read_noise_e=0.0}",
+    "learning.folds=2", "learning.folds_used=1", "recipe.rooms=[]", "recipe.camera={full_well_e=1e9,read_noise_e=0.0}",
+    "recipe.render.samples=8", "recipe.render.particles=4000", "recipe.render.anchor_samples=8",
+    "recipe.render.anchor_particles=8000",
 )  # fmt: skip
 PRESS = (
     "gap_mm=0.5,depth_mm=1.0,friction=0.5,approach_frames=1,press_frames=1,shear_frames=0,twist_frames=0,"

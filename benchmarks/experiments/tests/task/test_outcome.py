@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magicsim_experiments.task.episode import FrameRow, Recorded
+from magicsim_experiments.task.episode import GraspFrame, GraspRecord
 from magicsim_experiments.task.running import contact_sheet, film
 from magicsim_experiments.task.settings import GraspConfig, load_item
 from magicsim_experiments.task.story import draw_story
-from magicsim_experiments.task.summary import Outcome, judge_episode, summarise
+from magicsim_experiments.task.summary import GraspOutcome, judge_episode, summarise
 
 ORANGE, STORY = load_item("orange"), replace(draw_story(GraspConfig(), 0), item="orange")
-EMPTY = FrameRow(
+EMPTY = GraspFrame(
     episode=4, frame=0, time_s=0, stage="Waiting", entropy=0.1, correlation=0, similarity=1, proximity="Normal",
     contact="Untouched", event="", has_item=False, hold="away", gap_mm=None, width_mm=88, carriage_mm=0, upper_n=0,
     lower_n=0, slid_mm=0, light=False,
@@ -26,9 +26,9 @@ GOOD: list[dict[str, Any]] = [
 HOME: list[dict[str, Any]] = [{"stage": "Returning", "carriage_mm": 200}, {"stage": "Waiting"}]
 
 
-def judged(*rows: dict[str, Any], error: str = "") -> Outcome:
+def judged(*rows: dict[str, Any], error: str = "") -> GraspOutcome:
     made = tuple(replace(EMPTY, **row, frame=k, time_s=k / 15) for k, row in enumerate(rows))
-    return judge_episode(Recorded(rows=made, error=error), ORANGE, STORY, frames_per_second=15)
+    return judge_episode(GraspRecord(rows=made, error=error), ORANGE, STORY, frames_per_second=15)
 
 
 def test_delivered_episode_is_completed_and_its_time_adds_up():

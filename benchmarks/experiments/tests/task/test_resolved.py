@@ -9,7 +9,7 @@ from PIL import Image
 
 from magicsim.detectors.profile import load_profile, save_profile
 from magicsim_experiments.task.growing import digest_of
-from magicsim_experiments.task.running import Stage
+from magicsim_experiments.task.running import GraspPlayer
 from magicsim_experiments.task.settings import GraspConfig
 
 from .test_running import ITEM
@@ -31,7 +31,7 @@ def config(tmp_path: Path) -> GraspConfig:
 
 
 def digest(config: GraspConfig) -> str:
-    return digest_of(Stage(config).settings())
+    return digest_of(GraspPlayer(config).settings())
 
 
 def test_same_files_make_the_same_run(config: GraspConfig):
@@ -51,7 +51,7 @@ def test_other_content_under_the_same_name_makes_another_run(config: GraspConfig
 
 
 def test_settings_that_are_written_hold_what_the_names_stand_for(config: GraspConfig, tmp_path: Path):
-    settings = Stage(config).settings()
+    settings = GraspPlayer(config).settings()
     content = settings["resolved"]
     assert content["profile"]["tau_b"] == load_profile("calibrated").tau_b
     assert content["items"][config.items[0]]["mass_g"] == 20.0

@@ -5,7 +5,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from magicsim.errors import ConfigError, OutputError, PresetError
-from magicsim_experiments.task.running import Stage, run_grasps
+from magicsim_experiments.task.running import GraspPlayer, run_grasps
 from magicsim_experiments.task.settings import GraspConfig
 from magicsim_experiments.task.world import Happened, World
 
@@ -80,6 +80,6 @@ def test_episode_that_fails_is_counted_and_the_run_goes_on(
 
 def test_unknown_parts_are_refused_before_anything_is_built():
     with pytest.raises(PresetError, match="unknown item 'pear'; available: banana, biscuit-packet, orange"):
-        Stage(GraspConfig(items=("pear",)))
+        GraspPlayer(GraspConfig(items=("pear",)))
     with pytest.raises(ConfigError, match="room"):
-        Stage(GraspConfig(room="cellar"))
+        GraspPlayer(GraspConfig(room="cellar"))

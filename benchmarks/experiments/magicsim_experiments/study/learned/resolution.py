@@ -238,5 +238,5 @@ def _pressed(episode: EpisodeRows) -> Chosen:
     )  # fmt: skip
 
 
-def _size(thing: dict[str, Any]) -> float:
-    return round(float(thing["width_mm"] if thing["kind"] == "lines" else 2 * thing["radius_mm"]), 6)
+def _size(plate: dict[str, Any]) -> float:
+    return round(float(plate["width_mm"] if plate["kind"] == "lines" else 2 * plate["radius_mm"]), 6)

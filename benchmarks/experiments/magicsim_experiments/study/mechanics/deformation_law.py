@@ -97,7 +97,7 @@ class DeformationLaw:
             name="touches", function=touch_fields, suffix=".npz", seconds=10.0 + 3.0 * most,
             tasks=[
                 LawTask(
-                    design=config.design, rig=self.rig, thing=config.object, friction=config.friction,
+                    design=config.design, rig=self.rig, object=config.object, friction=config.friction,
                     render=config.render, touches=each, seed=config.seed,
                 )
                 for each in series

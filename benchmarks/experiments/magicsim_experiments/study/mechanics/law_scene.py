@@ -109,7 +109,7 @@ class LawTask:
 
     design: ElastomerDesign
     rig: Rig
-    thing: ObjectBase
+    object: ObjectBase
     friction: float
     render: RenderSettings
     touches: tuple[Touch, ...]
@@ -127,7 +127,7 @@ def touch_fields(task: LawTask) -> bytes:
     scene = validate(
         SceneConfig,
         {
-            "schema_version": 1, "design": task.design, "rig": task.rig, "object": task.thing.model_dump(),
+            "schema_version": 1, "design": task.design, "rig": task.rig, "object": task.object.model_dump(),
             "references": 1, "seed": task.seed, "contact": {"friction": task.friction}, "render": task.render,
             "output": OutputSettings(preview=False, report=False),
             "keyframes": [{"frame": number, **pose} for number, pose in enumerate(poses)],

@@ -227,14 +227,14 @@ def _pressed(task: LimitPress) -> Iterator[Row]:
     assert zone is not None  # every depth is above 0
     lattice = central_lattice(task.design, zone, spacing_mm=skin_spacing_mm(task.design), is_quarter=True)
     solver, skin, state = _solver(lattice, dome, task.friction), SkinCells.of(task.design, lattice), None
-    told = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
+    case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
     for depth in task.depths_mm:
         try:
             state = solver.solve(place_object(dome, gap_mm=-depth), state)
         except ConvergenceError as error:
-            yield told | {"depth_mm": depth, "refused": str(error)}
+            yield case | {"depth_mm": depth, "refused": str(error)}
             return
-        yield told | {"depth_mm": depth, **_forces(state.force_n * QUARTERS), **_skin(state, skin)}
+        yield case | {"depth_mm": depth, **_forces(state.force_n * QUARTERS), **_skin(state, skin)}
 
 
 def _pressed_cell(task: CellPress) -> Iterator[Row]:
@@ -245,18 +245,18 @@ def _pressed_cell(task: CellPress) -> Iterator[Row]:
         task.design, spot, margin_mm=task.margin_mm, spacing_mm=task.spacing_mm, growth=GROWTH, mirrored=is_quarter
     )
     solver, state = _solver(lattice, dome, task.friction), None
-    told = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
+    case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
     for depth in task.depths_mm:
         try:
             pose = place_object(dome, gap_mm=-depth, x_mm=x + offset[0], y_mm=y + offset[1])
             state = solver.solve(pose, state)
         except ConvergenceError as error:
-            yield told | {"depth_mm": depth, "refused": str(error)}
+            yield case | {"depth_mm": depth, "refused": str(error)}
             return
         force = state.force_n * QUARTERS if is_quarter else state.force_n
         shear = layer_shear(lattice, state.displacements_mm, (x, y)).tolist()
         found = {"least_infill_shear": min(shear, default=None), "most_infill_shear": max(shear, default=None)}
-        yield told | {"depth_mm": depth, **_forces(force), **found}
+        yield case | {"depth_mm": depth, **_forces(force), **found}
 
 
 def _sheared(task: LimitShear) -> Iterator[Row]:
@@ -268,15 +268,15 @@ def _sheared(task: LimitShear) -> Iterator[Row]:
     lattice = build_lattice(design, zone=contact_zone(poses, design))
     solver, state = _solver(lattice, dome, task.friction), None
     skin, infill = SkinCells.of(design, lattice), InfillCells.of(design, lattice)
-    told = {"diameter_mm": task.diameter_mm, "skin_mm": design.skin_mm, "depth_mm": task.depth_mm}
+    case = {"diameter_mm": task.diameter_mm, "skin_mm": design.skin_mm, "depth_mm": task.depth_mm}
     for way, pose in zip(ways, poses, strict=True):
         try:
             state = solver.solve(pose, state)
         except ConvergenceError as error:
-            yield told | {"shear_mm": way, "refused": str(error)}
+            yield case | {"shear_mm": way, "refused": str(error)}
             return
         found = {"infill_shear": float(infill.shear(state).max()) if infill is not None else None}
-        yield told | {"shear_mm": way, **_forces(state.force_n), **_skin(state, skin), **found}
+        yield case | {"shear_mm": way, **_forces(state.force_n), **_skin(state, skin), **found}
 
 
 def _forces(force_n: Array) -> Row:
@@ -292,5 +292,5 @@ def _dome(diameter_mm: float) -> ObjectConfig:
     return parse_object(f"domed_cylinder:radius_mm={diameter_mm / 2}")
 
 
-def _solver(lattice: Lattice, thing: ObjectConfig, friction: float) -> ContactSolver:
-    return ContactSolver(lattice, friction=friction, point_spacing_mm=point_spacing_mm(thing.shape()))
+def _solver(lattice: Lattice, object: ObjectConfig, friction: float) -> ContactSolver:
+    return ContactSolver(lattice, friction=friction, point_spacing_mm=point_spacing_mm(object.shape()))

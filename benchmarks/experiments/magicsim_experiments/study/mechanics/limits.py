@@ -86,8 +86,8 @@ class Limits:
     def conclude(self, folder: Path) -> StudyResult:
         """Forces and fields by depth; where the infill flows; lateral forces; sheared presses."""
         presses, cells, beside, sheared = (read_rows(folder, each) for each in self.stages_of_rows)
-        told = self.config.beside
-        place = f"{told.x_mm:g} mm along x and {told.y_mm:g} mm along y" if told is not None else ""
+        settings = self.config.beside
+        place = f"{settings.x_mm:g} mm along x and {settings.y_mm:g} mm along y" if settings is not None else ""
         tables = (
             _table("presses", "Presses", ("depth_mm", "fz_n", *SKIN), presses),
             _table("cells", "Presses above the middle of a cell", ("depth_mm", "fz_n", *INFILL), cells),
@@ -119,8 +119,8 @@ def read_rows(folder: Path, stage: PiecesStage) -> list[dict[str, Any]]:
             continue
         task = stage.tasks[number]
         assert isinstance(task, LimitPress | CellPress | LimitShear)
-        told = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
-        rows.append(told | {"refused": refusals.get(number, "no result")})
+        case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
+        rows.append(case | {"refused": refusals.get(number, "no result")})
     return rows
 
 

@@ -110,7 +110,7 @@ class TouchCurve:
     """Presses at one place."""
 
     design: ElastomerDesign
-    thing: ObjectBase
+    object: ObjectBase
     place_mm: tuple[float, float]
     depths_mm: tuple[float, ...]
 
@@ -119,7 +119,7 @@ def touch_curve(task: TouchCurve) -> bytes:
     """Normal force at each depth [N], as JSON."""
     x, y = task.place_mm
     steps = [
-        (place_object(task.thing, gap_mm=-depth, x_mm=x, y_mm=y, design=task.design), np.inf)
+        (place_object(task.object, gap_mm=-depth, x_mm=x, y_mm=y, design=task.design), np.inf)
         for depth in task.depths_mm
     ]
     found = follow(task.design, steps, [0.0] * len(steps), friction=0.0, tolerance_mm=0.002, progress=None)
@@ -201,7 +201,7 @@ class Manufacturing:
         return [(float(each), float(other)) for other in y for each in x]
 
     def _task(self, design: ElastomerDesign, place_mm: tuple[float, float]) -> TouchCurve:
-        return TouchCurve(design=design, thing=self.config.object, place_mm=place_mm, depths_mm=self.config.depths_mm)
+        return TouchCurve(design=design, object=self.config.object, place_mm=place_mm, depths_mm=self.config.depths_mm)
 
     def _threshold_depths(self, folder: Path) -> dict[str, tuple[float, Array]]:
         """Change of the depth with thickness, and depth at the threshold at each place [mm], by kind.

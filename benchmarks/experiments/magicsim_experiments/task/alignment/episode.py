@@ -106,7 +106,7 @@ def line_angle_deg(angle_deg: float) -> float:
     return 90 - (90 - angle_deg) % 180
 
 
-Seen = Callable[[Frame, Frame, "FrameRow"], None]
+Seen = Callable[[Frame, Frame, "AlignmentFrame"], None]
 ROOM_MM, STEP_MM = 0.2, 0.2
 """Room on both sides together before the fingers close, and by how much they close at once [mm]."""
 LONG_S = 10.0
@@ -116,7 +116,7 @@ MOST_STEPS = 15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FrameRow:
+class AlignmentFrame:
     """One pair of frames: what was true, and what was read."""
 
     episode: int
@@ -145,10 +145,10 @@ class FrameRow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recorded:
+class AlignmentRecord:
     """One episode."""
 
-    rows: tuple[FrameRow, ...]
+    rows: tuple[AlignmentFrame, ...]
     is_dropped: bool
     """Whether the fingers lost the item."""
     error: str
@@ -158,7 +158,7 @@ class Recorded:
 def play(
     gripper: Gripper, reader: AngleReader, grip: Grip, item: Item, config: AlignmentConfig, *, episode: int, seed: int,
     seen: Seen | None = None,
-) -> Recorded:  # fmt: skip
+) -> AlignmentRecord:  # fmt: skip
     """Plays an episode.
 
     Raises:
@@ -167,7 +167,7 @@ def play(
     gripper.reset(seed=seed)
     for finger in gripper.fingers:
         finger.set_frame_rate(config.frames_per_second)
-    rows: list[FrameRow] = []
+    rows: list[AlignmentFrame] = []
     wrist = 0.0
     learn_untouched(gripper, reader, config.references)
     try:
@@ -185,8 +185,8 @@ def play(
             if len(rows) < config.frames:
                 hold = gripper.hold(load=Load.of_mass(item.mass_g, down=down_at(wrist)))
     except MagicsimError as error:
-        return Recorded(rows=tuple(rows), is_dropped=False, error=str(error))
-    return Recorded(rows=tuple(rows), is_dropped=hold is Hold.DROPPED, error="")
+        return AlignmentRecord(rows=tuple(rows), is_dropped=False, error=str(error))
+    return AlignmentRecord(rows=tuple(rows), is_dropped=hold is Hold.DROPPED, error="")
 
 
 def learn_untouched(gripper: Gripper, reader: AngleReader, count: int) -> None:
@@ -216,10 +216,10 @@ def take(gripper: Gripper, grip: Grip) -> None:
 
 def _row(
     pair: GripFrames, reader: AngleReader, config: AlignmentConfig, *, wrist_deg: float, episode: int, frame: int
-) -> FrameRow:
+) -> AlignmentFrame:
     truth = pair.truth
     read = reader.read(pair.upper.image, pair.lower.image)
-    return FrameRow(
+    return AlignmentFrame(
         episode=episode, frame=frame, time_s=round(frame / config.frames_per_second, 6), wrist_deg=wrist_deg,
         held_deg=truth.place.twist_deg, error_deg=line_angle_deg(wrist_deg + truth.place.twist_deg),
         upper_deg=read.upper_deg, lower_deg=read.lower_deg, read_deg=read.mean_deg, hold=truth.hold.value,

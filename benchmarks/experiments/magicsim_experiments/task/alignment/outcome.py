@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from magicsim_experiments.learn.baselines import mean_score
-from magicsim_experiments.task.alignment.episode import FrameRow, Recorded
+from magicsim_experiments.task.alignment.episode import AlignmentFrame, AlignmentRecord
 from magicsim_experiments.task.alignment.grip import Grip
 from magicsim_experiments.task.summary import Count, counted, reasons_of
 
@@ -18,7 +18,7 @@ CONSTANT = "constant"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class AlignmentOutcome:
     """One episode, judged."""
 
     episode: int
@@ -95,7 +95,7 @@ class AlignmentSummary:
         return asdict(self)
 
 
-def judge_episode(recorded: Recorded, grip: Grip, *, episode: int, within_deg: float) -> Outcome:
+def judge_episode(recorded: AlignmentRecord, grip: Grip, *, episode: int, within_deg: float) -> AlignmentOutcome:
     """Holds an episode against the limit.
 
     Args:
@@ -106,7 +106,7 @@ def judge_episode(recorded: Recorded, grip: Grip, *, episode: int, within_deg: f
     is_whole = bool(rows) and not recorded.is_dropped and not recorded.error
     late = next((k + 1 for k in range(len(rows) - 1, -1, -1) if errors[k] > within_deg), 0)
     is_upright = is_whole and late < len(rows)
-    return Outcome(
+    return AlignmentOutcome(
         episode=episode, item=grip.item, askew_deg=grip.askew_deg, start_deg=errors[0] if rows else None,
         end_deg=errors[-1] if is_whole else None, seconds=rows[late].time_s if is_upright else None,
         turned_in_grip_deg=rows[-1].held_deg - rows[0].held_deg if rows else None, is_upright=is_upright,
@@ -115,7 +115,12 @@ def judge_episode(recorded: Recorded, grip: Grip, *, episode: int, within_deg: f
 
 
 def summarise(
-    outcomes: Sequence[Outcome], rows: Sequence[FrameRow], *, unseen: Sequence[str], within_deg: float, out: str
+    outcomes: Sequence[AlignmentOutcome],
+    rows: Sequence[AlignmentFrame],
+    *,
+    unseen: Sequence[str],
+    within_deg: float,
+    out: str,
 ) -> AlignmentSummary:
     """Sums up a run.
 
@@ -133,7 +138,7 @@ def summarise(
     )  # fmt: skip
 
 
-def _group(outcomes: Sequence[Outcome], rows: Sequence[FrameRow]) -> Group:
+def _group(outcomes: Sequence[AlignmentOutcome], rows: Sequence[AlignmentFrame]) -> Group:
     numbers = {each.episode for each in outcomes}
     own = [row for row in rows if row.episode in numbers]
     episodes = [row.episode for row in own]
@@ -152,7 +157,7 @@ def _group(outcomes: Sequence[Outcome], rows: Sequence[FrameRow]) -> Group:
     )  # fmt: skip
 
 
-def _ends(outcomes: Sequence[Outcome]) -> Mean:
+def _ends(outcomes: Sequence[AlignmentOutcome]) -> Mean:
     ends = [each.end_deg for each in outcomes if each.end_deg is not None]
     return mean(ends, range(len(ends)))
 

@@ -16,9 +16,15 @@ from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim_experiments.learn.settings import PACKAGES, need_torch
-from magicsim_experiments.task.alignment.episode import AngleReader, FrameRow, Recorded, play
+from magicsim_experiments.task.alignment.episode import AlignmentFrame, AlignmentRecord, AngleReader, play
 from magicsim_experiments.task.alignment.grip import AlignmentConfig, build_gripper, draw_grip, grip_scene
-from magicsim_experiments.task.alignment.outcome import READERS, AlignmentSummary, Outcome, judge_episode, summarise
+from magicsim_experiments.task.alignment.outcome import (
+    READERS,
+    AlignmentOutcome,
+    AlignmentSummary,
+    judge_episode,
+    summarise,
+)
 from magicsim_experiments.task.growing import (
     EPISODES_TABLE,
     FRAMES_TABLE,
@@ -41,7 +47,7 @@ AROUND_DEG = 5.0
 
 
 def draw_errors(
-    outcomes: Sequence[Outcome], rows: Sequence[FrameRow], *, unseen: Sequence[str], within_deg: float
+    outcomes: Sequence[AlignmentOutcome], rows: Sequence[AlignmentFrame], *, unseen: Sequence[str], within_deg: float
 ) -> bytes:
     """A PNG: above, each episode's error against time with the median of each group; below, errors of the readings.
 
@@ -87,7 +93,7 @@ NOISE = 37
 """Keeps the seeds of the frames' noise apart from others."""
 
 
-class Stage:
+class AlignmentPlayer:
     """Builds a gripper for an item and plays episodes with it; one gripper at a time is kept."""
 
     def __init__(self, config: AlignmentConfig, model: Path) -> None:
@@ -115,8 +121,8 @@ class Stage:
         return sorted(range(episodes), key=lambda number: (number % len(self.config.items), number))
 
     def play(
-        self, episode: int, *, seen: Callable[[Frame, Frame, FrameRow], None] | None = None
-    ) -> tuple[Recorded, Outcome]:
+        self, episode: int, *, seen: Callable[[Frame, Frame, AlignmentFrame], None] | None = None
+    ) -> tuple[AlignmentRecord, AlignmentOutcome]:
         """One episode, and what became of it."""
         config, grip = self.config, draw_grip(self.config, episode)
         seed = int(np.random.SeedSequence([config.seed, NOISE, episode]).generate_state(1)[0] % MAX_SEED)
@@ -149,7 +155,7 @@ def run_alignment(
     Raises:
         MagicsimError: The task cannot be played, or the folder is not ours or holds another task.
     """
-    stage = Stage(config, model)
+    stage = AlignmentPlayer(config, model)
 
     def played(episode: int) -> Played:
         pairs: list[tuple[Frame, Frame]] = []
@@ -158,8 +164,8 @@ def run_alignment(
         return Played(values=values, pictures={f"pictures/{episode:05d}.png": first_and_last(pairs)} if pairs else {})
 
     def concluded(played: Sequence[dict[str, Any]]) -> tuple[AlignmentSummary, dict[str, bytes]]:
-        outcomes = [Outcome(**each["outcome"]) for each in played]
-        rows = [FrameRow(**row) for each in played for row in each["rows"]]
+        outcomes = [AlignmentOutcome(**each["outcome"]) for each in played]
+        rows = [AlignmentFrame(**row) for each in played for row in each["rows"]]
         kept = stage.config
         summary = summarise(outcomes, rows, unseen=kept.unseen, within_deg=kept.within_deg, out=str(out))
         return summary, {

@@ -1,22 +1,22 @@
 import pytest
 
-from magicsim_experiments.task.alignment.episode import FrameRow, Recorded
+from magicsim_experiments.task.alignment.episode import AlignmentFrame, AlignmentRecord
 from magicsim_experiments.task.alignment.grip import AlignmentConfig, Grip, draw_grip
 from magicsim_experiments.task.alignment.outcome import judge_episode, mean, summarise
 
 GRIP = Grip(item="rod", askew_deg=20.0, x_mm=0.0, y_mm=0.0)
 
 
-def row(frame: int, error: float, *, read: float = 0.0, episode: int = 0) -> FrameRow:
-    return FrameRow(
+def row(frame: int, error: float, *, read: float = 0.0, episode: int = 0) -> AlignmentFrame:
+    return AlignmentFrame(
         episode=episode, frame=frame, time_s=frame / 10, wrist_deg=error - 20, held_deg=20.0, error_deg=error,
         upper_deg=20 + read, lower_deg=20 - read, read_deg=20.0, hold="held", upper_n=6.0, lower_n=6.0, slid_mm=0.0,
     )  # fmt: skip
 
 
-def recorded(*errors: float, dropped: bool = False, episode: int = 0, read: float = 0.0) -> Recorded:
+def recorded(*errors: float, dropped: bool = False, episode: int = 0, read: float = 0.0) -> AlignmentRecord:
     rows = tuple(row(k, each, episode=episode, read=read) for k, each in enumerate(errors))
-    return Recorded(rows=rows, is_dropped=dropped, error="")
+    return AlignmentRecord(rows=rows, is_dropped=dropped, error="")
 
 
 def judged(*errors: float, dropped: bool = False):
@@ -34,7 +34,7 @@ def test_upright_from_the_frame_after_the_last_one_beyond_the_limit():
 def test_lost_item_ends_nowhere():
     lost = judged(20, 1.0, dropped=True)
     assert (lost.is_upright, lost.end_deg, lost.is_dropped) == (False, None, True)
-    nothing = judge_episode(Recorded(rows=(), is_dropped=True, error=""), GRIP, episode=0, within_deg=2.0)
+    nothing = judge_episode(AlignmentRecord(rows=(), is_dropped=True, error=""), GRIP, episode=0, within_deg=2.0)
     assert (nothing.start_deg, nothing.turned_in_grip_deg, nothing.frames) == (None, None, 0)
 
 

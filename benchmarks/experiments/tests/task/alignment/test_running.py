@@ -157,16 +157,16 @@ def test_rendered_frames_are_read(small: AlignmentConfig, tmp_path: Path, model:
 
 
 def test_model_that_does_not_fit_is_one_line(small: AlignmentConfig, tmp_path: Path, model: Path, make_model):
-    from magicsim_experiments.task.alignment.running import Stage
+    from magicsim_experiments.task.alignment.running import AlignmentPlayer
 
     with pytest.raises(ConfigError, match=r"does not exist: 'magicsim study alignment --out DIR' makes one"):
-        Stage(small, tmp_path / "none")
+        AlignmentPlayer(small, tmp_path / "none")
     blind = make_model(changed(labels=(Label(name="gap"), Label(name="p_x"))), "blind")
     with pytest.raises(ConfigError, match=r"tells gap, p_x and not r_z: 'magicsim study alignment"):
-        Stage(small, blind)
+        AlignmentPlayer(small, blind)
     wide = make_model(changed(frame_columns=64), "wide")
     with pytest.raises(ConfigError, match=r"takes frames of 64 x 32 pixels, .* of the rig's 240 x 320"):
-        Stage(small, wide)
+        AlignmentPlayer(small, wide)
 
 
 @pytest.fixture
