@@ -99,7 +99,7 @@ class SolveFigures:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathFigures(SolveFigures):
-    """What a solve or a path took."""
+    """Cost of a solve or a path."""
 
     cutbacks: int
     """Load steps that had to be halved."""
@@ -108,7 +108,7 @@ class PathFigures(SolveFigures):
     shifted: int
     """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""
     rungs: tuple[str, ...]
-    """What it took beyond the ordinary way, see `magicsim.deform.solve.ladder`."""
+    """Rungs on which it stands, see `magicsim.deform.solve.ladder`."""
     unknowns: int
     """Displacement unknowns."""
     converged: bool
@@ -161,7 +161,7 @@ class Deformation(PathFigures):
     touches_within_mm: Array
     """Distance up to which they touch, see `magicsim.deform.deformation`, shape (points,) [mm]."""
     relaxation: RelaxationState | None
-    """What a rate-dependent body remembers; None in the long term."""
+    """Memory of a rate-dependent body; None in the long term."""
     linearisation: Linearisation | None
     """Where the body's stiffness was taken last: what saves the next step of the path a factorisation."""
     pose: Pose | None
@@ -169,11 +169,11 @@ class Deformation(PathFigures):
     force_n: Array
     """Force of the object on the sensor, shape (3,) [N]."""
     torque_nmm: Array
-    """Its torque about the origin, shape (3,) [N mm]."""
+    """Torque of that force about the origin, shape (3,) [N mm]."""
     contact_area_mm2: float
     """Deformed area of the points that touch [mm2]."""
     table: TableMemory | None = None
-    """What friction below a block on a table remembers; None at rest and where the base is bonded."""
+    """Memory of friction below a block on a table; None at rest and where the base is bonded."""
 
     def __repr__(self) -> str:
         """Nodes, force and the figures that say how far it can be trusted; no arrays."""
@@ -186,7 +186,7 @@ class Deformation(PathFigures):
         )
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: its figures."""
+        """Table of the figures, for notebooks."""
         moved = float(np.linalg.norm(self.displacements_mm, axis=1).max())
         figures: dict[str, object] = {
             "force [N]": ", ".join(f"{each:.4f}" for each in self.force_n),

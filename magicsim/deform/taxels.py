@@ -79,7 +79,7 @@ class TaxelGrid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaxelForces:
-    """What an object does to each taxel."""
+    """Force and torque of an object on each taxel."""
 
     force_n: Array
     """Force of the object on the taxel in the sensor's frame, +z into the sensor, shape (rows, columns, 3) [N]."""

@@ -36,7 +36,7 @@ AXIS_LIMIT = 0.9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactState:
-    """What the object does to the face at given positions and memory."""
+    """Gaps, tractions and forces of an object on the face at given positions and memory."""
 
     points_mm: Array
     """Positions of the quadrature points, shape (points, 3) [mm]."""
@@ -87,7 +87,7 @@ def remembered(face: ContactFace, state: ContactState, memory: ContactMemory, la
 def _pressed(
     face: ContactFace, points: Array, gap: Array, normal: Array, memory: ContactMemory, law: ContactLaw, force: Array
 ) -> ContactState:
-    """What points feel; their forces are added to those of the nodes, shape (nodes, 3) [N]."""
+    """Tractions of points; their forces are added to those of the nodes, shape (nodes, 3) [N]."""
     pressure = np.maximum(0.0, memory.multipliers_mpa - memory.penalty * gap)
     shear, slip_energy = friction_traction(face, points, memory, law)
     acting = np.flatnonzero((pressure > 0) | (memory.limit_mpa > 0))

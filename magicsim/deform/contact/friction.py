@@ -35,7 +35,7 @@ class ContactLaw:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactMemory:
-    """What contact knows beside the present positions."""
+    """Memory of contact beside the present positions."""
 
     multipliers_mpa: Array
     """Augmented Lagrangian multipliers, shape (points,) [MPa]."""
@@ -50,7 +50,7 @@ class ContactMemory:
     normal: Array
     """Frozen normals of the tangent planes, shape (points, 3)."""
     limit_excess_mpa: Array | None = None
-    """What the limits lacked when they were last updated, shape (points,) [MPa]."""
+    """Lack of the limits when they were last updated, shape (points,) [MPa]."""
     limit_share: float = 1.0
     """Part of it by which they were changed."""
 

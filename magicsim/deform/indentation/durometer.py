@@ -69,7 +69,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DurometerResult(SolveFigures):
-    """What `magicsim press durometer` reports."""
+    """Hardness of a block, as `magicsim press durometer` reports it."""
 
     shore_a: float
     """Hardness S, 0 to 100."""

@@ -77,7 +77,7 @@ def as_vector(values: npt.NDArray[np.float64]) -> Vector:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PressResult(PathFigures):
-    """What `magicsim press` reports."""
+    """Result of a press, as `magicsim press` reports it."""
 
     force_n: Vector
     """Force of the object on the sensor [N]; a press is +z."""
@@ -103,7 +103,7 @@ class PressResult(PathFigures):
         return f"force ({force}) N, torque ({torque}) N mm, contact area {self.contact_area_mm2:.2f} mm2"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the force along the path, and the figures of its end."""
+        """Force along the path and the figures of its end, for notebooks."""
         values = self.as_dict()
         del values["history"]
         return _force_curve(self.history) + figures_table("Press", values)

@@ -37,7 +37,7 @@ MAX_POINTS = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PressCurve:
-    """What an object does to a block at every depth of one press."""
+    """Forces and areas of an object in a block at every depth of one press."""
 
     result: PressResult
     """At the deepest place, with what the whole path has cost; its history is the curve."""

@@ -36,7 +36,7 @@ stiff, which costs a graded lattice two thirds of its accuracy."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElasticState:
-    """What the lattice's energy is at given positions."""
+    """Energy of the lattice at given positions, and its derivatives."""
 
     energy_mj: float
     """Springs, logarithm, walls, coat and table, without the volume term, zero at rest [N mm]."""
@@ -49,7 +49,7 @@ class ElasticState:
     min_jacobian: float
     """Smallest Jacobian at any Gauss point."""
     table: TableState | None
-    """What the table does to the base; None where it is bonded."""
+    """State of the table below the base; None where it is bonded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,7 +74,7 @@ class Elasticity:
     edges_mm: Array
     """Rest length of the edges, shape (cells, 12) [mm]."""
     table: Table | None = None
-    """What the base lies on; None where it is bonded."""
+    """Table below the base; None where it is bonded."""
     coat: Membrane | None = None
     """The coat on the contact face; None where there is none, or it has no stiffness."""
 
@@ -175,7 +175,7 @@ class Elasticity:
 
 
 def bending_springs(boxes_mm: Array, corners_mm: Array, springs: Array, modulus_mpa: Array) -> Array:
-    """What the springs of boxes add to their network where the boxes are mapped to other cells, shape (cells, 8, 8).
+    """Springs of boxes less their network, where the boxes are mapped to other cells, shape (cells, 8, 8).
 
     Springs and network of a box differ only in how they hold motions that are not affine. That difference is taken
     along, less its part that an affine motion of the mapped cell would feel: rest stays free of stress, the patch test

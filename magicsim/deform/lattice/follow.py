@@ -147,7 +147,7 @@ def cell_correctors(
         lattice: Its lattice; each node plane of the grid that it leaves out is interpolated.
         points_mm: Rest positions, the same number for each cell and the same in each, cells x-fastest, shape
             (cells * points a cell, 3) [mm], as `geometry.elastomer` tiles them.
-        cell_mm: Those of a drawn cell about its middle, shape (points a cell, 3) [mm]; the first cell's by default.
+        cell_mm: Points of a drawn cell about its middle, shape (points a cell, 3) [mm]; the first cell's by default.
     """
     fields = printed_fields(design, grid)
     if grid is None or fields is None:

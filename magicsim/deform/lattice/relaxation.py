@@ -75,7 +75,7 @@ class Branches:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RelaxationState:
-    """What the branches remember at the end of a time step; 0.6 kB a branch and cell."""
+    """Memory of the branches at the end of a time step; 0.6 kB a branch and cell."""
 
     tensors: Array
     """A of each branch at the Gauss points, shape (branches, cells, 8, 6)."""

@@ -59,7 +59,7 @@ class Lattice:
     shear_modulus_mpa: Array
     """Shear modulus mu of each cell, shape (cells,) [MPa]."""
     wall_modulus_mpa: Array
-    """What the walls add along x, y and z (their beta), shape (cells,) [MPa]; 0 where a cell is isotropic."""
+    """Modulus beta of the walls along x, y and z, shape (cells,) [MPa]; 0 where a cell is isotropic."""
     lame_mpa: Array
     """First Lame parameter lambda of each cell, shape (cells,) [MPa]."""
     is_core: Mask
@@ -71,7 +71,7 @@ class Lattice:
     is_mirrored: bool = False
     """Whether the planes of smallest x and y are planes of symmetry: the lattice is a quarter of the block."""
     table: TableTop | None = None
-    """What the base lies on; None where it is bonded."""
+    """Table below the base; None where it is bonded."""
     face: Dome | HeightMap | None = None
     """Shape of the contact face; planes and sizes then are those of the box that is mapped. None is flat."""
     coat_n_per_mm: float = 0.0

@@ -29,7 +29,7 @@ TINY = 1e-300
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableMemory:
-    """What friction knows of the nodes of the base."""
+    """Memory of friction at the nodes of the base."""
 
     anchors_mm: Array
     """Where it holds them, x and y, shape (base nodes, 2) [mm]."""
@@ -142,7 +142,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableState:
-    """What a table does to the base at given positions."""
+    """Forces of a table on the base at given positions."""
 
     node_force_n: Array
     """Force of table and weight on the nodes of the base, shape (base nodes, 3) [N]."""

@@ -50,7 +50,7 @@ class Zone:
 
     @property
     def centre_mm(self) -> tuple[float, float]:
-        """Its middle, x and y [mm]."""
+        """Middle of the zone, x and y [mm]."""
         x, y = ((low + high) / 2 for low, high in zip(self.low_mm, self.high_mm, strict=True))
         return x, y
 

@@ -1,4 +1,4 @@
-"""What a Newton iteration is made of: a matrix that is definite, and how far to go along the direction that it gives.
+"""Parts of a Newton iteration: a matrix that is definite, and how far to go along the direction that it gives.
 
 A step is shortened until every Gauss point keeps a positive Jacobian and until the energy with the new stresses as
 multipliers (its volume term bounded, so that stiffness in volume does not throttle the step) has decreased. A step
@@ -36,7 +36,7 @@ FLOOR, FLOOR_SHARE = 0.1, 0.3
 def stiffenings(
     *, first: float, growth: float, last: float, cautious: float, is_near: bool, shift: float = 0.0
 ) -> Iterator[tuple[float, float]]:
-    """What to try in turn until a matrix is definite: nothing, then a bound of the object's curvature, then shifts.
+    """Stiffenings to try in turn until a matrix is definite: nothing, then a bound of the object's curvature, then shifts.
 
     Args:
         first: Least multiple of a definite matrix that is added after 0.

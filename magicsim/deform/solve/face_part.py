@@ -28,7 +28,7 @@ small change."""
 FEW = 2
 """Solutions for which nothing is eliminated where the face is not large: most contacts settle in as few."""
 SETTLED = ("multipliers_mpa", "limit_mpa", "normal")
-"""What contact remembers of each point, and changes while it settles."""
+"""Fields of the memory of each point that change while contact settles."""
 WORTH = 0.8
 """Touched nodes, in units of those that are left, below which the others are eliminated anew."""
 
@@ -66,7 +66,7 @@ class FacePart:
         return np.asarray((3 * self.nodes[:, None] + np.arange(3)).ravel())
 
     def memory(self, whole: ContactMemory) -> ContactMemory:
-        """What contact remembers of these points."""
+        """Memory of contact at these points."""
         excess = whole.limit_excess_mpa
         own = {name: getattr(whole, name)[self.points] for name in (*SETTLED, "anchors_mm")}
         return replace(whole, **own, limit_excess_mpa=None if excess is None else excess[self.points])

@@ -56,7 +56,7 @@ FIRST_SHIFT, SHIFT_GROWTH, LAST_SHIFT = 1e-3, 10.0, 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaceProblem:
-    """What does not change while the contact settles; node vectors are of shape (nodes, 3)."""
+    """Body, face and object, which do not change while contact settles; node vectors are of shape (nodes, 3)."""
 
     whole: Problem
     """The lattice, its law of contact and its tolerances."""

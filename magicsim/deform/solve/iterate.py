@@ -72,7 +72,7 @@ def _relative_residual(problem: Problem, elastic: ElasticState, contact: Contact
 MAX_BALANCE = 1e-6
 """Largest relative difference between contact force and reaction that is accepted: assumed."""
 LEAST_LIFT = 0.01
-"""What pressures push back, in units of their sum over all points of the face, below which the object has pierced it:
+"""Pressures that push back, in units of their sum over all points of the face, below which the object has pierced it:
 what is left squeezes its flanks; assumed."""
 LOGGER = logging.getLogger(__name__)
 PARTS = 1000
@@ -83,7 +83,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(slots=True)
 class Effort:
-    """What a solve has cost so far."""
+    """Cost of a solve so far."""
 
     iterations: int = 0
     shifted: int = 0
@@ -130,7 +130,7 @@ def force_balance(problem: Problem, iterate: Iterate) -> float:
 
 
 def lift(problem: Problem, iterate: Iterate) -> float:
-    """What pressures push back in units of their sum over all points of the face; 0 where nothing touches.
+    """Pressures that push back, in units of their sum over all points of the face; 0 where nothing touches.
 
     Friction is left aside: a steep wedge may hold itself by it, and pull.
     """
@@ -155,7 +155,7 @@ def report(problem: Problem, effort: Effort) -> str:
 
 
 def report_passage(problem: Problem, effort: Effort) -> str:
-    """What is said where the last load step ended with the object through the face."""
+    """Message where the last load step ended with the object through the face."""
     share = 0.0 if effort.last is None else lift(problem, effort.last)
     return (
         f"the object passed through the contact face: {share:.2g} of the pressures on the face push back (above "

@@ -1,4 +1,4 @@
-"""What is tried where an equilibrium is not found in the ordinary way: every rung of the ladder, and where it stands.
+"""The ladder of ways to an equilibrium that is not found in the ordinary one: every rung, and where it stands.
 
 | level | what fails | what is tried, in this order | where |
 | --- | --- | --- | --- |

@@ -164,7 +164,7 @@ class ContactSolver:
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
 
     def _recovered(self, indenter: Indenter, start: Deformation, dt_s: float, effort: Effort) -> Deformation:
-        """What is left of a dent that nothing presses any more; rest where that is next to nothing."""
+        """Remainder of a dent that nothing presses any more; rest where that is next to nothing."""
         problem = self._timed(start, dt_s)
         state = self._follow_path(problem, indenter, start, effort)
         if state is None:

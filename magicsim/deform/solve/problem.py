@@ -1,4 +1,4 @@
-"""What a Newton iteration solves, and when it stops: nothing here changes along a path."""
+"""The problem that a Newton iteration solves, and when it stops: nothing here changes along a path."""
 
 from dataclasses import dataclass, replace
 from typing import Self

@@ -110,7 +110,7 @@ def _motions(points: Array) -> list[tuple[Array, Array]]:
 
 
 def _memory(problem: Problem, state: Deformation, indenter: Indenter) -> ContactMemory:
-    """What contact remembers at an equilibrium: multipliers that give its pressures, anchors where they were left."""
+    """Memory of contact at an equilibrium: multipliers that give its pressures, anchors where they were left."""
     penalty, pressure = problem.first_penalty, state.contact_pressure_mpa
     pressed = pressure > 0
     carried = np.abs(pressure + penalty * state.contact_gap_mm)[pressed]
