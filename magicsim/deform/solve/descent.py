@@ -36,7 +36,7 @@ FLOOR, FLOOR_SHARE = 0.1, 0.3
 def stiffenings(
     *, first: float, growth: float, last: float, cautious: float, is_near: bool, shift: float = 0.0
 ) -> Iterator[tuple[float, float]]:
-    """Stiffenings to try in turn until a matrix is definite: nothing, then a bound of the object's curvature, then shifts.
+    """Stiffenings to try until a matrix is definite: nothing, then a bound of the object's curvature, then shifts.
 
     Args:
         first: Least multiple of a definite matrix that is added after 0.
