@@ -13,7 +13,7 @@ from magicsim.errors import ConfigError, OutputError
 
 if TYPE_CHECKING:
     from magicsim.dataset.generate import Standing
-    from magicsim.dataset.recipes.estimate import Estimate
+    from magicsim.dataset.recipes.estimate import Cost
     from magicsim.dataset.recipes.recipe import Recipe
     from magicsim.workers.options import WorkerOptions
 
@@ -131,13 +131,13 @@ def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", 
     print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
 
 
-def _announce(out: Path, workers: int) -> "Callable[[Estimate], None]":
+def _announce(out: Path, workers: int) -> "Callable[[Cost], None]":
     """Writes the estimate of time and disk, before any work."""
     import shutil
 
     from magicsim.workers.options import usable_cores
 
-    def announce(found: "Estimate") -> None:
+    def announce(found: "Cost") -> None:
         cores, free = min(workers, usable_cores()), shutil.disk_usage(out).free
         sys.stderr.write(
             f"about {found.frames} frames to simulate, {found.seconds(cores) / 60:.0f} minutes on {cores} core"

@@ -16,7 +16,7 @@ from magicsim.dataset.columns import columns_of
 from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, FOLDER, SENSORS, Manifest
 from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
-from magicsim.dataset.recipes.estimate import Estimate, estimate
+from magicsim.dataset.recipes.estimate import Cost, estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table, simulate_sample
 from magicsim.errors import OutputError
@@ -88,7 +88,7 @@ def generate_dataset(
     options: WorkerOptions | None = None,
     resume: bool = False,
     simulator: Simulator | None = None,
-    announce: Callable[[Estimate], None] | None = None,
+    announce: Callable[[Cost], None] | None = None,
     progress: Callable[[Standing], None] | None = None,
     told: Told = on_stderr,
 ) -> DatasetSummary:
@@ -122,7 +122,7 @@ def _generated(
     simulator: Simulator,
     *,
     resume: bool,
-    announce: Callable[[Estimate], None] | None,
+    announce: Callable[[Cost], None] | None,
     progress: Callable[[Standing], None],
 ) -> DatasetSummary:
     check_codec(recipe.rig.camera.compression)

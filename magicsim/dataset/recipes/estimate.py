@@ -28,8 +28,8 @@ LOOKED_AT, COUNTED = 64, 256
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
-    """Rough: within a factor of two or so."""
+class Cost:
+    """Time and size, roughly: within a factor of two or so."""
 
     frames: int
     core_seconds: float
@@ -48,7 +48,7 @@ def estimate(
     chosen: npt.NDArray[np.int64] | None = None,
     *,
     processes: int,
-) -> Estimate:
+) -> Cost:
     """What some of the episodes of a recipe will cost.
 
     Args:
@@ -69,18 +69,18 @@ def estimate(
     shared = _shared_s(recipe.render, recipe.rig.camera)
     seconds = scale * sum(cost[0] for cost in costs) + anchors * shared + processes * START_S
     frames = sum(recipe.references + episodes[each].scene.frame_count for each in counted)
-    return Estimate(
+    return Cost(
         frames=round(frames * len(numbers) / max(1, len(counted))),
         core_seconds=seconds,
         bytes=round(scale * sum(cost[1] for cost in costs)),
     )
 
 
-def estimate_scene(scene: SceneConfig) -> Estimate:
+def estimate_scene(scene: SceneConfig) -> Cost:
     """What one scene will cost in a process of its own."""
     seconds, size = episode_cost(scene)
     shared = _shared_s(scene.render, scene.rig.camera) + START_S
-    return Estimate(frames=scene.references + scene.frame_count, core_seconds=seconds + shared, bytes=round(size))
+    return Cost(frames=scene.references + scene.frame_count, core_seconds=seconds + shared, bytes=round(size))
 
 
 def _some(numbers: npt.NDArray[np.int64], most: int) -> list[int]:
