@@ -202,12 +202,14 @@ def _normal_gradient(surface: Surface, points: Array, normal: Array) -> Array:
 
 @kernel()
 def _scatter_blocks(local, shape, facet, patches, indptr, blocks, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Adds the Hessian of points to an upper triangle: by nodes a and b it is N_a N_b times that by the point."""
     for q in range(len(facet)):
         cell = facet[q]
         for a in range(patches.shape[1]):
             for b in range(a, patches.shape[1]):
                 weight = shape[q, a] * shape[q, b]
                 for i in range(3):
+                    # row i of a diagonal block has lost its first i entries, see `block_pattern`
                     start = indptr[3 * patches[cell, a] + i] + 3 * blocks[cell, a, b] - i
                     for k in range(i if a == b else 0, 3):
                         values[start + k] += weight * local[q, i, k]
@@ -215,6 +217,7 @@ def _scatter_blocks(local, shape, facet, patches, indptr, blocks, values):  # ty
 
 @kernel()
 def _scatter_dense(local, shape, facet, patches, matrix):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Adds the same to a dense matrix, both triangles."""
     for q in range(len(facet)):
         cell = facet[q]
         for a in range(patches.shape[1]):
