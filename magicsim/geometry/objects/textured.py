@@ -289,7 +289,7 @@ class LinesObject(PlateObject):
         if self.spacing_mm <= self.width_mm:
             msg = f"spacing_mm = {self.spacing_mm:g} is not allowed: must be above width_mm = {self.width_mm:g}"
             raise ValueError(msg)
-        most = min(self.width_mm, self._height_mm) / 2
+        most = min(self.width_mm, self.height_mm or self.width_mm) / 2
         if self.edge_radius_mm is not None and self.edge_radius_mm > most:
             msg = f"edge_radius_mm = {self.edge_radius_mm:g} is not allowed: must be at most {most:g} mm"
             raise ValueError(msg)
@@ -297,13 +297,10 @@ class LinesObject(PlateObject):
         self._refuse_misfit("ridge", self.width_mm, along, MAX_RIDGES, along)
         return self
 
-    @property
-    def _height_mm(self) -> float:
-        return self.height_mm if self.height_mm is not None else self.width_mm
-
     def _solid(self) -> RidgePlate:
-        edge = self.edge_radius_mm or RIDGE_EDGE_SHARE * min(self.width_mm, self._height_mm)
+        height = self.height_mm or self.width_mm
+        edge = self.edge_radius_mm or RIDGE_EDGE_SHARE * min(self.width_mm, height)
         return RidgePlate(
-            width_mm=self.width_mm, spacing_mm=self.spacing_mm, height_mm=self._height_mm, edge_radius_mm=edge,
+            width_mm=self.width_mm, spacing_mm=self.spacing_mm, height_mm=height, edge_radius_mm=edge,
             plate=self.plate(),
         )  # fmt: skip
