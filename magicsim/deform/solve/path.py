@@ -136,13 +136,13 @@ class ContactSolver:
             ConvergenceError: No valid equilibrium was found, or the object lies inside the block between the points
                 (see `overlap`); the message has the figures.
         """
-        if not self.can_touch(indenter):
+        touches = self.can_touch(indenter)
+        if not touches:
             self._refuse_overlap(self._rest, indenter)
             if not self.recovers or previous is None or previous.pose is None:
                 return self._rest
-            return self._recovered(waiting(indenter), previous, dt_s, Effort(progress=progress))
-        buried = burial_fault(self.lattice, indenter)
-        if buried is not None:
+            indenter = waiting(indenter)
+        elif (buried := burial_fault(self.lattice, indenter)) is not None:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort(progress=progress)
@@ -153,7 +153,10 @@ class ContactSolver:
         if state is None:
             complain = report_passage if self._has_passed_through(effort.last) else report
             raise ConvergenceError(complain(problem, effort))
-        self._refuse_overlap(state, indenter)
+        if touches:
+            self._refuse_overlap(state, indenter)
+        elif np.abs(state.displacements_mm).max() < RECOVERED_MM:  # what is left of a dent is next to nothing
+            return self._rest
         return self._relaxed(state, start, dt_s)
 
     def _relaxed(self, state: Deformation, start: Deformation, dt_s: float) -> Deformation:
@@ -162,16 +165,6 @@ class ContactSolver:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
-
-    def _recovered(self, indenter: Indenter, start: Deformation, dt_s: float, effort: Effort) -> Deformation:
-        """Remainder of a dent that nothing presses any more; rest where that is next to nothing."""
-        problem = self._timed(start, dt_s)
-        state = self._follow_path(problem, indenter, start, effort)
-        if state is None:
-            raise ConvergenceError(report(problem, effort))
-        if np.abs(state.displacements_mm).max() < RECOVERED_MM:
-            return self._rest
-        return self._relaxed(state, start, dt_s)
 
     def _refuse_overlap(self, state: Deformation, indenter: Indenter) -> None:
         """Raises ConvergenceError where the object lies inside the block between its contact points."""
