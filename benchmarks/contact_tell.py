@@ -35,7 +35,6 @@ from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
@@ -104,7 +103,7 @@ class Filmed:
 
     def frame(self, state: FrameState) -> Frame:
         """Solved where it touches, rendered and exposed."""
-        deformation = self.sensor.deform(state, self.sensor.rest) if can_touch(state) else self.sensor.rest
+        deformation = self.sensor.deform(state, self.sensor.rest) if state.can_touch else self.sensor.rest
         radiance = self.sensor.radiance(state, deformation)
         return expose(radiance, self.exposure, self.sensor.rig.camera, seed=0, frame=0)
 

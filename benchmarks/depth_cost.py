@@ -25,7 +25,6 @@ from laboratory.light.render_statistics import deviation
 
 from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.scenes.scene import RenderSettings, load_scene
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 GAPS_MM = (1.0, -0.005, -0.05, -0.1, -0.3, -1.0, -2.0)
@@ -68,7 +67,7 @@ def measure(gap_mm: float, quality: tuple[int, int], settings: list[str]) -> Dep
         state = sensor.states[0]
         if seed == SEEDS[0]:
             start = time.perf_counter()
-            deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+            deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
             solve = time.perf_counter() - start
         start = time.perf_counter()
         frame, took = sensor.radiance(state, deformation), []

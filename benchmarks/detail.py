@@ -25,7 +25,6 @@ import trimesh
 
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 Array = npt.NDArray[np.float64]
@@ -136,7 +135,7 @@ def measure_case(case: str, scene_settings: tuple[str, ...], settings: list[str]
         scene = load_scene("pressed", [*scene_settings, *settings, f"render.anchor_seed={seed}"], seed=seed)
         sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
         if seed == SEEDS[0]:
-            assert can_touch(state)
+            assert state.can_touch
             deformation = sensor.deform(state, sensor.rest)
         frames.append(sensor.radiance(state, deformation).astype(np.float64))
         changes.append(frames[-1] - sensor.radiance(UNTOUCHED, sensor.rest))

@@ -12,7 +12,6 @@ from PIL import Image, ImageDraw
 from magicsim.camera.exposure import expose, meter
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 STATES = {"rest": "at rest", "near": "ball 1 mm away", "pressed": "pressed 1 mm", "flashlight": "flashlight"}
@@ -26,7 +25,7 @@ def picture(name: str) -> npt.NDArray[np.uint8]:
     sensor = Sensor.for_scene(scene)
     exposure = meter(sensor.radiance(UNTOUCHED, sensor.rest), scene.rig.camera)
     state = timeline(scene)[0]
-    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     return expose(sensor.radiance(state, deformation), exposure, scene.rig.camera, seed=scene.seed, frame=0)
 
 

@@ -92,6 +92,7 @@ def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | Non
         camera: Pinhole behind it.
         read: Pixels to read out; those of the camera by default.
     """
+    shading = _shading(camera) if camera.vignetting > 0 or camera.dust is not None else None
     focal = focal_px(design, lens, camera)
     read_out = read or camera.window
     read = read_out.grown(_spread_px(camera.blur_px), camera.columns, camera.rows)
@@ -117,7 +118,7 @@ def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | Non
         inner=read_out.within(read),
         diffraction=camera.diffraction,
         glare=camera.glare,
-        shading=read_out.of(_shading(camera)) if camera.vignetting > 0 or camera.dust is not None else None,
+        shading=read_out.of(shading) if shading is not None else None,
     )
 
 

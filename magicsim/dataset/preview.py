@@ -117,11 +117,10 @@ def preview_frame(scenes: tuple[SceneConfig, SceneConfig]) -> Frame:
         scenes: What to render, and the untouched sensor that its exposure is metered on.
     """
     from magicsim.camera.exposure import expose, meter
-    from magicsim.simulation.plan import can_touch
 
     scene, metering = scenes
     sensor, state = _sensor(scene), timeline(scene)[0]
-    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), scene.rig.camera
     exposure = meter(_untouched(metering.model_dump_json()), camera, metering.rig.lit)
     return expose(radiance, exposure, camera, seed=scene.seed, frame=0)

@@ -16,7 +16,6 @@ from magicsim.fit.strengths import Basis, Strengths, block_contrast, block_means
 from magicsim.folder import PRODUCER, result_file
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 _OPTICAL_FIELDS = {"ior", "sigma_s_per_mm", "absorption_per_mm", "anisotropy"}
@@ -34,7 +33,7 @@ class Equilibria:
         Raises:
             ConvergenceError: No valid equilibrium was found.
         """
-        if not can_touch(state):
+        if not state.can_touch:
             return sensor.rest
         optics = {"materials": {"body": _OPTICAL_FIELDS, "infill": _OPTICAL_FIELDS}}
         key = (sensor.design.model_dump_json(exclude=optics), state)

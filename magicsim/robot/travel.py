@@ -9,7 +9,6 @@ from magicsim.arrays import Array
 from magicsim.deform.contact.face import contact_face, point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 ENTRY_STEP_MM = 0.1
@@ -35,7 +34,7 @@ def waypoints(
         reach_mm: Distance from the vertical through the object's origin at which it can touch [mm].
         lever_mm: Height of the object over its origin, by which a tilt moves what touches [mm].
     """
-    if not can_touch(end):
+    if not end.can_touch:
         return []
     if not has_friction or start.gap_mm is None or end.gap_mm is None:
         return [end]
@@ -43,7 +42,7 @@ def waypoints(
     tilt = math.hypot(end.tilt_x_deg - start.tilt_x_deg, end.tilt_y_deg - start.tilt_y_deg)
     turn += math.radians(tilt) * lever_mm
     sideways = math.hypot(end.x_mm - start.x_mm, end.y_mm - start.y_mm) + turn
-    is_inside = can_touch(start)
+    is_inside = start.can_touch
     if sideways == 0 and not is_inside:
         return [end]
     first = 0.0 if is_inside else start.gap_mm / (start.gap_mm - end.gap_mm)
@@ -114,7 +113,7 @@ def travel(
     """
     slid_mm, has_friction = 0.0, sensor.contact.friction > 0
     reach = sensor.lattice.zone.radius_mm if sensor.lattice.zone is not None else 0.0
-    if not can_touch(start):
+    if not start.can_touch:
         deformation = sensor.rest
     lever = sensor.object.shape().support_mm(UP) if sensor.object is not None else 0.0
     way = waypoints(start, end, has_friction=has_friction, reach_mm=reach, lever_mm=lever)

@@ -46,7 +46,8 @@ def check_room(scene: SceneConfig) -> None:
     vertices = thing.surface().vertices
     for at in scene.keyframes:
         if at.gap_mm is not None:
-            problem = object_problem(scene.rig, _posed(thing, at).pose.to_sensor(vertices))
+            placed = place_object(thing, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
+            problem = object_problem(scene.rig, placed.pose.to_sensor(vertices))
             if problem is not None:
                 msg = f"keyframe {at.frame}: {problem}"
                 raise ConfigError(msg)

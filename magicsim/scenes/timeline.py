@@ -99,6 +99,11 @@ class FrameState:
         """Whether an object is there."""
         return self.gap_mm is not None
 
+    @property
+    def can_touch(self) -> bool:
+        """Whether the object's highest point is above the undeformed contact face."""
+        return self.gap_mm is not None and self.gap_mm < 0
+
 
 UNTOUCHED = FrameState(gap_mm=None, x_mm=0.0, y_mm=0.0, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
 """The sensor alone, as in the reference frames."""

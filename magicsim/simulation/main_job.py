@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 import tomli_w
 
 import magicsim
+from magicsim.arrays import Array
 from magicsim.camera.projection import project_px
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.folder import MARKER, SIGNATURE, result_folder
@@ -18,7 +19,7 @@ from magicsim.light.variant import activate_variant
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.episode import Episode, frame_file
-from magicsim.simulation.meshes import MarkerTracks
+from magicsim.simulation.meshes import marker_map
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import Progress, simulate_with
@@ -105,9 +106,9 @@ def write_episode(folder: Path, episode: Episode, printed: Lattice) -> None:
     write_frames(folder, episode)
     if scene.output.displacements:
         write_lattice(folder / LATTICE, printed)
-    tracks = MarkerTracks.of(scene.design, printed)
-    if tracks is not None:
-        write_markers(folder / MARKERS, tracks, scene.design, scene.rig)
+    markers = marker_map(scene.design, printed)
+    if markers is not None:
+        write_markers(folder / MARKERS, markers.points_mm, scene.design, scene.rig)
     (folder / MARKER).write_text(
         f"{SIGNATURE}\n{tomli_w.dumps(scene.model_dump(mode='json', exclude_none=True))}", encoding="utf-8"
     )
@@ -127,16 +128,16 @@ def write_lattice(path: Path, lattice: Lattice) -> None:
     pq.write_table(pa.table(columns), path, compression="zstd")
 
 
-def write_markers(path: Path, tracks: MarkerTracks, design: ElastomerDesign, rig: Rig) -> None:
+def write_markers(path: Path, rest: Array, design: ElastomerDesign, rig: Rig) -> None:
     """Writes the undisplaced markers, one row each, in the order of every frame's lists.
 
     Args:
         path: Parquet file.
-        tracks: Of the sensor.
+        rest: Centres of the undisplaced markers, shape (markers, 3) [mm].
         design: The block.
         rig: Lens and camera.
     """
-    rest, pixels = tracks.rest_mm, project_px(tracks.rest_mm, design, rig.lens, rig.camera)
+    pixels = project_px(rest, design, rig.lens, rig.camera)
     columns = {f"{axis}_mm": rest[:, number] for number, axis in enumerate("xyz")}
     columns |= {"column_px": pixels[:, 0], "row_px": pixels[:, 1]}
     pq.write_table(pa.table(columns), path, compression="zstd")

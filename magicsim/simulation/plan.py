@@ -12,9 +12,10 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 from magicsim.geometry.design import FAR_FIELD_BOUND, ElastomerDesign, LatticeOptions
-from magicsim.geometry.grid import node_spacing_mm, resolve_grid
+from magicsim.geometry.grid import CellGrid, node_spacing_mm, resolve_grid
+from magicsim.scenes.field_check import check_room
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, reference_states, timeline
 
 UNTOUCHED_FRAME = -1
 """Number that stands for the untouched state of the reference frames."""
@@ -45,9 +46,19 @@ class ScenePlan:
 
     scene: SceneConfig
     """What happens."""
+    references: tuple[FramePlan, ...]
+    """Frames of the untouched sensor before the scored ones."""
     frames: tuple[FramePlan, ...]
     kept: tuple[Decision, ...]
     left_out: tuple[Decision, ...]
+
+    @property
+    def efforts(self) -> list[int]:
+        """Relative cost of every frame of the stream, references first, in hundredths of a rendering; an estimate."""
+        render = self.scene.render
+        untouched = round(100 * render.anchor_samples / render.samples) + 200
+        references = [untouched if number == 0 else 1 for number in range(len(self.references))]
+        return references + [1 + 100 * (frame.same_as is None) + 80 * frame.solve for frame in self.frames]
 
 
 def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
@@ -61,15 +72,14 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         ConfigError: The object would be outside of a near room.
     """
     if scene.rig.near_mm is not None:
-        from magicsim.scenes.field_check import check_room
-
         check_room(scene)
-    states = timeline(scene)
+    grid, spacing_mm = resolve_grid(scene.design), node_spacing_mm(scene.design)
+    states, untouched = timeline(scene), reference_states(scene)
     frames: list[FramePlan] = []
     seen = {UNTOUCHED: UNTOUCHED_FRAME} if leave_out else {}
     dented = False
     for index, state in enumerate(states):
-        touching = can_touch(state) or dented
+        touching = state.can_touch or dented
         dented = scene.contact.recovers and touching
         relaxing = touching and scene.contact.rate_dependent
         before = frames[-1] if touching and frames and states[index - 1] == state else None
@@ -80,21 +90,20 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         frames.append(FramePlan(state=state, solve=touching and earlier is None, same_as=earlier))
         if leave_out and earlier is None and not touching:
             seen[look] = index
-    kept, left_out = _explain(scene, frames)
+    kept, left_out = _explain(scene, frames, grid, spacing_mm)
     if scene.rig.near_mm is not None and not scene.design.is_opaque:
         reason = f"its picture is {scene.rig.near_mm:g} mm away and seen from each place; no shadow falls on it"
         kept.append(Decision(stage="near room", reason=reason))
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
     if scene.rig.camera.live is not None:
         kept.append(Decision(stage="untouched frame", reason="rig.camera.live: refused if it never settles there"))
-    return ScenePlan(scene=scene, frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out))
-
-
-def efforts(scene: SceneConfig, plan: ScenePlan) -> list[int]:
-    """Relative cost of every frame of the stream, references first, in hundredths of a rendering; an estimate."""
-    untouched = round(100 * scene.render.anchor_samples / scene.render.samples) + 200
-    references = [untouched if number == 0 else 1 for number in range(scene.references)]
-    return references + [1 + 100 * (frame.same_as is None) + 80 * frame.solve for frame in plan.frames]
+    references = tuple(
+        FramePlan(state=state, solve=False, same_as=UNTOUCHED_FRAME if _looks_untouched(scene, state) else None)
+        for state in untouched
+    )
+    return ScenePlan(
+        scene=scene, references=references, frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out)
+    )
 
 
 def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
@@ -107,19 +116,19 @@ def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
     if not design.is_opaque:
         return state
     hidden = replace(state, flashlight=False, light_x_mm=0.0, facing_mm=None, passing_mm=None, companion=None)
-    return hidden if can_touch(state) else UNTOUCHED
+    return hidden if state.can_touch else UNTOUCHED
 
 
-def can_touch(state: FrameState) -> bool:
-    """Whether the object's highest point is above the undeformed contact face."""
-    return state.gap_mm is not None and state.gap_mm < 0
+def _looks_untouched(scene: SceneConfig, state: FrameState) -> bool:
+    return as_seen(scene.design, state) == UNTOUCHED
 
 
-def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision], list[Decision]]:
+def _explain(
+    scene: SceneConfig, frames: list[FramePlan], grid: CellGrid | None, spacing_mm: float
+) -> tuple[list[Decision], list[Decision]]:
     kept: list[Decision] = []
     left_out: list[Decision] = []
     total = len(frames)
-    grid = resolve_grid(scene.design)
     if grid is None:
         left_out.append(Decision(stage="grid", reason="cell_mm is 0"))
     else:
@@ -144,7 +153,7 @@ def _explain(scene: SceneConfig, frames: list[FramePlan]) -> tuple[list[Decision
         bound = f"node spacings grow by {lattice.growth:g} there; {_force_bound(lattice)}"
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
     if solved:
-        left_out += _rough_edges(scene) + _bending_coat(scene)
+        left_out += _rough_edges(scene, spacing_mm) + _bending_coat(scene)
     if solved and scene.render.still_mm > 0:
         bound = f"displacements below {scene.render.still_mm:g} mm are not rendered, and none is off by more"
         left_out.append(Decision(stage="light through what hardly moved", reason=bound))
@@ -235,18 +244,17 @@ def _changes_light(scene: SceneConfig, frame: FramePlan) -> bool:
 def _why_no_solve(frame: FramePlan) -> str:
     if not frame.state.has_object:
         return "no object"
-    return "the object cannot touch" if not can_touch(frame.state) else "same pose as the frame before"
+    return "the object cannot touch" if not frame.state.can_touch else "same pose as the frame before"
 
 
-def _rough_edges(scene: SceneConfig) -> list[Decision]:
+def _rough_edges(scene: SceneConfig, spacing_mm: float) -> list[Decision]:
     """What a lattice coarser than the object's edges leaves out, where it is not made finer there."""
-    edge, cells = getattr(scene.object, "edge_radius_mm", None) or math.inf, node_spacing_mm(scene.design)
-    options = scene.design.lattice
-    if edge >= cells or (options.edge_nodes > 0 and options.cells_across > 0):
+    edge, options = getattr(scene.object, "edge_radius_mm", None) or math.inf, scene.design.lattice
+    if edge >= spacing_mm or (options.edge_nodes > 0 and options.cells_across > 0):
         return []
     reason = (
-        f"edges of {edge:.3g} mm on cells of up to {cells:.3g} mm: where they touch, and on the flat faces between "
-        "them, area, mask and picture of the contact are rough; design.lattice.edge_nodes and spacing_mm refine"
+        f"edges of {edge:.3g} mm on cells of up to {spacing_mm:.3g} mm: where they touch, and on the flat faces "
+        "between them, area, mask and picture of the contact are rough; design.lattice.edge_nodes and spacing_mm refine"
     )
     return [Decision(stage="lattice as fine as the object's edges", reason=reason)]
 

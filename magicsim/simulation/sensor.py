@@ -32,14 +32,13 @@ from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.pose import Pose
 from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.light.renderer import Renderer
-from magicsim.light.safe_gap import check_walls
 from magicsim.light.world.finish import Finish
 from magicsim.scenes.refusals import sensor_refusal
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig, TaxelSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, View, timeline
-from magicsim.simulation.meshes import MarkerTracks, attach_meshes, deformed_vertices
-from magicsim.simulation.plan import as_seen, can_touch
+from magicsim.simulation.meshes import attach_meshes, deformed_vertices, marker_map
+from magicsim.simulation.skin import check_walls
 from magicsim.simulation.touch_truth import TouchTruth
 
 AWAY_MM = 5.0
@@ -104,7 +103,7 @@ class Sensor:
         self.lattice: Lattice = build_lattice(design, zone=self._zone())
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
-        self.markers = MarkerTracks.of(design, self.lattice)
+        self.markers = marker_map(design, self.lattice)
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = self._build_renderer(untouched)
         self._facing: Renderer | None = None
@@ -183,7 +182,7 @@ class Sensor:
         return self._opposite() if self._opposite is not None else None
 
     def _zone(self) -> Zone | None:
-        placed = [self.indenter(state) for state in self.states if can_touch(state)]
+        placed = [self.indenter(state) for state in self.states if state.can_touch]
         return contact_zone([indenter for indenter in placed if indenter is not None], self.design)
 
     def _build_renderer(self, untouched: UntouchedStates | None) -> Renderer:
@@ -203,7 +202,7 @@ class Sensor:
 
     def warm_up(self, states: Sequence[FrameState]) -> None:
         """Compiles every kernel that some states need, so that the frames themselves are timed without it."""
-        if any(can_touch(state) for state in states):
+        if any(state.can_touch for state in states):
             compile_kernels()
         kinds = {(state.has_object, state.flashlight): state for state in (UNTOUCHED, *states)}
         for state in kinds.values():
@@ -274,7 +273,7 @@ class Sensor:
 
     def markers_mm(self, deformation: Deformation | Displacement) -> npt.NDArray[np.float64] | None:
         """Centres of the markers, shape (markers, 3) [mm]; None where the design has none."""
-        return self.markers.displaced_mm(deformation.displacements_mm) if self.markers is not None else None
+        return self.markers.displaced(deformation.displacements_mm) if self.markers is not None else None
 
     @on_one_blas_thread
     def view(self, state: FrameState, deformation: Deformation | Displacement) -> View:
@@ -283,29 +282,24 @@ class Sensor:
         Raises:
             RenderError: A wall or the skin is too thin to be rendered.
         """
-        state = as_seen(self.design, state)
-        indenter = self.indenter(state)
-        light = state.light_x_mm if state.flashlight else None
-        companion = Pose.from_key(state.companion) if state.companion is not None else None
+        is_hidden = self.design.is_opaque  # behind a coat a touch alone is seen
+        indenter = None if is_hidden and not state.can_touch else self.indenter(state)
+        outside = View() if is_hidden else View(
+            indenter=indenter, flashlight_x_mm=state.light_x_mm if state.flashlight else None,
+            facing_mm=state.facing_mm, passing_mm=state.passing_mm,
+            companion=Pose.from_key(state.companion) if state.companion is not None else None,
+        )  # fmt: skip
         if deformation.is_rest or (indenter is None and not self.contact.recovers):
-            return View(
-                indenter=indenter, flashlight_x_mm=light, facing_mm=state.facing_mm, passing_mm=state.passing_mm,
-                companion=companion,
-            )  # fmt: skip
+            return replace(outside, indenter=indenter)
         body, infill = deformed_vertices(
             self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm
         )
         if infill is not None and self.elastomer.infill is not None and self.elastomer.grid is not None:
             check_walls(infill, self.elastomer.boxed_cells, self.elastomer.grid)
-        shown = None if self.design.is_opaque else indenter
         markers = None
         if self.meshes.markers is not None:
             markers = self.meshes.markers.displaced(deformation.displacements_mm)
-        return View(
-            body=body, infill=infill, markers=markers, indenter=shown, flashlight_x_mm=light,
-            facing_mm=state.facing_mm, passing_mm=state.passing_mm, companion=companion,
-            is_released=not can_touch(state),
-        )  # fmt: skip
+        return replace(outside, body=body, infill=infill, markers=markers, is_released=not state.can_touch)
 
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
@@ -331,7 +325,9 @@ def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
         sensor: The sensor.
         untouched: What the camera reads out at rest, shape (rows, columns, 3).
     """
-    return meter(_whole(sensor, untouched), sensor.rig.camera, sensor.rig.lit)
+    camera = sensor.rig.camera
+    whole = untouched if camera.region_px is None else sensor.renderer.metered()
+    return meter(whole, camera, sensor.rig.lit)
 
 
 def sensor_camera(sensor: Sensor, untouched: FloatImage) -> CameraStream:
@@ -345,7 +341,8 @@ def sensor_camera(sensor: Sensor, untouched: FloatImage) -> CameraStream:
         RenderError: Exposure fails or never settles.
     """
     rig, room = sensor.rig, room_radiance(sensor, untouched)
-    return CameraStream.of(rig.camera, _whole(sensor, untouched), rig.lit, room=room)
+    whole = untouched if rig.camera.region_px is None else sensor.renderer.metered()
+    return CameraStream.of(rig.camera, whole, rig.lit, room=room)
 
 
 def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
@@ -365,8 +362,3 @@ def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
         return untouched
     dark = sensor.with_rig(rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)}))
     return np.asarray(np.maximum(untouched - dark.renderer.radiance(View()), 0), np.float32)
-
-
-def _whole(sensor: Sensor, untouched: FloatImage) -> FloatImage:
-    """The whole untouched image, which exposure is measured on."""
-    return untouched if sensor.rig.camera.region_px is None else sensor.renderer.metered()

@@ -14,7 +14,6 @@ from magicsim.light.variant import activate_variant
 from magicsim.notebook import picture_row
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor, sensor_camera
 from magicsim.waiting import Told, on_stderr, waiting
 
@@ -127,7 +126,7 @@ def _rendered(scene: SceneConfig, state: FrameState, *, basis: bool, relative_er
     sensor = Sensor.for_scene(scene)
     if scene.rig.camera.live is not None:  # what `simulate` refuses is refused here too
         sensor_camera(sensor, sensor.radiance(UNTOUCHED, sensor.rest))
-    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     view = sensor.view(state, deformation)
     sensor.renderer.warm_up(view)
     before = time.perf_counter()

@@ -9,10 +9,10 @@ from magicsim.arrays import FloatImage
 from magicsim.camera.stream import Instant
 from magicsim.deform.deformation import Deformation
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, reference_states
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import Episode, SimulatedFrame
 from magicsim.simulation.labelled_frame import Shot
-from magicsim.simulation.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, as_seen, efforts, plan_scene
+from magicsim.simulation.plan import UNTOUCHED_FRAME, ScenePlan, plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_camera
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
@@ -35,7 +35,8 @@ def simulate(
         MagicsimError: The design, a deformation or an image is not valid.
     """
     with waiting("simulating", told if progress is None else unheard) as share:
-        return simulate_with(Sensor.for_scene(scene), plan or plan_scene(scene), progress=progress or share)
+        plan = plan or plan_scene(scene)
+        return simulate_with(Sensor.for_scene(scene), plan, progress=progress or share)
 
 
 def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None = None) -> Episode:
@@ -43,7 +44,7 @@ def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None 
     scene = plan.scene
     sensor.warm_up([frame.state for frame in plan.frames if frame.same_as is None])
     start = time.perf_counter()
-    work = list(accumulate(efforts(scene, plan)))
+    work = list(accumulate(plan.efforts))
     frames = []
     for frame, done in zip(stream_frames(sensor, plan), work, strict=True):
         frames.append(frame)
@@ -75,28 +76,24 @@ def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, 
         plan: Which work to do.
         untouched: Radiance of the sensor at rest, shape (rows, columns, 3), and how it was made.
     """
-    scene = plan.scene
-    for index, state in enumerate(reference_states(scene)):
-        still = as_seen(scene.design, state) == UNTOUCHED
-        radiance, origin = untouched if still else sensor.render(state, sensor.rest)
-        yield RenderedState(
-            state=state, deformation=sensor.rest, radiance=radiance, origin=origin, index=index, is_reference=True
-        )
-    reused = {frame.same_as for frame in plan.frames}
-    made = {UNTOUCHED_FRAME: untouched}
-    deformation = sensor.rest
-    for number, frame in enumerate(plan.frames):
-        deformation = _deformation(sensor, frame, deformation)
-        found = made[frame.same_as] if frame.same_as is not None else sensor.render(frame.state, deformation)
-        if number in reused:
-            made[number] = found
+    first, deformation = len(plan.references), sensor.rest
+    reused, rendered = {frame.same_as for frame in plan.frames}, {UNTOUCHED_FRAME: untouched}
+    for number, frame in enumerate((*plan.references, *plan.frames), -first):
+        if frame.solve:
+            deformation = sensor.deform(frame.state, deformation)
+        else:
+            deformation = replace(deformation, iterations=0) if frame.state.can_touch else sensor.rest
+        known = rendered[frame.same_as] if frame.same_as is not None else None
+        radiance, origin = known or sensor.render(frame.state, deformation)
+        if number >= 0 and number in reused:
+            rendered[number] = radiance, origin
         yield RenderedState(
             state=frame.state,
             deformation=deformation,
-            radiance=found[0],
-            origin=found[1],
-            index=scene.references + number,
-            is_reference=False,
+            radiance=radiance,
+            origin=origin,
+            index=first + number,
+            is_reference=number < 0,
         )
 
 
@@ -107,9 +104,9 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     """
     scene = plan.scene
     untouched = sensor.render(UNTOUCHED, sensor.rest)
+    touch = sensor.touch_truth(scene.output.taxels) if scene.output.taxels is not None else None
     shot = Shot.of(scene.design, scene.rig, scene.output, sensor_camera(sensor, untouched[0]))
     memory = shot.camera.begin(scene.frames_per_second)
-    touch = sensor.touch_truth(scene.output.taxels) if scene.output.taxels is not None else None
     for each in stream_states(sensor, plan, untouched):
         at = Instant(
             seed=scene.seed,
@@ -130,10 +127,3 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             touch=touch.fields(each.deformation) if touch is not None else None,
         )
         yield frame
-
-
-def _deformation(sensor: Sensor, frame: FramePlan, previous: Deformation) -> Deformation:
-    if frame.solve:
-        return sensor.deform(frame.state, previous)
-    in_contact = frame.state.gap_mm is not None and frame.state.gap_mm < 0
-    return replace(previous, iterations=0) if in_contact else sensor.rest

@@ -19,7 +19,7 @@ from magicsim.deform.indentation.press import compile_kernels
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.labelled_frame import Shot
-from magicsim.simulation.plan import can_touch, plan_scene
+from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import simulate_with
 
@@ -224,7 +224,7 @@ def _light_of_touches(settings: tuple[str, ...]) -> Rule:
 def _image(scene: SceneConfig, *, whole: bool = False, far: bool = False) -> Run:
     """Renders the scene's first state, its meshes moved anew; `whole` without recorded paths, `far` at any distance."""
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
-    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     sensor.renderer.leaves_out_unmoved, sensor.renderer.leaves_out_far = not whole, not far
     sensor.renderer.prepare(sensor.view(state, deformation))
     return lambda: sensor.radiance(state, deformation).astype(np.float64)

@@ -17,7 +17,6 @@ from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.scene_dict import WorldContent
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 SMALL = (
@@ -89,7 +88,7 @@ def check_optics(case: str, *overrides: str) -> OpticsRow:
     state, changes = CASES[case]
     scene = load_scene(state, [*SMALL, *changes, *overrides])
     sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
-    view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
+    view = sensor.view(frame, sensor.deform(frame, sensor.rest) if frame.can_touch else sensor.rest)
     image = sensor.renderer.plain_radiance(view)
     world = sensor.renderer.light(view)
     balance = _balance(world, sensor.seed)

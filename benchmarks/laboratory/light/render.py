@@ -228,7 +228,6 @@ def both(samples: int) -> tuple[RenderSetting, RenderSetting]:
 
 def _render(state: str, setting: RenderSetting, seeds: range, size: Sequence[str]) -> list[Timed]:
     from magicsim.scenes.timeline import timeline
-    from magicsim.simulation.plan import can_touch
     from magicsim.simulation.sensor import Sensor
 
     if setting.estimator == "anchored":
@@ -240,7 +239,7 @@ def _render(state: str, setting: RenderSetting, seeds: range, size: Sequence[str
         seed=0,
     )  # fmt: skip
     sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
-    deformation = sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest
+    deformation = sensor.deform(frame, sensor.rest) if frame.can_touch else sensor.rest
     view = sensor.view(frame, deformation)
     sensor.renderer.plain_radiance(view)  # compiles
     frames = []
@@ -258,7 +257,6 @@ def _now() -> np.ndarray:
 
 def _render_anchored(state: str, setting: RenderSetting, seeds: range, size: Sequence[str]) -> list[Timed]:
     from magicsim.scenes.timeline import UNTOUCHED, timeline
-    from magicsim.simulation.plan import can_touch
     from magicsim.simulation.sensor import Sensor
 
     frames = []
@@ -271,7 +269,7 @@ def _render_anchored(state: str, setting: RenderSetting, seeds: range, size: Seq
         ]  # fmt: skip
         scene = load_scene(state, settings, seed=turn)
         sensor, frame = Sensor.for_scene(scene), timeline(scene)[0]
-        view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
+        view = sensor.view(frame, sensor.deform(frame, sensor.rest) if frame.can_touch else sensor.rest)
         sensor.renderer.warm_up(sensor.view(UNTOUCHED, sensor.rest))
         sensor.renderer.warm_up(view)
         start = _now()

@@ -20,7 +20,6 @@ from magicsim.robot.quality import Quality
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.episode import SimulatedFrame
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 AXES = 3
@@ -101,7 +100,7 @@ class AttachedSensor:
     def needs_solve(self, pose: Pose) -> bool:
         """Whether the object has moved farther since the last solve than its answer is trusted."""
         state = posed_state(self._thing, pose)
-        if not can_touch(state):
+        if not state.can_touch:
             return self.response is not None
         return self.response is None or self.response.way_mm(pose) > self.trust.way_mm
 
@@ -113,7 +112,7 @@ class AttachedSensor:
         """
         state = posed_state(self._thing, pose)
         self.state = state
-        if not (can_touch(state) and isinstance(state, PosedState)):
+        if not (state.can_touch and isinstance(state, PosedState)):
             self.deformation, self.response = self.sensor.rest, None
             return
         predicted = self.response.predicted(pose) if self.response is not None else None

@@ -6,7 +6,6 @@ import pytest
 from magicsim.light.backend import VARIANT
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import ALONE, UNTOUCHED, FrameState
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
@@ -32,7 +31,7 @@ def sensor_of(*settings, seed=1):
 
 
 def seen(sensor, each):
-    deformation = sensor.deform(each, sensor.rest) if can_touch(each) else sensor.rest
+    deformation = sensor.deform(each, sensor.rest) if each.can_touch else sensor.rest
     return sensor.radiance(each, deformation).astype(np.float64)
 
 
@@ -69,7 +68,7 @@ def test_every_frame_says_how_it_was_made():
     sensor, touch = sensor_of("rig=digit-rgb"), state(-0.05)
 
     def way(each):
-        deformation = sensor.deform(each, sensor.rest) if can_touch(each) else sensor.rest
+        deformation = sensor.deform(each, sensor.rest) if each.can_touch else sensor.rest
         found = sensor.render(each, deformation)[1]
         return found.light, found.image
 

@@ -3,7 +3,6 @@
 import pytest
 
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3")
@@ -21,7 +20,7 @@ def test_emitted_light_is_absorbed_or_escapes(state, overrides, small_scene):
     scene = small_scene(state, *SMALL, *overrides)
     sensor = Sensor.for_scene(scene)
     frame = timeline(scene)[0]
-    view = sensor.view(frame, sensor.deform(frame, sensor.rest) if can_touch(frame) else sensor.rest)
+    view = sensor.view(frame, sensor.deform(frame, sensor.rest) if frame.can_touch else sensor.rest)
     light = sensor.renderer.light(view)
     for name in light.lights:
         account = light.balance(name, particles=100_000, seed=5)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation.plan import can_touch
 from magicsim.simulation.sensor import Sensor
 
 AGREEMENT = 0.01
@@ -14,7 +13,7 @@ def channel_means(scene, seeds):
     """Mean radiance of each channel and its standard error over independent seeds."""
     sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
-    deformation = sensor.deform(state, sensor.rest) if can_touch(state) else sensor.rest
+    deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     view = sensor.view(state, deformation)
     means = []
     for seed in seeds:

@@ -59,8 +59,8 @@ def test_a_coded_video_is_refused():
 def test_equal_states_are_rendered_once_with_noise_of_their_own(live: LiveSensor, monkeypatch: pytest.MonkeyPatch):
     live.frame()  # meters the untouched sensor
     rendered = []
-    original = live.sensor.made
-    monkeypatch.setattr(live.sensor, "made", lambda *state: rendered.append(state) or original(*state))
+    original = live.sensor.render
+    monkeypatch.setattr(live.sensor, "render", lambda *state: rendered.append(state) or original(*state))
     live.move_to(gap_mm=7.25)
     first, second = live.frame(), live.frame()
     assert len(rendered) == 1

@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.scenes.scene import load_scene
-from magicsim.simulation.meshes import MarkerTracks
+from magicsim.simulation.meshes import marker_map
 from magicsim.simulation.plan import plan_scene
 
 SMALL = ("design.footprint_mm=[10,10]", "rig.camera.field_mm=8")
@@ -15,18 +15,18 @@ SMALL = ("design.footprint_mm=[10,10]", "rig.camera.field_mm=8")
 def test_markers_follow_the_lattice(depth_mm):
     scene = load_scene("see-through-markers", [*SMALL, f"design.markers.depth_mm={depth_mm}"])
     lattice = build_lattice(scene.design)
-    tracks = MarkerTracks.of(scene.design, lattice)
-    assert len(tracks.rest_mm) == 25
-    assert (tracks.rest_mm[:, 2] == depth_mm).all()
-    np.testing.assert_array_equal(tracks.displaced_mm(np.zeros_like(lattice.nodes_mm)), tracks.rest_mm)
+    tracks = marker_map(scene.design, lattice)
+    assert len(tracks.points_mm) == 25
+    assert (tracks.points_mm[:, 2] == depth_mm).all()
+    np.testing.assert_array_equal(tracks.displaced(np.zeros_like(lattice.nodes_mm)), tracks.points_mm)
     stretch = lattice.nodes_mm * [0.1, -0.05, 0.2] + [0.0, 0.3, 0.0]
-    moved = tracks.displaced_mm(stretch)
-    np.testing.assert_allclose(moved, tracks.rest_mm * [1.1, 0.95, 1.2] + [0, 0.3, 0], atol=1e-9)
+    moved = tracks.displaced(stretch)
+    np.testing.assert_allclose(moved, tracks.points_mm * [1.1, 0.95, 1.2] + [0, 0.3, 0], atol=1e-9)
 
 
 def test_design_without_markers_has_no_tracks():
     scene = load_scene("rest", SMALL)
-    assert MarkerTracks.of(scene.design, build_lattice(scene.design)) is None
+    assert marker_map(scene.design, build_lattice(scene.design)) is None
 
 
 def test_plan_of_a_coated_sensor_renders_touches_alone_and_says_why():

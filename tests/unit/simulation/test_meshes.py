@@ -14,7 +14,7 @@ def test_no_face_point_lies_deeper_than_the_clearance(text: str, clearance_mm: f
     indenter = place_object(parse_object(text), gap_mm=-0.05)
     x, y = np.meshgrid(np.linspace(-1.5, 1.5, 61), np.linspace(-1.5, 1.5, 61))
     points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1)
-    settled = settle(points, np.ones(len(points), bool), indenter, clearance_mm)
+    settled = settle(points, np.ones(len(points), bool), indenter.distance, clearance_mm)
     distance = indenter.distance(settled)[0]
     assert distance.min() >= clearance_mm - 1e-4
     touched = indenter.distance(points)[0] <= 0.0
@@ -27,7 +27,7 @@ def test_interior_points_stay_behind_the_face() -> None:
     indenter = place_object(parse_object("sphere:radius_mm=3"), gap_mm=-0.06)
     heights = np.array([0.0, 0.02, 0.05, 0.1, 0.3, 1.0])
     points = np.stack([np.zeros(6), np.zeros(6), heights], 1)
-    settled = settle(points, heights == 0, indenter, 0.01)
+    settled = settle(points, heights == 0, indenter.distance, 0.01)
     assert (np.diff(settled[:, 2]) > 0).all()
     np.testing.assert_array_equal(settled[-1], points[-1])
 

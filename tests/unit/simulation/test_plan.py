@@ -5,7 +5,7 @@ import pytest
 from magicsim.errors import ConfigError
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation.plan import UNTOUCHED_FRAME, ScenePlan, can_touch, efforts, plan_scene
+from magicsim.simulation.plan import UNTOUCHED_FRAME, ScenePlan, plan_scene
 
 
 def plan(keyframes: str, *settings: str, leave_out: bool = True) -> ScenePlan:
@@ -18,7 +18,7 @@ def reasons(decisions: tuple, stage: str) -> list[str]:
 
 @pytest.mark.parametrize(("gap_mm", "touches"), [(5.0, False), (0.0, False), (-1e-6, True), (-1.0, True)])
 def test_only_an_object_above_the_contact_face_can_touch(gap_mm: float, touches: bool):
-    assert can_touch(timeline(load_scene("near", [f"keyframes=[{{frame=0, gap_mm={gap_mm}}}]"]))[0]) == touches
+    assert timeline(load_scene("near", [f"keyframes=[{{frame=0, gap_mm={gap_mm}}}]"]))[0].can_touch == touches
     assert plan(f"{{frame=0, gap_mm={gap_mm}}}").frames[0].solve == touches
 
 
@@ -140,7 +140,7 @@ def test_every_decision_gives_a_reason():
 def test_efforts_cover_the_stream_and_weigh_what_is_solved_and_rendered_most():
     scene = load_scene("demo")
     planned = plan_scene(scene)
-    costs = efforts(scene, planned)
+    costs = planned.efforts
     assert len(costs) == scene.references + scene.frame_count
     solved = costs[scene.references + next(n for n, frame in enumerate(planned.frames) if frame.solve)]
     reused = costs[scene.references + next(n for n, frame in enumerate(planned.frames) if frame.same_as is not None)]

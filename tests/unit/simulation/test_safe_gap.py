@@ -5,8 +5,8 @@ from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import build_elastomer
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.light.safe_gap import check_skin, check_walls, thinnest_wall
 from magicsim.scenes.scene import load_scene
+from magicsim.simulation.skin import check_skin, check_walls, thinnest_wall
 
 
 @pytest.fixture(scope="module")
@@ -51,10 +51,10 @@ def test_overlapping_cells_are_refused(block):
 def test_object_that_reaches_a_cell_through_the_skin_is_refused(block, depth_mm, is_safe):
     ball = place_object(parse_object("sphere:radius_mm=3"), gap_mm=-depth_mm, x_mm=0.5, y_mm=0.5)
     if is_safe:
-        check_skin(block.infill.vertices, ball, -0.008)
+        check_skin(block.infill.vertices, ball.distance, -0.008)
     else:
         with pytest.raises(RenderError, match="skin near"):
-            check_skin(block.infill.vertices, ball, -0.008)
+            check_skin(block.infill.vertices, ball.distance, -0.008)
 
 
 @pytest.mark.parametrize("uneven", ["wave_sd_mm=0.03", "wall_sd_mm=0.02", "crossing_radius_mm=0.15"])
