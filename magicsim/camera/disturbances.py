@@ -67,12 +67,6 @@ def transmittance(dust: Dust, *, rows: int, columns: int, pattern_seed: int) -> 
 
     A speck of radius r and opacity a takes a exp(-2 d^2 / r^2) at a distance d from its middle; a pi r^2 / 2 pixels in
     all.
-
-    Args:
-        dust: Number, size and opacity.
-        rows: Of the whole image.
-        columns: Of the whole image.
-        pattern_seed: Of the camera.
     """
     random = deviates(pattern_seed, PATTERN_STREAM, DUST)
     places = random.random((dust.specks, 2)) * (rows, columns) - 0.5

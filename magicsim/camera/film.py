@@ -84,14 +84,7 @@ def _spread_px(blur_px: float) -> int:
 
 
 def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | None = None) -> Film:
-    """The ideal image for a camera.
-
-    Args:
-        design: The block.
-        lens: Plate in front of the block's bonded face.
-        camera: Pinhole behind it.
-        read: Pixels to read out; those of the camera by default.
-    """
+    """The ideal image for a camera."""
     shading = _shading(camera) if camera.vignetting > 0 or camera.dust is not None else None
     focal = focal_px(design, lens, camera)
     read_out = read or camera.window

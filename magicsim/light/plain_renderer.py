@@ -119,12 +119,7 @@ class PlainRenderer:
         self._worlds = Worlds(elastomer, self.object_mesh, self.object_finish, self.load_world)
 
     def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
-        """Linear radiance of a view by the estimator alone, shape (rows, columns, 3).
-
-        Args:
-            view: What to see.
-            turn: Another number is an independent image of the same view.
-        """
+        """Linear radiance of a view by the estimator alone, shape (rows, columns, 3)."""
         world = self.world(view)
         return self._lit(world, world.lights, turn=turn)
 
@@ -133,10 +128,6 @@ class PlainRenderer:
 
         Rendering is linear in the lights and all images share their random numbers: those of `plain_radiance` are their
         sum, and other strengths or colours of the lights a weighted one (see `relight`).
-
-        Args:
-            view: What to see.
-            turn: Another number gives independent images of the same view.
         """
         world, images = self.world(view), {}
         try:
@@ -236,17 +227,7 @@ def load_world(
     estimator: str, elastomer: Elastomer, rig: Rig, settings: RenderSettings, own_mesh: SurfaceMesh | None,
     beside: tuple[int, int], content: WorldContent,
 ) -> World:  # fmt: skip
-    """The scene of a block, for paths or with its light.
-
-    Args:
-        estimator: As `choose_estimator` chose.
-        elastomer: The block.
-        rig: What surrounds it.
-        settings: Collisions that are followed.
-        own_mesh: The object that may come, in its own frame.
-        beside: See `LitWorld`.
-        content: What else is in the scene.
-    """
+    """The scene of a block, for paths or with its light."""
     if estimator == "path":
         return World(elastomer, rig, content)
     return LitWorld(

@@ -91,12 +91,7 @@ class Renderer(PlainRenderer):
         self._passer: PassingLight | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
-        """This renderer with other random numbers; both bring their views into the same Mitsuba scenes.
-
-        Args:
-            seed: Monte Carlo seed that all of its frames share.
-            anchor_seed: Of its untouched state.
-        """
+        """This renderer with other random numbers; both bring their views into the same Mitsuba scenes."""
         other = copy(self)
         other.seed = seed
         other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})

@@ -22,9 +22,6 @@ AXES = ("x", "y")
 def field_warnings(scene: SceneConfig) -> list[str]:
     """A line for each thing that does not fit the block; none where all does.
 
-    Args:
-        scene: What is planned.
-
     Raises:
         ConfigError: The object's file is missing.
     """
@@ -33,9 +30,6 @@ def field_warnings(scene: SceneConfig) -> list[str]:
 
 def check_room(scene: SceneConfig) -> None:
     """Refuses an object that would be outside of a near room at a keyframe.
-
-    Args:
-        scene: What is planned.
 
     Raises:
         ConfigError: It would; or the object's file is missing.

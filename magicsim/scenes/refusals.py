@@ -84,23 +84,13 @@ def gap_refusal(design: ElastomerDesign, rig: Rig, gap_mm: float) -> str | None:
 
 
 def housing_mm(design: ElastomerDesign, rig: Rig) -> tuple[float, float]:
-    """Radius of the housing and its height over the contact face [mm].
-
-    Args:
-        design: The block.
-        rig: What surrounds it.
-    """
+    """Radius of the housing and its height over the contact face [mm]."""
     radius = HOUSING_RADIUS * float(np.linalg.norm(design.footprint_mm)) / 2
     return radius, design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm + BEHIND_MM
 
 
 def sensor_problem(design: ElastomerDesign, rig: Rig) -> str | None:
-    """Why a sensor does not fit into its room, or None where it does, or where the room is far away.
-
-    Args:
-        design: The block.
-        rig: What surrounds it.
-    """
+    """Why a sensor does not fit into its room, or None where it does, or where the room is far away."""
     if rig.near_mm is None or design.is_opaque:
         return None
     reaches = {"the housing of the sensor": math.hypot(*housing_mm(design, rig))}

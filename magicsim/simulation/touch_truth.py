@@ -72,11 +72,7 @@ class TouchTruth:
         )
 
     def fields(self, deformation: Deformation) -> TouchFields:
-        """All that was asked for of one state.
-
-        Args:
-            deformation: Of the sensor's lattice.
-        """
+        """All that was asked for of one state."""
         grid, stretch, stress, shear = self.taxels.grid, None, None, None
         if self.skin is not None:
             x, y = self.skin.lattice.planes_mm[:2]
@@ -95,10 +91,6 @@ def touch_columns(fields: TouchFields, settings: TaxelSettings) -> dict[str, npt
 
     Forces are listed taxel by taxel, row by row, shape (rows * columns, 3); other fields are (rows, columns) of single
     precision, and each has its largest value under `max_...`.
-
-    Args:
-        fields: Of one frame.
-        settings: Which were asked for.
     """
     name, load = "taxel_force_n", fields.forces.force_n
     if settings.unit == "MPa":

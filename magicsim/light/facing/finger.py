@@ -81,11 +81,7 @@ class FingerBody:
         return np.asarray(self.mesh.vertices - np.array([0.0, 0.0, distance_mm]))
 
     def triangles(self, of_squares: Array) -> Array:
-        """A value of each triangle from one of each square, 0 on the housing; shape (triangles, channels).
-
-        Args:
-            of_squares: Shape (squares along x, squares along y, channels).
-        """
+        """A value of each triangle from one of each square, 0 on the housing; shape (triangles, channels)."""
         flat = np.repeat(of_squares.reshape(-1, of_squares.shape[-1]), 2, axis=0)
         return np.concatenate([flat, np.zeros((len(self.mesh.faces) - len(flat), flat.shape[1]))])
 
@@ -153,22 +149,12 @@ class FacingFinger:
         return all_placed(self.body, max(1.0, round(view.facing_mm or 0.0)), *things)
 
     def shining(self, field: LightField, added: LightField) -> LightField:
-        """The light in the block with the finger's, and its own brightness on its face.
-
-        Args:
-            field: Without it.
-            added: What it brings, from `facing_light`.
-        """
+        """The light in the block with the finger's, and its own brightness on its face."""
         lit = total([field, added])
         return replace(lit, irradiance=lit.irradiance + self._own_irradiance)
 
     def gathered(self, before: LightField, lit: LightField) -> LightField:
-        """The light with the finger's own brightness, where gathering light on the object has replaced it.
-
-        Args:
-            before: From `shining`.
-            lit: After light was gathered.
-        """
+        """The light with the finger's own brightness, where gathering light on the object has replaced it."""
         is_kept = (lit.irradiance == before.irradiance).all(1, keepdims=True)  # no ray gathered anything there
         return replace(lit, irradiance=np.where(is_kept, lit.irradiance, lit.irradiance + self._own_irradiance))
 

@@ -49,14 +49,7 @@ class Glow:
 
     @classmethod
     def of(cls, world: LitWorld, light: RecordedLight, design: ElastomerDesign, squares: tuple[int, int]) -> Self:
-        """Glow of an untouched sensor.
-
-        Args:
-            world: The scene with nothing before the block.
-            light: What left it.
-            design: The block.
-            squares: Of the face, along x and y, each of which has a brightness of its own.
-        """
+        """Glow of an untouched sensor."""
         rays = _out_of_face(light.escapes(), design)
         rays[:, 6:9] /= light.particles
         half = np.array(design.footprint_mm) / 2
@@ -70,13 +63,7 @@ class Glow:
 
 
 def reflectance(world: LitWorld, design: ElastomerDesign, *, seed: int = 0) -> Array:
-    """Share of diffuse light on the contact face that comes out of it again, shape (3,).
-
-    Args:
-        world: The scene with nothing before the block.
-        design: The block.
-        seed: Random stream.
-    """
+    """Share of diffuse light on the contact face that comes out of it again, shape (3,)."""
     start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, seed))
     u = sequence(dr.arange(mi.UInt32, ASKED), [start.next_uint32() for _ in range(4)])
     width, length = design.footprint_mm

@@ -152,13 +152,7 @@ class Crossing:
     """None where all interfaces are smooth."""
 
     def onward(self, local: Any, reflects: Any, active: Any) -> Any:
-        """Directions in which rays leave, in the local frame, mi.Vector3f.
-
-        Args:
-            local: From the facet, one of `reflected` and `refracted`.
-            reflects: Which of the two.
-            active: Which rays are asked for.
-        """
+        """Directions in which rays leave, in the local frame, mi.Vector3f."""
         met = self.facets
         if met is None:
             return local
@@ -167,12 +161,7 @@ class Crossing:
         return dr.select(asked, left, local)
 
     def crosses(self, local: Any, reflects: Any) -> Any:
-        """Which rays leave on the other side than they came from, mi.Bool.
-
-        Args:
-            local: Directions in which they leave.
-            reflects: Which were reflected by the first facet.
-        """
+        """Which rays leave on the other side than they came from, mi.Bool."""
         return ~reflects if self.facets is None else (local.z > 0) != self.outside
 
 
@@ -194,14 +183,7 @@ class RoughSurfaces:
         return cls(skin=skin, walls=walls, top_mm=top_mm)
 
     def met(self, si: Any, segment: Any, eta: Any, sampler: Any) -> tuple[Facet, Field]:
-        """The facets that rays meet; of no meaning where an interface is smooth.
-
-        Args:
-            si: The hits.
-            segment: What ends there.
-            eta: Index inside over that outside.
-            sampler: Of the paths, which gives two numbers.
-        """
+        """The facets that rays meet; of no meaning where an interface is smooth."""
         printed = segment.on_body & (si.p.z < self.top_mm - PLATE_MM)
         alpha = dr.select(segment.on_wall, self.walls, dr.select(printed, self.skin, 0))
         is_rough = alpha > 0
@@ -215,16 +197,7 @@ class RoughSurfaces:
 def crossing(
     rough: RoughSurfaces | None, si: Any, segment: Any, eta: Any, smooth: tuple[Any, Any, Any], sampler: Any
 ) -> Crossing:
-    """What rays meet at an interface; one that is smooth takes no random number.
-
-    Args:
-        rough: Which interfaces are rough, or None where all are smooth.
-        si: The hits.
-        segment: What ends there, a `Segment`.
-        eta: Index inside over that outside.
-        smooth: Reflectance, reflected and refracted direction of smooth interfaces.
-        sampler: Of the paths.
-    """
+    """What rays meet at an interface; one that is smooth takes no random number."""
     outside, (reflectance, reflected, refracted) = si.wi.z > 0, smooth
     if rough is None:
         return Crossing(

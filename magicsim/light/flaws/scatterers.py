@@ -37,14 +37,7 @@ class Scatterers:
 
     @classmethod
     def of(cls, placed: PlacedInclusions, cells: int, infill_ior: float, reflectance: float) -> Self:
-        """From where they are.
-
-        Args:
-            placed: Bubbles and flakes.
-            cells: Number of cells.
-            infill_ior: Index of the infill.
-            reflectance: Of flakes.
-        """
+        """From where they are."""
         first = np.searchsorted(placed.cell, np.arange(cells + 1))
         spheres = np.column_stack([placed.centres_mm, placed.radii_mm])
         normals = np.column_stack([placed.normals, placed.is_bubble])
@@ -78,15 +71,7 @@ class Turned:
 
 
 def bump_ahead(scatterers: Scatterers | None, ray: Any, si: Any, cell: Any, active: Any) -> Bump:
-    """What rays in cells meet before their wall; nothing where a print is clean.
-
-    Args:
-        scatterers: Bubbles and flakes, or None.
-        ray: Rays.
-        si: The walls that they meet.
-        cell: Numbers of the cells that they are in.
-        active: Which are in a cell.
-    """
+    """What rays in cells meet before their wall; nothing where a print is clean."""
     if scatterers is None:
         return Bump(found=mi.Bool(False), length=si.t, number=mi.UInt32(0))
     length, number = _nearest(scatterers, ray, si.t, cell, active)
@@ -124,14 +109,7 @@ def _nearest(scatterers: Scatterers, ray: Any, limit: Any, cell: Any, active: An
 
 
 def turned(scatterers: Scatterers | None, ray: Any, bump: Bump, sampler: Any) -> Turned:
-    """How rays go on; a clean print takes no random number.
-
-    Args:
-        scatterers: Bubbles and flakes, or None.
-        ray: Rays.
-        bump: What they meet.
-        sampler: Of the paths, which gives four numbers.
-    """
+    """How rays go on; a clean print takes no random number."""
     if scatterers is None:
         return Turned(place=ray.o, direction=ray.d, share=mi.Float(1))
     numbers = [sampler.next_float32() for _ in range(4)]
@@ -187,14 +165,7 @@ def scatterer_name(number: int) -> str:
 
 
 def scatterer_entries(placed: PlacedInclusions, infill_ior: float, reflectance: float, medium: Any) -> dict[str, Any]:
-    """Bubbles and flakes as shapes for Mitsuba's own integrators: entries of a scene's dictionary, by name.
-
-    Args:
-        placed: Where they are.
-        infill_ior: Index of the infill.
-        reflectance: Of flakes.
-        medium: The infill, or None where it is clear.
-    """
+    """Bubbles and flakes as shapes for Mitsuba's own integrators: entries of a scene's dictionary, by name."""
     around = {} if medium is None else {"exterior": medium}
     air = {"type": "dielectric", "int_ior": 1.0, "ext_ior": infill_ior}
     ground = {"type": "diffuse", "reflectance": {"type": "rgb", "value": reflectance}}
@@ -209,11 +180,7 @@ def scatterer_entries(placed: PlacedInclusions, infill_ior: float, reflectance: 
 
 
 def transforms(placed: PlacedInclusions) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """From a unit sphere, or a unit disk across z, to each one's place, shape (inclusions, 4, 4).
-
-    Args:
-        placed: Where they are.
-    """
+    """From a unit sphere, or a unit disk across z, to each one's place, shape (inclusions, 4, 4)."""
     axis = np.eye(3)[np.abs(placed.normals).argmin(1)]
     across = np.cross(placed.normals, axis)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
@@ -230,13 +197,7 @@ class HeldScatterers:
     """Those of one print, computed once for each state of its mesh."""
 
     def __init__(self, drawn: DrawnInclusions, infill_ior: float, reflectance: float) -> None:
-        """Takes what was drawn.
-
-        Args:
-            drawn: Of the print.
-            infill_ior: Index of its infill.
-            reflectance: Of its flakes.
-        """
+        """Takes what was drawn."""
         self._drawn, self._optics = drawn, (infill_ior, reflectance)
         self._positions: Any = None
         self._state: tuple[Scatterers, Array] | None = None
@@ -250,19 +211,11 @@ class HeldScatterers:
         return cls(drawn, infill.ior, elastomer.design.inclusions.flake_reflectance)
 
     def on(self, infill: Any) -> Scatterers:
-        """Where they are in the mesh of the cells as it is now.
-
-        Args:
-            infill: Its shape.
-        """
+        """Where they are in the mesh of the cells as it is now."""
         return self._now(infill)[0]
 
     def air_mm3(self, infill: Any) -> Array:
-        """Volume of the bubbles in each cell, shape (cells, 1) [mm3].
-
-        Args:
-            infill: The shape of the cells.
-        """
+        """Volume of the bubbles in each cell, shape (cells, 1) [mm3]."""
         return self._now(infill)[1]
 
     def _now(self, infill: Any) -> tuple[Scatterers, Array]:

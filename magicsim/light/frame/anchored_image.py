@@ -33,14 +33,7 @@ def anchored_image(now: FloatImage, control: FloatImage, anchor: FloatImage, cha
 
 
 def anchored_change(now: FloatImage, control: FloatImage, anchor: FloatImage, changed: Mask) -> FloatImage:
-    """`anchored_image` of values that may be negative, as those are that one light changes.
-
-    Args:
-        now: See there.
-        control: See there.
-        anchor: See there.
-        changed: See there.
-    """
+    """`anchored_image` of values that may be negative, as those are that one light changes."""
     result = anchor.copy()
     if not changed.any():
         return result

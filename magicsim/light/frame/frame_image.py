@@ -45,13 +45,7 @@ class Look:
     """Seed of the frame."""
 
     def through(self, rest: Untouched, light: LightField, pixels: Numbers) -> Array:
-        """Radiance of some pixels by the paths of one record, shape (pixels, 3).
-
-        Args:
-            rest: The untouched sensor, with its paths.
-            light: Of the untouched sensor, that its image was gathered from.
-            pixels: Numbers of the pixels, row by row of the film.
-        """
+        """Radiance of some pixels by the paths of one record, shape (pixels, 3)."""
         change = LightField(
             fluence=self.field.fluence - light.fluence, body=self.field.body - light.body, irradiance=light.irradiance
         )
@@ -77,14 +71,6 @@ def passing_light_change(
     """Change of the light in the untouched block and on what stands before it; values of either sign.
 
     Noise is spread over neighbouring cells, see `spread`.
-
-    Args:
-        world: The scene with nothing before the block.
-        outside: What stands there.
-        light: What passes, in its place.
-        rest: Light of the untouched sensor.
-        particles: How many; the part around an object gets fewer.
-        seed: Of the frame.
     """
     tracks = [
         world.light_pass(starts, lights=len(SIGNS), outside=outside)
@@ -164,12 +150,7 @@ class PassingLook:
     """Seed of the frame."""
 
     def through(self, rest: Untouched, pixels: Numbers) -> Array:
-        """Change of the radiance of some pixels by the paths of one record, shape (pixels, 3).
-
-        Args:
-            rest: The untouched sensor, with its paths.
-            pixels: Numbers of the pixels, row by row of the film.
-        """
+        """Change of the radiance of some pixels by the paths of one record, shape (pixels, 3)."""
         paths, world, outside = rest.paths, self.world, self.outside
         finish = world.content.object_finish
         seen = paths.glow(world.elements(self.field), pixels)

@@ -47,16 +47,7 @@ def lifted(vertices: Array) -> Array:
 def free_light(
     world: LitWorld, outside: Outside, anchor: Untouched, control: Untouched, *, particles: int, seed: int
 ) -> LightField:
-    """Light in the untouched block and on what stands before it.
-
-    Args:
-        world: The scene with nothing before the block.
-        outside: What stands there.
-        anchor: The untouched sensor.
-        control: The untouched sensor with the particles and random numbers of the frame.
-        particles: Of the frame.
-        seed: Of the frame.
-    """
+    """Light in the untouched block and on what stands before it."""
     # Nothing else is traced from a light.
     lamp = {FLASHLIGHT: particles} if outside.flashlight is not None else {}
     fields = world.light_fields(lamp, seed=seed, outside=outside)

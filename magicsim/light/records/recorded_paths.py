@@ -72,17 +72,7 @@ class RecordedPaths:
         owner: Numbers,
         samples: int,
     ) -> Self:
-        """From arrays, as they are kept on disk; without boxes.
-
-        Args:
-            direct: See above.
-            response: Data, indices and index pointers of its rows.
-            columns: Number of its columns.
-            rays: See above, flat.
-            first: See above.
-            owner: See above.
-            samples: See above.
-        """
+        """From arrays, as they are kept on disk; without boxes."""
         return cls(
             direct=direct, response=sp.csr_matrix(response, shape=(len(direct), columns)),
             rays=mi.Float(aligned(rays, np.float32)), first=mi.UInt32(aligned(first, np.uint32)), owner=owner,
@@ -90,12 +80,7 @@ class RecordedPaths:
         )  # fmt: skip
 
     def glow(self, light: Elements, pixels: Numbers) -> Array:
-        """Radiance that light in the elements sends to some pixels, shape (pixels, 3).
-
-        Args:
-            light: In cells and voxels.
-            pixels: Numbers of the pixels, row by row of the film.
-        """
+        """Radiance that light in the elements sends to some pixels, shape (pixels, 3)."""
         values = np.concatenate([light.values, *light.slopes.swapaxes(0, 1)]).astype(np.float32)
         # Rows are copied where they are chosen, which takes longer than the product.
         rows = self.response if np.array_equal(pixels, self._all) else self.response[pixels]
@@ -143,12 +128,7 @@ class RecordedPaths:
         return np.array(met, np.float64).T
 
     def seen_of_room(self, room: Any, pixels: Numbers) -> Array:
-        """Radiance that some pixels get from all around where nothing stands in the way, shape (pixels, 3).
-
-        Args:
-            room: What shines.
-            pixels: Numbers of the pixels, row by row of the film.
-        """
+        """Radiance that some pixels get from all around where nothing stands in the way, shape (pixels, 3)."""
         if not len(self.owner):
             return np.zeros((len(pixels), 3))
         numbers = mi.UInt32(aligned(pixels, np.uint32))
@@ -158,16 +138,7 @@ class RecordedPaths:
     def mirrored(
         self, outside: Outside, finish: Finish, pixels: Numbers, follow: Follow, *, samples: int, seed: int
     ) -> Array:
-        """Radiance that some pixels get by way of a glossy object's mirror, shape (pixels, 3).
-
-        Args:
-            outside: What stands outside.
-            finish: Surface of the object.
-            pixels: Numbers of the pixels, row by row of the film.
-            follow: Traces the paths on.
-            samples: Paths of each pixel that are traced on, about.
-            seed: Random stream.
-        """
+        """Radiance that some pixels get by way of a glossy object's mirror, shape (pixels, 3)."""
         result = np.zeros((len(pixels), 3))
         if outside.object is None or finish.specular == 0:
             return result

@@ -59,14 +59,7 @@ def untouched(
 
 
 def recorded_paths(world: LitWorld, *, seed: int, samples: int, regions: Regions | None = None) -> RecordedPaths:
-    """The camera paths of an untouched sensor.
-
-    Args:
-        world: The scene with nothing before the block.
-        seed: Random stream of the camera.
-        samples: Paths of each pixel.
-        regions: Boxes to tell which of them the paths met surfaces in, if that is asked for.
-    """
+    """The camera paths of an untouched sensor."""
     dark, sensor = world.darkness(), world.scene.sensors()[0]
     pixels = int(np.prod(np.array(sensor.film().size())))
 
@@ -86,30 +79,14 @@ def recorded_paths(world: LitWorld, *, seed: int, samples: int, regions: Regions
 def follow_camera(
     world: LitWorld, outside: Outside, starts: ObjectStarts, field: LightField, *, seed: int, room: Any = None
 ) -> Array:
-    """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3).
-
-    Args:
-        world: The scene with nothing before the block.
-        outside: What stands there.
-        starts: Of the paths.
-        field: Light in the block and on the object.
-        seed: Of the frame.
-        room: What alone shines, see `Shapes`.
-    """
+    """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3)."""
     stream = SEEDS_PER_RENDER * seed + MIRRORED
     seen = world.camera_pass(field, starts, stream=stream, outside=outside, room=room)
     return np.array(seen, np.float64).T
 
 
 def follow_light(world: LitWorld, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:
-    """What the object sends back of recorded light: more fluence in the block, and irradiance on itself.
-
-    Args:
-        world: The scene with nothing before the block.
-        outside: What stands there.
-        light: What leaves the block.
-        seed: Of the frame.
-    """
+    """What the object sends back of recorded light: more fluence in the block, and irradiance on itself."""
     starts = light.met(outside, seed=SEEDS_PER_RENDER * seed + LIGHT_BACK)
     if starts is None:
         return world.darkness(outside)

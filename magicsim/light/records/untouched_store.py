@@ -163,11 +163,7 @@ class UntouchedStates:
     """The last few sensors of this process, and those on disk; their content depends on their key alone."""
 
     def __init__(self, store: UntouchedStore | None = None) -> None:
-        """Holds nothing.
-
-        Args:
-            store: Where anchor states are kept on disk, if they are.
-        """
+        """Holds nothing."""
         self._states: OrderedDict[str, Untouched] = OrderedDict()
         self._store = store
 

@@ -50,19 +50,6 @@ def gather_radiance(
 ) -> Any:  # fmt: skip
     """Sum of the radiance of every lane's paths.
 
-    Args:
-        scene: The loaded scene.
-        shapes: Body, infill and object.
-        media: Optical constants, all scattering reduced to isotropic.
-        light: The cached light field.
-        finish: Surface of the object.
-        starts: Where paths start.
-        seed: Random stream of the choices at interfaces.
-        max_depth: Longest path.
-        forward: The infill with its true phase function, for the first collisions.
-        followed: Number of those collisions.
-        record: Takes down what the paths pass, or None.
-
     Returns:
         mi.Color3f, one a lane.
     """

@@ -63,11 +63,7 @@ class LightStarts:
 
     @classmethod
     def emitted(cls, parts: Sequence[Sent]) -> Self:
-        """Starts of the particles of some lights.
-
-        Args:
-            parts: What each sends out.
-        """
+        """Starts of the particles of some lights."""
         found = [_begun(part) for part in parts]
         rays, weights, brightest, seeds, streams, places, inside = zip(*found, strict=True)
         total = sum(part.particles for part in parts)

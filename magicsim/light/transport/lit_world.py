@@ -95,16 +95,7 @@ class LitWorld(World):
         self, names: Sequence[str], *, samples: int, particles: int, seed: int, pattern: int = 0,
         window: Window | None = None,
     ) -> Any:  # fmt: skip
-        """Radiance of a window of the film by some lights, a tensor of shape (rows, columns, 3).
-
-        Args:
-            names: Of the lights; the others are taken as dark.
-            samples: Camera samples a pixel.
-            particles: Of all strips together, see `shares`.
-            seed: Seed of the render.
-            pattern: Number of the pattern of samples.
-            window: Part of the film; all of it by default.
-        """
+        """Radiance of a window of the film by some lights, a tensor of shape (rows, columns, 3)."""
         shares = self.shares(particles)
         fields = self.light_fields({name: shares[name] for name in names}, seed=seed)
         field = self.with_lit_object(total([self.darkness(), *fields.values()]), particles=particles, seed=seed)
@@ -131,14 +122,7 @@ class LitWorld(World):
         self, particles: Mapping[str, int], *, seed: int, outside: Outside | None = None,
         record: LightRecord | None = None,
     ) -> dict[str, LightField]:  # fmt: skip
-        """Light that emitters bring to every cell and to the object, by name.
-
-        Args:
-            particles: Number of particles of each light, all or some of `inventory.lights(outside)`.
-            seed: Seed of the render; every light has a stream of its own.
-            outside: What stands before the block in a scene of its own.
-            record: Takes down what leaves, or None.
-        """
+        """Light that emitters bring to every cell and to the object, by name."""
         shapes = self.inventory.shapes(outside)
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
         dark, lit = self.darkness(outside), {name: particles[name] for name in particles if name not in self._off}
@@ -179,15 +163,7 @@ class LitWorld(World):
         return LightField(fluence=cells / self.inventory.volumes_mm3(), body=body, irradiance=irradiance)
 
     def sent(self, name: str, count: int, *, seed: int, place: int = 0, outside: Outside | None = None) -> list[Sent]:
-        """What one light sends out: the room one beam, and a second one with fewer particles around an object.
-
-        Args:
-            name: Of the light, one of `inventory.lights(outside)`.
-            count: Its particles; flux is in units of one over their number.
-            seed: Seed of the render.
-            place: Number of the light among all that are traced.
-            outside: What stands before the block in a scene of its own.
-        """
+        """What one light sends out: the room one beam, and a second one with fewer particles around an object."""
         stream = SEEDS_PER_RENDER * seed + 1 + self.inventory.lights(outside).index(name)
         first = Sent(self.inventory.emitter(name, outside), 0, count, stream, name in self._inside, place)
         if name != ENVIRONMENT:
@@ -200,15 +176,7 @@ class LitWorld(World):
     def with_lit_object(
         self, field: LightField, *, particles: int, seed: int, outside: Outside | None = None, room: Any = None
     ) -> LightField:
-        """The field with the irradiance of the object gathered by rays from its surface, see `object_light`.
-
-        Args:
-            field: Of all lights that shine.
-            particles: Of the light pass: as many rays serve the object as `RAYS_PER_PARTICLE` says.
-            seed: Seed of the render.
-            outside: What stands before the block in a scene of its own.
-            room: What alone shines, see `Shapes`.
-        """
+        """The field with the irradiance of the object gathered by rays from its surface, see `object_light`."""
         shapes = self.inventory.shapes(outside)
         if shapes.object is None:
             return field
@@ -240,14 +208,7 @@ class LitWorld(World):
         self, starts: LightStarts, *, lights: int = 1, outside: Outside | None = None,
         record: LightRecord | None = None,
     ) -> Tracks:  # fmt: skip
-        """What particles leave behind.
-
-        Args:
-            starts: Where the particles start.
-            lights: Number of lights.
-            outside: What stands before the block in a scene of its own.
-            record: Takes down what leaves, or None.
-        """
+        """What particles leave behind."""
         media = self.media if self._followed else self.media.reduced
         return self._tracks(starts, media, lights=lights, outside=outside, record=record)
 
@@ -255,11 +216,6 @@ class LitWorld(World):
         """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
 
         The last is what ended paths still carried less what roulette gave to others, zero in the mean.
-
-        Args:
-            name: One of `lights`.
-            particles: Number of particles, traced at once.
-            seed: Random stream.
         """
         starts = LightStarts.emitted([each._replace(seed=seed) for each in self.sent(name, particles, seed=0)])
         media = self.media.reduced
@@ -306,16 +262,7 @@ class LitWorld(World):
     def gather_pixels(
         self, field: LightField, pixels: Numbers, *, samples: int, seed: int, pattern: int = 0, room: Any = None
     ) -> Any:
-        """Radiance of some pixels of the film from cached light, mi.Color3f.
-
-        Args:
-            field: Cached light.
-            pixels: Numbers of the pixels, row by row of the film.
-            samples: Camera samples of each.
-            seed: Seed of the render.
-            pattern: Number of the pattern of samples.
-            room: What alone shines, see `Shapes`.
-        """
+        """Radiance of some pixels of the film from cached light, mi.Color3f."""
         starts = CameraStarts.of(
             self.scene.sensors()[0], samples=samples, pixels=pixels, pattern=pattern, part=range(samples)
         )
@@ -325,16 +272,7 @@ class LitWorld(World):
         self, field: LightField, starts: PathStarts, *, stream: int, outside: Outside | None = None, room: Any = None,
         record: PathRecord | None = None,
     ) -> Any:  # fmt: skip
-        """Radiance summed over each lane's paths, mi.Color3f.
-
-        Args:
-            field: Cached light.
-            starts: Where the paths start.
-            stream: Random stream.
-            outside: What stands before the block in a scene of its own.
-            room: What alone shines, see `Shapes`.
-            record: Takes down what the paths pass, or None.
-        """
+        """Radiance summed over each lane's paths, mi.Color3f."""
         scene, shapes = self._traced(outside, room)
         return gather_radiance(
             scene, shapes, self.media.reduced,
@@ -344,11 +282,7 @@ class LitWorld(World):
         )  # fmt: skip
 
     def elements(self, field: LightField) -> Elements:
-        """Light in the cells and then in the voxels of a body that scatters, as camera paths look it up.
-
-        Args:
-            field: Cached light, or what changes of it: all is linear in it.
-        """
+        """Light in the cells and then in the voxels of a body that scatters, as camera paths look it up."""
         parts, part = [self._cells(field)], self.body_part()
         if self.voxels is not None and part is not None:
             parts.append(body_elements(field.body, part, self.voxels))

@@ -151,14 +151,7 @@ class PathRecord:
 
     @classmethod
     def empty(cls, capacity: int, turns: int, *, lanes: int = 0, regions: Regions | None = None) -> Self:
-        """Room for as many segments.
-
-        Args:
-            capacity: Number of segments.
-            turns: Paths of each lane.
-            lanes: Number of lanes.
-            regions: Boxes to tell which of them paths met surfaces in.
-        """
+        """Room for as many segments."""
         fewer = capacity // SEGMENTS_PER_ESCAPE
         return cls(
             regions=regions,

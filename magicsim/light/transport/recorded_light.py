@@ -52,18 +52,7 @@ def take_down(
     record: LightRecord | None, light: Any, starts: LightStarts, number: Any, ray: Any, weight: Any, brightest: Any,
     active: Any,
 ) -> None:  # fmt: skip
-    """Records particles that meet nothing, if anybody does.
-
-    Args:
-        record: Where, or None.
-        light: Number of each particle's light.
-        starts: Of the particles.
-        number: Of each particle among these.
-        ray: Along which it leaves.
-        weight: That it carries.
-        brightest: Channel of the weight with which it was sent out.
-        active: Which particles leave.
-    """
+    """Records particles that meet nothing, if anybody does."""
     if record is None:
         return
     stream = mi.UInt32(dr.gather(mi.UInt64, starts.streams, number, active))

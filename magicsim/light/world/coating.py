@@ -104,13 +104,7 @@ class Coating:
         return dr.lerp(below, above, v)
 
     def _through_film(self, reflectance: Any, segment: Segment, clear: Any) -> tuple[Any, Any]:
-        """Share of what goes on that is reflected, and the share that goes on, to and fro before a film.
-
-        Args:
-            reflectance: Of the bare interface, by Fresnel's formula.
-            segment: That ends there.
-            clear: Whether the hit is on the face where it is not painted.
-        """
+        """Share of what goes on that is reflected, and the share that goes on, to and fro before a film."""
         if self.film is None:
             return reflectance, mi.Float(1)
         own, passed = self.film
@@ -257,30 +251,14 @@ def bounced(coating: Coating | None, si: Any, face: Met, choice: Any, sample: An
 
 
 def after_lens(coating: Coating | None, si: Any, asked: Any, reflected: Any) -> Any:
-    """What was asked for the lights after a reflection: only the first one at the lens face is known.
-
-    Args:
-        coating: Of the contact face, or None where it is bare.
-        si: The hits.
-        asked: Before it.
-        reflected: Which paths are reflected from within the body.
-    """
+    """What was asked for the lights after a reflection: only the first one at the lens face is known."""
     if coating is None:
         return mi.UInt32(0)
     return dr.select((asked == ASKED) & reflected & coating.mirrored(si), mi.UInt32(MIRRORED), 0)
 
 
 def meet_face(coating: Coating | None, si: Any, segment: Segment, reflectance: Any, sampler: Any, active: Any) -> Met:
-    """What hits on the body meet; a bare face takes no random number.
-
-    Args:
-        coating: Of the contact face, or None where it is bare.
-        si: The hits.
-        segment: That end there.
-        reflectance: Of the bare interface, by Fresnel's formula.
-        sampler: Of random numbers.
-        active: Which rays count.
-    """
+    """What hits on the body meet; a bare face takes no random number."""
     if coating is None:
         return Met(painted=mi.Bool(False), color=mi.Color3f(0), reflectance=reflectance, kept=mi.Float(1))
     return coating.meet(si, segment, reflectance, sampler.next_float32(active), active)
@@ -290,12 +268,7 @@ class FaceCoating:
     """Coat and markers of a block, which follow its mesh."""
 
     def __init__(self, elastomer: Elastomer, rig: Rig) -> None:
-        """Reads the paint of a design.
-
-        Args:
-            elastomer: The block.
-            rig: Its lens.
-        """
+        """Reads the paint of a design."""
         design, paint = elastomer.design, face_paint(elastomer.design)
         coat = design.coat
         texels = paint.texels if paint is not None else np.array(CLEAR).reshape(1, 1, 4)
@@ -325,11 +298,7 @@ class FaceCoating:
         return cls(elastomer, rig) if elastomer.design.face_is_special else None
 
     def on(self, body: Any) -> Coating:
-        """The coating of the body's mesh as it is now.
-
-        Args:
-            body: Its shape.
-        """
+        """The coating of the body's mesh as it is now."""
         positions = mi.traverse(body)["vertex_positions"]
         if self._coating is None or self._positions.index != positions.index:
             self._coating, self._positions = self._mapped(mesh_of(body).vertices), mi.Float(positions)

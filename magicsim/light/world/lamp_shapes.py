@@ -169,11 +169,7 @@ def disks(centres_mm: Array, axis: Array, radius_mm: float) -> SurfaceMesh:
 
 
 def marker_disks(design: ElastomerDesign) -> SurfaceMesh | None:
-    """Disks of all markers at rest, facing the contact face, or None where there are none below it.
-
-    Args:
-        design: The block.
-    """
+    """Disks of all markers at rest, facing the contact face, or None where there are none below it."""
     markers = design.markers
     if not isinstance(markers, DotMarkers) or markers.depth_mm == 0:
         return None

@@ -102,11 +102,7 @@ class World:
         self._parameters.update()
 
     def light_only(self, name: str | None) -> None:
-        """Turns all lights off but one; None turns all of them on again.
-
-        Args:
-            name: One of `lights`.
-        """
+        """Turns all lights off but one; None turns all of them on again."""
         for key, radiance in self._radiance.items():
             self._parameters[key] = radiance if name in {key.partition(".")[0], None} else type(radiance)(0.0)
         self._parameters.update()
@@ -125,14 +121,7 @@ class Worlds:
         object_finish: Finish,
         load: Callable[[WorldContent], World],
     ) -> None:
-        """Loads nothing yet.
-
-        Args:
-            elastomer: The block.
-            object_mesh: The object in its own frame, if one will come.
-            object_finish: Its surface.
-            load: Loads the scene of some content.
-        """
+        """Loads nothing yet."""
         self._elastomer, self._load = elastomer, load
         self._mesh, self._finish = object_mesh, object_finish
         self._kept: dict[tuple[bool, bool], World] = {}

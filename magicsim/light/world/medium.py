@@ -160,15 +160,7 @@ class Segment:
 
 
 def classify(si: Any, body: Any, infill: Any, was_in_body: Any, openings: Any = None) -> Segment:
-    """Classifies the segment that ends at an interaction.
-
-    Args:
-        si: Surface interaction at the end of the segment, valid or not.
-        body: Pointer to the body's shape.
-        infill: Pointer to the infill's shape, null without a grid.
-        was_in_body: Memory, used only where the next hit is opaque or missing.
-        openings: See `Shapes.openings`.
-    """
+    """Classifies the segment that ends at an interaction."""
     valid = si.is_valid()
     on_infill = valid & (si.shape == infill)
     on_body = valid & (si.shape == body)
@@ -256,11 +248,6 @@ def scattered(direction: Any, sample: Any, anisotropy: float) -> Any:
 
 
 def leave(si: Any, direction: Any) -> Any:
-    """The ray that goes on from a hit.
-
-    Args:
-        si: The hit.
-        direction: Unit vectors in the scene's frame.
-    """
+    """The ray that goes on from a hit."""
     distance = dr.mulsign(CLEARANCE * (1 + dr.max(dr.abs(si.p))), dr.dot(si.n, direction))
     return mi.Ray3f(dr.fma(distance, si.n, si.p), direction)

@@ -49,15 +49,7 @@ class _View:
 
 
 def whereabouts(si: Any, on_cell: Any, in_cell: Any, leaves: Any, faces: CellFaces | None) -> Whereabouts:
-    """Where rays go on from a hit.
-
-    Args:
-        si: The hit.
-        on_cell: Whether the ray goes on from a wall of a cell, which is the one that was hit.
-        in_cell: Whether it goes on from inside the cell that was hit.
-        leaves: Where on a wall, whether it goes on outside.
-        faces: The grid's faces, or None to search everywhere.
-    """
+    """Where rays go on from a hit."""
     if faces is None:
         return Whereabouts.unknown()
     per_cell = mi.UInt32(faces.per_cell)
@@ -72,17 +64,7 @@ def whereabouts(si: Any, on_cell: Any, in_cell: Any, leaves: Any, faces: CellFac
 def next_hit(
     scene: Any, ray: Any, body: Any, infill: Any, faces: CellFaces | None, at: Whereabouts, active: Any
 ) -> Any:
-    """Surface interaction at the end of each ray.
-
-    Args:
-        scene: The loaded scene.
-        ray: Rays.
-        body: Pointer to the body's shape.
-        infill: Pointer to the shape of all cells.
-        faces: Its faces, or None to search everywhere.
-        at: Where the rays start.
-        active: Which rays count.
-    """
+    """Surface interaction at the end of each ray."""
     if faces is None:
         return searched(scene, ray, body, infill, active)
     patch, axis, view = _face_ahead(ray, faces, at)
@@ -104,15 +86,7 @@ def next_hit(
 
 
 def searched(scene: Any, ray: Any, body: Any, infill: Any, active: Any) -> Any:
-    """The hit that a search among all shapes finds, with what flat shapes of one colour need: no texture coordinates.
-
-    Args:
-        scene: The loaded scene.
-        ray: Rays.
-        body: Pointer to the body's shape, the first of its group.
-        infill: Pointer to the shape of all cells, the second.
-        active: Which rays count.
-    """
+    """The hit that a search among all shapes finds, without texture coordinates, which flat shapes need not."""
     found = scene.ray_intersect_preliminary(ray, coherent=False, active=active)
     # The block's group stands where it was made: what is found in it needs no transform.
     if VARIANT != CUDA_VARIANT:  # Embree tells a shape's place in its group; OptiX the shape itself, and no place

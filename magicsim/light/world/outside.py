@@ -25,13 +25,7 @@ class Outside:
     """Object, flashlight or both, which can be moved."""
 
     def __init__(self, rig: Rig, content: WorldContent, load: Callable[[WorldContent], Any]) -> None:
-        """Loads them, the object parked where its own frame puts it.
-
-        Args:
-            rig: What surrounds the block.
-            content: Object and flashlight.
-            load: Loads the scene of a block and some content.
-        """
+        """Loads them, the object parked where its own frame puts it."""
         object_mesh, flashlight = content.object_mesh, content.flashlight
         scene: dict[str, Any] = {"type": "scene"}
         if object_mesh is not None:
@@ -70,14 +64,7 @@ class Outsides:
     def __init__(
         self, rig: Rig, object_mesh: SurfaceMesh | None, object_finish: Finish, load: Callable[[WorldContent], Any]
     ) -> None:
-        """Loads nothing yet.
-
-        Args:
-            rig: What surrounds the block.
-            object_mesh: The object in its own frame, if one will come.
-            object_finish: Its surface.
-            load: Loads the scene of the block and some content.
-        """
+        """Loads nothing yet."""
         self._rig, self._mesh, self._finish, self._load = rig, object_mesh, object_finish, load
         self._kept: dict[tuple[bool, bool], Outside] = {}
 
@@ -98,13 +85,6 @@ class Outsides:
 
 
 def nearer_hit(outside: Any, ray: Any, si: Any, active: Any) -> Any:
-    """The hit on what stands outside where it comes before another one.
-
-    Args:
-        outside: The scene of an `Outside`.
-        ray: Rays.
-        si: What they meet otherwise.
-        active: Which of them run outside the block.
-    """
+    """The hit on what stands outside where it comes before another one."""
     other = flat(outside.ray_intersect(ray, active), ray)
     return dr.select(active & other.is_valid() & (other.t < si.t), other, si)

@@ -18,13 +18,7 @@ class PassingLight:
     """The change of the room by something that can be moved."""
 
     def __init__(self, passing: Passing, room: Any, ambient: tuple[float, float, float]) -> None:
-        """Stands nowhere yet.
-
-        Args:
-            passing: What passes.
-            room: Emitter of the still room.
-            ambient: Mean radiance of the room.
-        """
+        """Stands nowhere yet."""
         self._room, self._color = room, mi.Color3f(*(dr.opaque(mi.Float, each) for each in self._own(passing, ambient)))
         numbers = (passing.distance_mm, passing.rise_mm, *(size / 2 for size in passing.size_mm))
         self._distance, self._rise, self._half_width, self._half_height = (dr.opaque(mi.Float, n) for n in numbers)
@@ -43,12 +37,7 @@ class PassingLight:
         self._place = dr.opaque(mi.Float, x_mm)
 
     def eval(self, si: Any, active: Any = True) -> Any:
-        """Change of the radiance that arrives along `-si.wi`, mi.Color3f.
-
-        Args:
-            si: Of rays that meet nothing, as environments are asked.
-            active: Which rays count.
-        """
+        """Change of the radiance that arrives along `-si.wi`, mi.Color3f."""
         towards = -si.wi
         far = self._distance / dr.maximum(-towards.z, 1e-6)
         across, up = (

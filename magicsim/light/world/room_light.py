@@ -59,11 +59,7 @@ class Beam(NamedTuple):
         return cls(sphere.center, float(sphere.radius), 0.0)
 
     def onto(self, target: Any) -> "Beam | None":
-        """Onto what stands in the room, without what this beam sends; None where that is too far off to matter.
-
-        Args:
-            target: Its box; what is further away than `BEYOND` says only hides the room.
-        """
+        """Onto what stands in the room, without what this beam sends; None where that is too far off to matter."""
         near, reach = mi.ScalarBoundingBox3f(target), BEYOND * self.radius_mm
         near.clip(mi.ScalarBoundingBox3f(self.centre - reach, self.centre + reach))
         if not near.valid():
@@ -81,15 +77,7 @@ class Beam(NamedTuple):
 
 
 def room_beams(sensor: Any, block: Any, housing: Any | None, target: Any | None, others: list[Any]) -> list[Beam]:
-    """The beams that together hold every line along which the room's light gets somewhere, no line in two of them.
-
-    Args:
-        sensor: Box of all that stays where it is.
-        block: Box of the block.
-        housing: That of the housing, or None where it stands free.
-        target: That of the object, or None without one.
-        others: Boxes of what may stand in the way beside that.
-    """
+    """The beams that together hold every line along which the room's light gets somewhere, no line in two of them."""
     first = Beam.into(housing, block) if housing is not None else Beam.around(sensor)
     boxes = [sensor, *([target] if target is not None else []), *others]
     spheres = [box.bounding_sphere() for box in boxes if box.valid()]
@@ -172,12 +160,7 @@ def _shares(environment: Any, beam: Beam) -> Array:
 
 
 def room_towards(environment: Any, ray: Any) -> Any:
-    """Radiance of what comes along rays, from behind their origins, mi.Color3f.
-
-    Args:
-        environment: What shines from all around.
-        ray: The rays.
-    """
+    """Radiance of what comes along rays, from behind their origins, mi.Color3f."""
     return mi.Color3f(environment.eval(missed(mi.Ray3f(ray.o, -ray.d))))
 
 
@@ -207,12 +190,7 @@ class NearRoom:
         self._far, self._distance = far, dr.opaque(mi.Float, distance_mm)
 
     def eval(self, si: Any, active: Any = True) -> Any:
-        """Radiance that arrives at `si.p` along `-si.wi`, mi.Color3f; 0 on lines that pass by the sphere.
-
-        Args:
-            si: See `missed`.
-            active: Which rays count.
-        """
+        """Radiance that arrives at `si.p` along `-si.wi`, mi.Color3f; 0 on lines that pass by the sphere."""
         ahead = dr.dot(si.p, si.wi)
         inside = dr.square(self._distance) - dr.squared_norm(si.p - ahead * si.wi)
         place = si.p - (ahead + dr.safe_sqrt(inside)) * si.wi
@@ -223,12 +201,7 @@ class NearRoom:
 
 
 def surroundings(far: Any, rig: Rig) -> Any:
-    """What shines from all around, from as near as a rig says; None where nothing does.
-
-    Args:
-        far: Emitter that shines from infinitely far away, or None.
-        rig: Has the distance.
-    """
+    """What shines from all around, from as near as a rig says; None where nothing does."""
     return far if far is None or rig.near_mm is None else NearRoom(far, rig.near_mm)
 
 

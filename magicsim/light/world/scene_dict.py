@@ -141,15 +141,7 @@ def _reference(name: str) -> dict[str, str]:
 def scene_dict(
     elastomer: Elastomer, rig: Rig, content: WorldContent, block: dict[str, Any], *, for_paths: bool = False
 ) -> dict[str, Any]:
-    """Everything at rest, the object where its own frame puts it.
-
-    Args:
-        elastomer: The block.
-        rig: What surrounds it.
-        content: What else is there.
-        block: Entries of the block's shapes.
-        for_paths: Whether the renderer itself traces paths: a near room is then a shape.
-    """
+    """Everything at rest, the object where its own frame puts it."""
     scene: dict[str, Any] = {"type": "scene", "sensor": _camera(elastomer, rig), **block}
     for index, strip in enumerate(rig.strips):
         scene[_strip_name(index)] = strip_entry(strip, elastomer)

@@ -53,12 +53,7 @@ class Shapes:
         return int(self.object.face_count()) if self.object is not None else 1
 
     def cell(self, si: Any, segment: Segment) -> Any:
-        """Number of the cell that rays ran through, of those that ran through one, mi.UInt32.
-
-        Args:
-            si: Their hits.
-            segment: What ends there.
-        """
+        """Number of the cell that rays ran through, of those that ran through one, mi.UInt32."""
         own = si.prim_index // self.triangles_per_cell
         return own if segment.beyond is None else dr.select(segment.entering & segment.opening, segment.beyond, own)
 
