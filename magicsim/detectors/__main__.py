@@ -25,11 +25,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
-
-    Returns:
-        The exit status: 0, 2 after one line on standard error, or 130 when interrupted.
-    """
+    """Run the command line and return its status: 0, 2 after one line on standard error, or 130 when interrupted."""
     logging.basicConfig(format="%(levelname)s: %(message)s", stream=sys.stderr)
     try:
         options = _parser().parse_args(arguments)

@@ -180,13 +180,8 @@ def held_out_accuracy(
 ) -> float | None:
     """Mean over episodes of the contact accuracy with the threshold of all others, None where there is none.
 
-    Args:
-        similarity: To the grid, of each frame, shape (frames,).
-        noise: Which frames are called noise, shape (frames,).
-        classes: What the frames show.
-        owner: Number of each frame's episode, shape (frames,).
-        at_rest: For each episode, which frames show its untouched sensor, each of shape (frames,).
-        margin_sd: Distance of the threshold from the frames at rest, in their standard deviations.
+    All arrays have shape (frames,): similarity, whether a frame is called noise, the number of its episode, and for
+    each episode which frames show its untouched sensor. The threshold stays `margin_sd` standard deviations from these.
     """
     touched, found = np.array([each is FrameClass.CONTACT for each in classes]), []
     for number in range(len(at_rest)):

@@ -54,13 +54,10 @@ def mask_areas(blurred: Frame, grid: GridReference) -> GridAreas:
 
 
 def grid_similarity(areas: GridAreas, similarity: Similarity) -> float:
-    """Mean similarity S over the channels whose reference shows the grid, of which there is at least one.
+    """Mean similarity S, 0..1, over the channels whose reference shows the grid, of which there is at least one.
 
     With i the intersection, f the frame's area and r the reference's: `recall` = i / r (published),
-    `iou` = i / (f + r - i), `dice` = 2 i / (f + r).
-
-    Returns:
-        S in 0..1; 1 means the grid is undisturbed.
+    `iou` = i / (f + r - i), `dice` = 2 i / (f + r). 1 means the grid is undisturbed.
     """
     values = [
         _ratio(shared, shown, wanted, similarity)

@@ -48,10 +48,7 @@ def measure_brightening(
 ) -> tuple[Features, Features]:
     """Entropy E [bit] and correlation C of the scored frames, each of shape (frames,).
 
-    Args:
-        episodes: Labelled frames.
-        base: Gives the number of references and of reference frames, and the options of entropy and correlation.
-        difference_blur_px: Side of the Gaussian kernel before the difference [px].
+    The base gives the numbers of references and of reference frames, and the options of entropy and correlation.
 
     Raises:
         FrameError: A frame is not an image of its episode's size, or an episode has too few references.
@@ -78,10 +75,7 @@ def measure_similarity(
     """Grid similarity S of the scored frames for every option and measure, each of shape (frames,).
 
     A frame is blurred and levelled once for each pair of kernels and binarised once for each option, whatever the
-    measures.
-
-    Returns:
-        The features; None for an option under which the references of an episode show no grid.
+    measures. S is None for an option under which the references of an episode show no grid.
     """
     values: dict[tuple[GridOption, Similarity], list[float]] = {
         (option, similarity): [] for option in options for similarity in similarities

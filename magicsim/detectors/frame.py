@@ -37,16 +37,7 @@ def check_frame(frame: npt.ArrayLike, *, shape: tuple[int, ...] | None = None) -
 
 
 def check_pixels(what: str, columns: int, rows: int) -> None:
-    """Refuses a picture that is too large.
-
-    Args:
-        what: What it is, with its name.
-        columns: Its width [px].
-        rows: Its height [px].
-
-    Raises:
-        FrameError: It has more than `MAX_PIXELS`.
-    """
+    """Raise a FrameError where a picture has more than `MAX_PIXELS`; `what` is its kind and name."""
     if columns * rows > MAX_PIXELS:
         msg = f"{what} has {columns} x {rows} pixels; at most {MAX_PIXELS / 1e6:.0f} million are allowed"
         raise FrameError(msg)

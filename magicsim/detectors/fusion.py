@@ -44,13 +44,8 @@ def blur(image: Frame, size_px: int, sigma_px: float = 0.0) -> Frame:
     """Gaussian blur rounded to 8 bit; pixels beyond the edge mirror those inside, without repeating the edge.
 
     Each axis is weighed by k_i = exp(-i i / (2 sigma sigma)) / sum, i = -(size - 1) / 2 .. (size - 1) / 2; with
-    OpenCV's own sigma, kernels of 3, 5 and 7 px are (1, 2, 1) / 4, (1, 4, 6, 4, 1) / 16 and
-    (2, 7, 14, 18, 14, 7, 2) / 64.
-
-    Args:
-        image: Shape (rows, columns, 3).
-        size_px: Side of the kernel [px], odd. 0 and 1 leave the image as it is.
-        sigma_px: Standard deviation [px]; 0 takes OpenCV's 0.15 `size_px` + 0.35.
+    OpenCV's own sigma, 0.15 `size_px` + 0.35, which `sigma_px` = 0 stands for, kernels of 3, 5 and 7 px are (1, 2, 1) /
+    4, (1, 4, 6, 4, 1) / 16 and (2, 7, 14, 18, 14, 7, 2) / 64. Sides of 0 and 1 leave the image as it is.
     """
     if size_px <= 1:
         return image
@@ -61,13 +56,10 @@ def levelled(blurred: Frame, surround_px: int) -> Frame:
     """Brightness of each pixel in per cent of its surroundings', rounded to 8 bit; an image as it is for 0.
 
     What an approaching object does to the light as a whole, and a camera to its gain, falls out of it: walls stay
-    darker than what lies between them. Surroundings are a Gaussian mean, mirrored at the edge; where they are black,
-    all is. They are smooth, so that means of blocks of half a standard deviation give them for a quarter of the time,
-    within 1 % of the mean over all pixels for a grid of thin walls, two standard deviations from the edge.
-
-    Args:
-        blurred: Image after `blur`, shape (rows, columns, 3).
-        surround_px: Standard deviation of the mean [px].
+    darker than what lies between them. Surroundings are a Gaussian mean of standard deviation `surround_px`, mirrored
+    at the edge; where they are black, all is. They are smooth, so that means of blocks of half a standard deviation
+    give them for a quarter of the time, within 1 % of the mean over all pixels for a grid of thin walls, two standard
+    deviations from the edge.
     """
     if surround_px == 0:
         return blurred
@@ -86,15 +78,10 @@ def _surroundings(values: npt.NDArray[np.float32], surround_px: int) -> npt.NDAr
 
 
 def grid_mask(blurred: Frame, *, tau_b: int, polarity: Polarity) -> npt.NDArray[np.uint8]:
-    """Pixels that show the grid: `FULL` there and 0 elsewhere, per channel.
+    """Pixels that show the grid: `FULL` there and 0 elsewhere, per channel. Dark: F <= tau_b; bright: F > tau_b.
 
-    Dark grid: F <= tau_b. Bright grid: F > tau_b.
-
-    Args:
-        blurred: Image after `blur` and `levelled`, shape (rows, columns, 3).
-        tau_b: Grey level, or per cent of the surroundings' where the image was levelled; a pixel above it is bright,
-            one at or below it is dark.
-        polarity: Whether dark or bright pixels are the grid.
+    The image, shape (rows, columns, 3), is one after `blur` and `levelled`; where it was levelled, tau_b is in per cent
+    of the surroundings.
     """
     mode = cv2.THRESH_BINARY if polarity == "bright" else cv2.THRESH_BINARY_INV
     return np.asarray(cv2.threshold(blurred, tau_b, FULL, mode)[1], dtype=np.uint8)
@@ -150,12 +137,8 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
 def fuse_background(frames: Sequence[Frame], *, count: int, blur_px: int = 0) -> BackgroundReference:
     """Means of `count` runs of consecutive frames, rounded to 8 bit (halves up).
 
-    B_j = (M / N) sum of F_i, i = (j - 1) N / M + 1 .. j N / M, per channel, j = 1..M.
-
-    Args:
-        frames: Frames of one shape (rows, columns, 3), at least `count`.
-        count: Number of background references M; runs differ by one frame where M does not divide N.
-        blur_px: Side of the Gaussian kernel on each frame [px]; 0 is none.
+    B_j = (M / N) sum of F_i, i = (j - 1) N / M + 1 .. j N / M, per channel, j = 1..M; runs differ by one frame where M
+    does not divide N. Frames have one shape (rows, columns, 3); there are at least `count`.
     """
     edges = [index * len(frames) // count for index in range(count + 1)]
     images = np.stack(
@@ -185,15 +168,7 @@ def fuse_grid(
     """Average of the binarised frames: G_ref = (1 / N) sum of b(blur(F_i)), per channel.
 
     b is 1 where `grid_mask` sees the grid. With `majority` G_ref is 1 where that average is above one half, else 0.
-
-    Args:
-        frames: 1 to 255 frames of one shape (rows, columns, 3).
-        tau_b: Grey level that separates grid from background.
-        polarity: Side of `tau_b` that is the grid.
-        blur_px: Side of the Gaussian kernel before binarising [px]; 0 is none.
-        blur_sigma_px: Its standard deviation [px]; 0 takes OpenCV's for the side.
-        kind: Whether the average itself is kept or what the majority of frames shows.
-        surround_px: Standard deviation of the surroundings that a pixel is compared with [px]; 0 compares with `tau_b`.
+    There are 1 to 255 frames of one shape (rows, columns, 3); options are those of a profile.
 
     Raises:
         FrameError: No channel of any frame shows the grid; a similarity to nothing has no meaning.

@@ -23,17 +23,10 @@ _LUMA_THOUSANDTHS = (299, 587, 114)
 
 
 def filter_channels(frame: Frame, background: BackgroundReference) -> Frame:
-    """What brightens against every background reference, per channel: F_filtered = max(F - max_j B_j, 0).
+    """Brightening against every background reference in grey levels, per channel: F_filtered = max(F - max_j B_j, 0).
 
     It equals the published loop F_j = F_(j-1) intersect max(F - B_j, 0), j = 1..M, with F_0 = F and the pixelwise
-    minimum as the intersection of grey images.
-
-    Args:
-        frame: Shape (rows, columns, 3).
-        background: References of the same shape.
-
-    Returns:
-        The brightening in grey levels, shape (rows, columns, 3).
+    minimum as the intersection of grey images. All have shape (rows, columns, 3).
     """
     blurred = blur(frame, background.blur_px)
     return np.asarray(cv2.subtract(blurred, background.ceiling), dtype=np.uint8)
@@ -42,18 +35,10 @@ def filter_channels(frame: Frame, background: BackgroundReference) -> Frame:
 def brightening_entropy(
     filtered: Frame, *, bins: int = GREY_LEVELS, grey: Grey = "luma", rounding: Rounding = "nearest"
 ) -> float:
-    """Shannon entropy of the histogram of the grey image: E = -sum of p_i log2 p_i over the bins with p_i > 0.
+    """Shannon entropy of the histogram of the grey image: E = -sum of p_i log2 p_i over the bins with p_i > 0 [bit].
 
-    p_i is the share of pixels in bin i; level g of 0..255 falls into bin floor(g bins / 256).
-
-    Args:
-        filtered: From `filter_channels`, shape (rows, columns, 3).
-        bins: Number of bins, 2..256.
-        grey: How the channels become one grey level.
-        rounding: How that level becomes 8 bit.
-
-    Returns:
-        E [bit] in 0..log2(bins); 0 where all pixels fall into one bin.
+    p_i is the share of pixels in bin i of 2..256; level g of 0..255 falls into bin floor(g bins / 256). E lies in
+    0..log2(bins) and is 0 where all pixels fall into one bin.
     """
     levels = grey_image(filtered, grey, rounding)
     counts = cv2.calcHist([levels], [0], None, [bins], [0, GREY_LEVELS]).ravel().astype(np.float64)
@@ -77,19 +62,12 @@ def grey_image(filtered: Frame, grey: Grey = "luma", rounding: Rounding = "neare
 
 
 def brightening_correlation(filtered: Frame, *, constant: ConstantChannel = "zero") -> float:
-    """Mean of the pairwise Pearson correlations between the channels: C = (r_rg + r_rb + r_gb) / 3.
+    """Mean of the pairwise Pearson correlations between the channels: C = (r_rg + r_rb + r_gb) / 3, -1..1.
 
     r_xy = (n sum x y - sum x sum y) / sqrt((n sum x x - (sum x)^2) (n sum y y - (sum y)^2)) over the n pixels; a pair
-    with a constant channel, whose root is 0, counts as 0 or is left out of the mean. The sums are whole numbers, so
-    neither cancellation nor the order of pixels changes the result; the sum of x y comes from the squared differences
-    as (sum of x x + sum of y y - sum of (x - y)(x - y)) / 2.
-
-    Args:
-        filtered: From `filter_channels`, shape (rows, columns, 3).
-        constant: What a pair with a constant channel adds: 0 (`zero`) or nothing (`skip`).
-
-    Returns:
-        C in -1..1; 0 where no pair has a correlation.
+    with a constant channel, whose root is 0, counts as 0 (`zero`) or is left out of the mean (`skip`). C is 0 where no
+    pair has a correlation. The sums are whole numbers, so neither cancellation nor the order of pixels changes the
+    result; the sum of x y comes from the squared differences as (sum of x x + sum of y y - sum of (x - y)(x - y)) / 2.
     """
     planes = cv2.split(filtered)
     pixels = planes[0].size

@@ -51,10 +51,8 @@ class ContactFit:
 def rest_limit(values: Features, at_rest: Sequence[npt.NDArray[np.bool_]], margin_sd: float) -> float:
     """The farthest of several sensors' untouched frames: mean and so many standard deviations, the largest of them.
 
-    Args:
-        values: A feature of all frames, shape (frames,); of one that falls, its negative.
-        at_rest: Which frames are a sensor's untouched ones, shape (frames,) each; fewer than two say nothing.
-        margin_sd: How many standard deviations; a negative infinity is returned where nothing is known.
+    Values are a feature of all frames, shape (frames,), or the negative of one that falls; fewer than two frames of a
+    sensor at rest say nothing, and negative infinity is returned where nothing is known.
     """
     spreads = [values[each] for each in at_rest if np.count_nonzero(each) > 1]
     return max((float(each.mean() + margin_sd * each.std(ddof=1)) for each in spreads), default=-np.inf)
@@ -67,13 +65,8 @@ def fit_proximity(
 
     Maximises the balanced proximity accuracy plus half the share of Contact frames that are not called Noise:
     a Contact frame called Noise is `Unknown`, which counts as untouched and costs that half in the contact
-    accuracy. Every pair of candidates is tried.
-
-    Args:
-        entropy: E [bit], shape (frames,).
-        correlation: C, shape (frames,).
-        classes: True classes, every one of the four at least once.
-        least_tau_e: From which entropy on a brightening is more than the camera's own, see `rest_limit` [bit].
+    accuracy. Every pair of candidates is tried. E, C and classes have shape (frames,), every class at least one frame;
+    from `least_tau_e` on a brightening is more than the camera's own, see `rest_limit` [bit].
     """
     labels = np.array(classes, dtype=object)
     clear, near, contact, light = (labels == each for each in FrameClass)
@@ -106,11 +99,8 @@ def fit_contact(
 ) -> ContactFit:
     """Choose tau_g, given which frames proximity calls Noise (those are never `Touched`).
 
-    Args:
-        similarity: S, shape (frames,).
-        noise: Whether proximity calls the frame Noise, shape (frames,).
-        classes: True classes, Contact and another one at least once.
-        most_tau_g: Down to which similarity the camera's own noise reaches, see `rest_limit`.
+    S, noise and classes have shape (frames,); Contact and another class have at least one frame. The camera's own noise
+    reaches down to `most_tau_g`, see `rest_limit`.
     """
     labels = np.array(classes, dtype=object)
     touched = labels == FrameClass.CONTACT
@@ -210,13 +200,10 @@ def _width(distances: Features, positive: Mask, negative: Mask, otherwise: float
 def logistic_width(positive: npt.ArrayLike, negative: npt.ArrayLike, *, widest: float) -> float:
     """Width w that makes 1 / (1 + exp(-d / w)) most likely, both classes weighing the same.
 
-    The cross-entropy is convex in 1 / w, whose derivative is bisected. Its targets are those of Platt (1999),
-    (n + 1) / (n + 2) for n positives and 1 / (m + 2) for m negatives, so that separable classes have a width too.
-
-    Args:
-        positive: Distances d of positive frames from the threshold, mostly above 0, shape (n,).
-        negative: Those of negative frames, mostly below 0, shape (m,).
-        widest: Largest width; the result when distances speak against their classes.
+    The cross-entropy is convex in 1 / w, whose derivative is bisected. Its targets are those of Platt (1999), (n + 1) /
+    (n + 2) for n positives and 1 / (m + 2) for m negatives, so that separable classes have a width too. d are distances
+    from the threshold, shape (n,), mostly above 0, and (m,), mostly below; the width is `widest` where they speak
+    against their classes.
     """
     groups = [np.asarray(each, dtype=np.float64) for each in (positive, negative)]
     targets = [(len(groups[0]) + 1) / (len(groups[0]) + 2), 1 / (len(groups[1]) + 2)]

@@ -101,7 +101,7 @@ ENTRY_POINTS = "magicsim.detectors"
 
 
 def detector_by(detector: str | MakeDetector) -> MakeDetector:
-    """What makes a detector, from its class, the name of a profile, or a name as `find_detector` takes it.
+    """The maker of a detector, from its class, the name of a profile, or a name as `find_detector` takes it.
 
     Raises:
         ConfigError: Nothing there, or not a detector.
@@ -173,12 +173,11 @@ Returned = TypeVar("Returned")
 
 
 def tried(call: Callable[[], Returned], problem: str) -> Returned:
-    """What a call of somebody else's code returns.
+    """The result of a call of somebody else's code.
 
     Raises:
         MagicsimError: As the call raised it.
-        ConfigError: Instead of whatever else the call raises, also where it ends the program: the problem, what was
-            said, and the line that said it.
+        ConfigError: For anything else, also where the call ends the program: the problem, what was said, and where.
     """
     try:
         return call()

@@ -22,14 +22,9 @@ _PLACE = (0.12, 0.15, 0.86, 0.76)
 def plot_detection(
     points: Sequence[CurvePoint], *, axis: str, name: str, scored_mm: tuple[float, float], label: str
 ) -> str:
-    """Detection rate by bins of distance or depth, with intervals.
+    """Detection rate by bins of distance or depth, with intervals; what counts in the scores is shaded [mm].
 
-    Args:
-        points: One a bin, at least one.
-        axis: What the horizontal axis shows, with its unit.
-        name: Put before the drawing's identifiers.
-        scored_mm: Range whose frames count in the scores, shaded [mm].
-        label: What the drawing shows, for a reader who cannot see it.
+    There is at least one bin; `label` says what the drawing shows for a reader who cannot see it.
     """
     middles = np.array([(each.above_mm + each.to_mm) / 2 for each in points])
     halves = np.array([(each.to_mm - each.above_mm) / 2 for each in points])

@@ -76,14 +76,9 @@ class Rest:
 def rest_streams(
     footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], make: MakeDetector, *, seconds: float, who: str
 ) -> list[Rest]:
-    """One stream for every place and noise of some footage, by the first take of each; recordings have none.
+    """One stream of so many seconds for every place and noise of some footage, by the first take of each.
 
-    Args:
-        footage: Of a suite.
-        episodes: What the detector said of it.
-        make: Makes the detector, anew for every stream.
-        seconds: Length of each stream [s]; none are filmed with 0.
-        who: Name of the detector.
+    Recordings have none, and no stream is filmed with 0 seconds. The detector is made anew for every stream.
     """
     first: dict[tuple[str, str], Footage] = {}
     for film in footage:

@@ -100,13 +100,10 @@ def assembled(
     first: FloatImage | None = None,
     room: FloatImage | None = None,
 ) -> Take:
-    """A take of rendered states; those that share a radiance are looked at once.
+    """A take of rendered states in order; those that share a radiance are looked at once.
 
-    Args:
-        frames: In order.
-        look: Radiance that the take is to hold of a state, shape (rows, columns, 3).
-        first: A radiance that comes before all others and is not looked at again, shape (rows, columns, 3).
-        room: What the room's light makes of the untouched image, shape (rows, columns, 3).
+    `look` gives the radiance that the take is to hold of a state; `first` comes before all others and is not looked at
+    again; `room` is the untouched image by the room's light alone: all of shape (rows, columns, 3).
     """
     images, place = ([], {}) if first is None else ([first], {id(first): 0})
     for each in frames:

@@ -155,16 +155,10 @@ DARKEST_GREY, BRIGHTEST_GREY = 1.0, 254.0
 def fitted_scene(
     scene: SceneConfig, values: Mapping[str, object], strengths: Strengths, untouched: Array
 ) -> SceneConfig:
-    """A scene whose untouched sensor meters to the observed grey levels.
+    """A scene whose untouched sensor meters to the observed grey levels, `untouched` of shape (rows, columns, 3).
 
     Strengths are scaled so that the strips keep the rig's mean radiance: exposure and strength are known as a product
     alone. White balance is off, since the strengths now hold each colour's own level.
-
-    Args:
-        scene: The sensor that was fitted.
-        values: Fitted constants by dotted field.
-        strengths: Of its lights.
-        untouched: Predicted grey levels of the untouched sensor, shape (rows, columns, 3).
     """
     strips = [strength for (name, _), strength in strengths.of.items() if name not in {FLASHLIGHT, ENVIRONMENT}]
     scale = len(strips) / sum(strips) if sum(strips) > 0 else 1.0

@@ -103,11 +103,8 @@ def deviations(jacobian: Array, residuals: Array) -> Array:
 def scatter(jacobian: Array, residuals: Sequence[Array]) -> Array:
     """How far each unknown would move with other noise of the model: shape (unknowns,), in shares of the ranges.
 
-    Standard deviation of the Gauss-Newton steps that independent residuals of one point ask for, with an even prior.
-
-    Args:
-        jacobian: At that point, shape (residuals, unknowns).
-        residuals: Two or more independent ones.
+    Standard deviation of the Gauss-Newton steps that two or more independent residuals of one point ask for, with an
+    even prior; the Jacobian at that point has shape (residuals, unknowns).
     """
     variance = max(float(np.mean([each @ each for each in residuals])) / jacobian.shape[0], np.finfo(float).tiny)
     normal = jacobian.T @ jacobian + variance * np.eye(jacobian.shape[1]) / UNKNOWN_SD**2

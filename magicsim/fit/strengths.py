@@ -25,11 +25,6 @@ LEAST_PIXELS = 4
 def check_blocks(blocks: tuple[int, int], *, rows: int, columns: int) -> None:
     """Refuses blocks that are too small to hold a spread.
 
-    Args:
-        blocks: Down and across.
-        rows: Of the image [px].
-        columns: Of the image [px].
-
     Raises:
         ConfigError: Less than one block, or blocks of fewer than `LEAST_PIXELS` pixels.
     """
@@ -74,12 +69,7 @@ class Strengths:
     of: dict[Key, float]
 
     def signal(self, basis: Basis, matrix: Array) -> Array:
-        """The camera's linear signal, shape (rows, columns, 3).
-
-        Args:
-            basis: Of one state; its lights may be fewer.
-            matrix: Colour matrix of the camera, shape (3, 3).
-        """
+        """The camera's linear signal, shape (rows, columns, 3); the colour matrix has shape (3, 3)."""
         shape = next(iter(basis.values())).shape
         light = np.zeros(shape)
         for (name, channel), strength in self.of.items():
@@ -104,12 +94,8 @@ def fit_strengths(
 ) -> Strengths:
     """The strengths, none negative, whose block means come closest to the observed ones in grey levels.
 
-    Args:
-        bases: Of each state.
-        signals: Observed linear signal of each state, shape (rows, columns, 3).
-        matrix: Colour matrix of the camera, shape (3, 3).
-        blocks: Down and across.
-        gamma: Of the tone curve, by whose slope a difference of signals counts.
+    Signals have shape (rows, columns, 3) for each state, the camera's colour matrix (3, 3); a difference of signals
+    counts by the slope of the tone curve `gamma`.
     """
     keys = lit_channels(bases)
     columns, wanted, slopes = [], [], []

@@ -30,13 +30,9 @@ class RocCurve:
 
 
 def roc_curve(scores: npt.ArrayLike, positive: npt.ArrayLike) -> RocCurve:
-    """The curve of scores that are higher for positives.
+    """The curve of finite scores that are higher for positives, both of shape (frames,).
 
     The area is the trapezoid rule over the points, which equals U / (n_+ n_-) of Mann and Whitney.
-
-    Args:
-        scores: One finite number a frame, shape (frames,).
-        positive: Whether each frame is positive, shape (frames,).
 
     Raises:
         ConfigError: No positive or no negative frame, or a score that is not finite.
@@ -57,13 +53,7 @@ def roc_curve(scores: npt.ArrayLike, positive: npt.ArrayLike) -> RocCurve:
 
 
 def rates_at(scores: npt.ArrayLike, positive: npt.ArrayLike, threshold: float) -> tuple[float, float]:
-    """Hit rate and false alarm rate of one threshold; raises what `roc_curve` raises.
-
-    Args:
-        scores: One number a frame, shape (frames,).
-        positive: Whether each frame is positive, shape (frames,).
-        threshold: Score from which a frame counts as positive.
-    """
+    """Hit rate and false alarm rate of one threshold; raises what `roc_curve` raises."""
     curve = roc_curve(scores, positive)
     at = int(np.searchsorted(-curve.thresholds, -threshold, side="right")) - 1
     return float(curve.hit_rate[at]), float(curve.false_alarm_rate[at])

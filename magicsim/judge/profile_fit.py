@@ -192,8 +192,7 @@ def cross_validate(
 ) -> DetectionScore | None:
     """Score of all episodes together, each judged by the profile that `fit_profile` finds without it.
 
-    Returns:
-        The score; None where leaving an episode out leaves a class without frames.
+    None where leaving an episode out leaves a class without frames.
     """
     rests = [[each for each in episodes if each is not held] for held in episodes]
     if any(set(scored_classes(rest)) != set(FrameClass) for rest in rests):

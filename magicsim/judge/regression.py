@@ -44,11 +44,7 @@ def exchanges(units: int, *, seed: int) -> Mask:
 
 
 def p_values(statistics: Array) -> Array:
-    """Share of exchanges with a statistic at least as large, for every exchange and measure.
-
-    Returns:
-        Shape (exchanges, measures), in 0..1.
-    """
+    """Share of exchanges with a statistic at least as large, shape (exchanges, measures), in 0..1."""
     rounded = np.round(statistics, DECIMALS)
     columns = [1 - np.searchsorted(np.sort(column), column, side="left") / len(column) for column in rounded.T]
     return np.stack(columns, axis=1) if columns else np.empty(statistics.shape)

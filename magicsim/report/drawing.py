@@ -84,9 +84,7 @@ def plot_style() -> Iterator[None]:
 def drawn_panel(height_in: float, place: tuple[float, float, float, float]) -> tuple[Figure, Axes]:
     """A figure of the page's width with one panel on a faint grid. To be called within `plot_style`.
 
-    Args:
-        height_in: Of the figure [in].
-        place: Left, bottom, width and height of the panel, in shares of the figure.
+    `place` is left, bottom, width and height of the panel, in shares of the figure.
     """
     figure = Figure(figsize=(WIDTH_IN, height_in))
     panel = figure.add_axes(place)

@@ -62,14 +62,10 @@ def report_episode(folder: Path, episode: Episode, facts: Mapping[str, str]) -> 
 
 
 def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
-    """What every standard profile makes of an episode.
+    """Judgements of every standard profile, and what was not judged and why; None where all was.
 
     Detectors refuse a sensor that they cannot judge, such as one whose reference frames show no grid. That is no
     fault of the frames.
-
-    Returns:
-        The judgements, and which profiles refuse and why, and that nothing is near to what sees nothing; None where
-        all is judged.
     """
     judgements, refusals = [], []
     if episode.references and episode.scene.design.is_opaque:

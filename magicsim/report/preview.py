@@ -78,17 +78,9 @@ def animate(
     verdicts: Sequence[Verdict] | None = None,
     max_bytes: int = PREVIEW_BYTES,
 ) -> Path:
-    """Write an animation that loops, as large as `max_bytes` allows, at least at a quarter of the size.
+    """Write an animation (WebP) that loops, as large as `max_bytes` allows, at least at a quarter of the size.
 
-    Args:
-        frames: What to show, at least one frame.
-        path: File to write, WebP.
-        frames_per_second: Frame rate [1/s].
-        verdicts: One for each frame; left out or empty, the strip states the truth alone.
-        max_bytes: Size to stay below [bytes].
-
-    Returns:
-        The path.
+    Without verdicts the strip states the truth alone.
     """
     if not frames or frames_per_second <= 0.0:
         msg = f"{len(frames)} frames at {frames_per_second:g}/s make no preview; both must be above 0"

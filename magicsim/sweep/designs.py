@@ -124,7 +124,7 @@ def sensor_at(sweep: SweepConfig, values: Mapping[str, float | str]) -> SweptSen
 
 
 def value_at(sweep: SweepConfig, field: str) -> float | str:
-    """What the base sensor has for a field.
+    """The base sensor's value of a field.
 
     Raises:
         ConfigError: The field does not exist, is neither number nor name, or is left out.

@@ -223,13 +223,8 @@ def mean_similarity(shown: Sequence[Shown], film: Film, detector: FittedDetector
 def contact_sensitivity(light: Array, firm: Array, *, step: float, seed: int) -> Measured:
     """Loss of similarity between two light touches, mean over renderings and places.
 
-    Places differ by how the contact lies on the grid, which is more than the camera's noise.
-
-    Args:
-        light: Similarity of the lighter touch of each place, shape (renderings, places).
-        firm: Of the firmer one, of the same shape.
-        step: What they differ by, in depth [mm] or force [N].
-        seed: Of the bootstrap over renderings and places.
+    Places differ by how the contact lies on the grid, which is more than the camera's noise. Similarities have shape
+    (renderings, places); `step` is what the touches differ by, in depth [mm] or force [N].
     """
     slopes = (light - firm) / step
 
@@ -272,12 +267,7 @@ def proximity_range(renderings: Sequence[ApproachCurve], *, seed: int) -> Measur
 def noticed_from(gaps_mm: Array, rates: Array) -> float:
     """Largest gap from which on inwards the rate stays at one half or more, between gaps by their logarithm [mm].
 
-    Args:
-        gaps_mm: Falling, shape (gaps,) [mm].
-        rates: Shape (gaps,).
-
-    Returns:
-        0 where the rate is below one half at the smallest gap.
+    Gaps fall, shape (gaps,). 0 where the rate is below one half at the smallest gap.
     """
     missed = np.flatnonzero(rates < DETECTED)
     if not len(missed):

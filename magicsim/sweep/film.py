@@ -111,13 +111,8 @@ def film_design(
 ) -> list[Film]:
     """Simulates everything that a film shows, once for each of `quality.renderings`.
 
-    Args:
-        sensors: The design and what surrounds it, as each rendering sees it, see `renderings_of`; they share shape and
-            mechanics.
-        thing: What approaches and presses.
-        quality: How much is shown, and how well.
-        seed: Of everything random.
-        untouched: Untouched states that other scenes share.
+    The sensors are the design and what surrounds it as each rendering sees it, see `renderings_of`; they share shape
+    and mechanics. Untouched states are those that other scenes share.
     """
 
     @cache

@@ -24,11 +24,7 @@ class DesignTask:
 
 
 def judge_design(task: DesignTask) -> bytes:
-    """Judges one design.
-
-    Returns:
-        Its `DesignResult` as JSON.
-    """
+    """Judges one design and returns its `DesignResult` as JSON."""
     from magicsim.light.records.untouched_store import shared_states
     from magicsim.sweep import parts
     from magicsim.sweep.designs import renderings_of, rows_of_renderings

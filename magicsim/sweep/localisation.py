@@ -24,14 +24,9 @@ FIRST = 300
 
 
 def change_centroids(frame: npt.ArrayLike, reference: Array) -> Array:
-    """Where a frame differs from the untouched sensor: centroid of the squared change, column and row of each channel.
+    """Centroid of the squared change from the mean untouched frame, column and row of each channel, shape (6,).
 
-    Args:
-        frame: Shape (rows, columns, 3).
-        reference: Mean untouched frame, of the same shape.
-
-    Returns:
-        Shape (6,), in shares of the image's size from its centre.
+    In shares of the image's size from its centre; both images have shape (rows, columns, 3).
     """
     change = np.square(np.asarray(frame, float) - reference)
     total = np.maximum(change.sum((0, 1)), TINY)
@@ -45,10 +40,7 @@ def change_centroids(frame: npt.ArrayLike, reference: Array) -> Array:
 def localisation_error(predicted: Sequence[Array], places: Array, *, seed: int) -> Measured:
     """Root mean square error of the place of a touch, mean over renderings [mm].
 
-    Args:
-        predicted: Places of each rendering's touches, shape (touches, 2) [mm].
-        places: Where they are, of the same shape [mm].
-        seed: Of the bootstrap over renderings and places.
+    Places, predicted by each rendering and true, have shape (touches, 2) [mm].
     """
 
     def error(squared: Array, numbers: Index) -> float:
@@ -71,11 +63,7 @@ def true_places(film: Film) -> Array:
 
 
 def left_out_predictions(features: Array, targets: Array) -> Array:
-    """Predictions of each row by a ridge regression on all other rows.
-
-    Returns:
-        Shape (rows, targets).
-    """
+    """Predictions of each row by a ridge regression on all other rows, shape (rows, targets)."""
     rows = np.arange(len(features))
     result = np.zeros_like(targets)
     for held in rows:

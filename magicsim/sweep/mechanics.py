@@ -53,14 +53,9 @@ class CentralPress:
 def press_centrally(
     design: ElastomerDesign, thing: ObjectConfig, depth_mm: float, *, cells_across: int, spacing_mm: float | None = None
 ) -> CentralPress:
-    """Presses an object from rest.
+    """Presses an object from rest, a depth from first contact.
 
-    Args:
-        design: The block.
-        thing: The object.
-        depth_mm: From first contact [mm].
-        cells_across: Least number of lattice cells across the contact of a blunt object.
-        spacing_mm: Node spacing below the object instead of that [mm].
+    The lattice has at least `cells_across` cells across the contact of a blunt object, or the spacing that is given.
 
     Raises:
         ConfigError: The object does not touch.

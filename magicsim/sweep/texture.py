@@ -82,16 +82,9 @@ def press_plate(
     seed: int,
     untouched: UntouchedStates,
 ) -> PlateFrames:
-    """Presses a plate on the axis and looks at its place.
+    """Presses a plate, coloured like another object, on the axis and looks at its place.
 
-    Args:
-        sensor: What is pressed.
-        pattern: What is on the plate.
-        spacing_mm: Of the pattern, or of the one that a plain plate is compared with [mm].
-        quality: Depth and images.
-        like: What the plate has its colour from.
-        seed: Of rendering and noise.
-        untouched: Untouched states that other scenes share.
+    A plain plate has the size of one with a pattern of the spacing, which it is compared with.
     """
     if PLATE_PERIODS * spacing_mm > min(sensor.design.footprint_mm):
         msg = f"a plate of {PLATE_PERIODS} x {spacing_mm:g} mm is larger than the face"
@@ -147,18 +140,11 @@ ACROSS_DEG: dict[Pattern, tuple[float, ...]] = {
 
 
 def powers(difference: Array, places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float) -> Array:
-    """Power of a difference at one frequency in several directions, mean over frames and channels.
+    """Power of a difference at one frequency in several directions, mean over frames and channels, shape (directions,).
 
-    A Hann window over `LOOKED_AT_PERIODS` keeps the square's edges from leaking into other frequencies.
-
-    Args:
-        difference: Shape (draws, pixels, 3).
-        places_mm: Of the pixels on the face, shape (pixels, 2) [mm].
-        directions_deg: Of the wave, from x towards y [degrees].
-        frequency_per_mm: Waves a millimetre.
-
-    Returns:
-        Shape (directions,): the square of a plane wave's amplitude.
+    A Hann window over `LOOKED_AT_PERIODS` keeps the square's edges from leaking into other frequencies. Power is the
+    square of a plane wave's amplitude; the difference has shape (draws, pixels, 3), places on the face (pixels, 2)
+    [mm], and directions go from x towards y [degrees].
     """
     window = np.prod(np.cos(np.pi * places_mm * frequency_per_mm / LOOKED_AT_PERIODS) ** 2, axis=1)
     turn = np.radians(directions_deg)
@@ -202,12 +188,9 @@ def try_finest_first(spacings_mm: Sequence[float], is_told_apart: Callable[[floa
 
 
 def smallest_spacing(spacings_mm: Array, observed: Sequence[Observation], *, seed: int) -> Measured:
-    """The spacing at which d' falls to 2, between tested ones by their logarithm.
+    """The spacing at which d' falls to 2, between tested ones, which fall, by their logarithm.
 
-    Args:
-        spacings_mm: Tried ones, falling, shape (spacings,) [mm].
-        observed: One for each.
-        seed: Of the bootstrap over the clutter's directions.
+    The interval is a bootstrap over the clutter's directions.
     """
 
     def crossing(directions: Index) -> float:
